@@ -1,0 +1,50 @@
+# make demo: a picture from nothing. make test: lint, types and tests. Both set everything up first.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+.PHONY: demo test test-slow lint setup setup-test lock clean
+
+demo: setup
+	@mkdir -p out
+	$(BIN)/pica render demo -o out/demo.png --size 640x360 --frames 12
+
+test: setup-test lint
+	$(BIN)/pytest -m "not slow"
+
+test-slow: setup-test
+	$(BIN)/pytest -m slow
+
+lint: setup-test
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+setup: $(VENV)/installed
+	@scripts/setup_vulkan.sh $(BIN)/python
+
+setup-test: $(VENV)/installed-test setup
+	@scripts/setup_llvm.sh
+
+$(BIN)/python:
+	@scripts/setup_venv.sh $(PYTHON) $(VENV)
+
+$(VENV)/installed: requirements.lock pyproject.toml | $(BIN)/python
+	@echo "pica: installing the package and its dependencies into $(VENV)"
+	@$(PIP) -r requirements.lock
+	@$(PIP) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(VENV)/installed-test: requirements-test.lock $(VENV)/installed
+	@echo "pica: installing the test tools into $(VENV)"
+	@$(PIP) -r requirements-test.lock
+	@touch $@
+
+# The newest versions that pyproject.toml allows, for everybody who runs make.
+lock:
+	@scripts/lock.sh $(PYTHON)
+
+clean:
+	rm -rf $(VENV) out

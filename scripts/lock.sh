@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Writes requirements.lock and requirements-test.lock from pyproject.toml. Usage: lock.sh PYTHON
+set -euo pipefail
+cd "$(dirname "$0")/.."
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+"$1" -m venv "$scratch/venv"
+pip="$scratch/venv/bin/python -m pip --disable-pip-version-check"
+
+packages() {
+    $pip freeze --all --exclude pica --exclude pip
+}
+
+# Setuptools too: the package itself is built without fetching anything more.
+$pip install --quiet --upgrade setuptools .
+{ echo "# Made by make lock"; packages; } >"$scratch/run"
+$pip install --quiet ".[test]"
+{ echo "# Made by make lock"; echo "-r requirements.lock"; packages | grep -vxFf "$scratch/run"; } >"$scratch/test"
+cp "$scratch/run" requirements.lock
+cp "$scratch/test" requirements-test.lock

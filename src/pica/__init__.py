@@ -1,0 +1,64 @@
+"""A hybrid real-time ray tracing renderer: a glTF file goes in, a picture close to offline path tracing comes out.
+
+    import pica
+
+    scene = pica.load("model.glb", environment="sky.hdr")
+    frame = pica.Renderer(scene, size=(1280, 720)).render(frames=16)
+    frame.save("model.png")
+
+The names below are imported when they are first used, so that `import pica` costs next to nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pica import errors, scenes
+    from pica.output import Frame
+    from pica.path_tracer.path_tracer import PathTracer
+    from pica.renderer import Renderer
+    from pica.scene.camera import Camera
+    from pica.scene.environment import Environment
+    from pica.scene.loading import load
+    from pica.scene.model import Scene
+    from pica.settings import Settings
+
+__all__ = [
+    "Camera",
+    "Environment",
+    "Frame",
+    "PathTracer",
+    "Renderer",
+    "Scene",
+    "Settings",
+    "errors",
+    "load",
+    "scenes",
+]
+
+_HOME = {
+    "Camera": "pica.scene.camera",
+    "Environment": "pica.scene.environment",
+    "Frame": "pica.output",
+    "PathTracer": "pica.path_tracer.path_tracer",
+    "Renderer": "pica.renderer",
+    "Scene": "pica.scene.model",
+    "Settings": "pica.settings",
+    "load": "pica.scene.loading",
+}
+_MODULES = ("errors", "scenes")
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        value: Any = import_module(f"pica.{name}")
+    elif name in _HOME:
+        value = getattr(import_module(_HOME[name]), name)
+    else:
+        raise AttributeError(f"module 'pica' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

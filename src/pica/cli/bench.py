@@ -1,0 +1,28 @@
+"""`pica bench`: how fast a scene renders."""
+
+from typing import Annotated
+
+import typer
+
+from pica.cli import options
+from pica.cli.report import print_json, print_table
+
+
+def bench(
+    scene: options.SceneName,
+    size: options.Size = "1920x1080",
+    frames: Annotated[int, typer.Option(min=1, metavar="N", help="Frames to measure.")] = 200,
+    warm_up: Annotated[int, typer.Option(min=0, metavar="N", help="Frames before the first one measured.")] = 50,
+    json: options.Json = False,
+) -> None:
+    """Measure SCENE: GPU milliseconds per pass, host milliseconds per frame, rays per second, memory."""
+    import pica
+
+    pixels = options.parse_size(size)
+    renderer = pica.Renderer(options.load_scene(scene), size=pixels)
+    measured = renderer.benchmark(frames=frames, warm_up=warm_up)
+    result = {"scene": scene, "device": renderer.device_name, "size": list(pixels), "frames": frames, **measured}
+    if json:
+        print_json(result)
+    else:
+        print_table(scene, result)

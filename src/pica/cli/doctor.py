@@ -1,0 +1,96 @@
+"""`pica doctor`: what this machine has, what it lacks and what to install."""
+
+import json
+import platform
+import subprocess
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+_PROBE = """
+import dataclasses, json
+from pica.rhi.adapters import list_devices
+print(json.dumps([dataclasses.asdict(device) for device in list_devices()]))
+"""
+_LAVAPIPE = {
+    "debian": "bash scripts/setup_vulkan.sh in pica's source folder, or: sudo apt-get install libatomic1 libx11-6 "
+    "libvulkan1 mesa-vulkan-drivers (24.3 or newer; on Debian 12 with -t bookworm-backports)",
+    "fedora": "sudo dnf install libatomic vulkan-loader mesa-vulkan-drivers",
+    "arch": "sudo pacman -S vulkan-icd-loader vulkan-swrast",
+}
+
+
+def doctor() -> None:
+    """List the devices, what each lacks, the cache folders, and what to install."""
+    devices, fault = probe()
+    out = Console(highlight=False)
+    out.print(
+        f"pica {_version('pica')}, SlangPy {_version('slangpy')}, Python {platform.python_version()}", markup=False
+    )
+    if devices:
+        table = Table("device", "type", "driver", "tier", "missing", box=None, padding=(0, 2, 0, 0))
+        for device in devices:
+            missing = ", ".join(device["missing"]) or "nothing"
+            table.add_row(device["name"], device["type"], device["driver"] or "?", str(device["tier"]), missing)
+        out.print(table)
+        out.print(
+            "tier: 0 no ray tracing, 1 buffers of rays, 2 ray tracing pipelines, 3 with recursion", soft_wrap=True
+        )
+    if fault:
+        out.print(f"looking for devices failed: {fault}", markup=False, soft_wrap=True)
+    for name, folder in _cache_folders().items():
+        out.print(f"{name}: {folder}", markup=False, soft_wrap=True)
+    for line in advice(devices):
+        out.print(line, markup=False, soft_wrap=True)
+
+
+def probe() -> tuple[list[dict[str, Any]], str]:
+    """The devices as mappings of DeviceInfo, and what went wrong; in a process of its own, which a driver may crash."""
+    try:
+        run = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, text=True, timeout=300)
+    except subprocess.TimeoutExpired:
+        return [], "no answer within 5 minutes; a driver hangs"
+    if run.returncode:
+        said = [line for line in run.stderr.splitlines() if line.strip()]
+        return [], said[-1] if said else f"the process ended with {run.returncode}"
+    return json.loads(run.stdout.splitlines()[-1]), ""
+
+
+def advice(devices: list[dict[str, Any]]) -> list[str]:
+    """What to install or to expect, a line each."""
+    usable = [device for device in devices if not device["missing"]]
+    if any(device["type"] == "hardware" for device in usable):
+        return ["Ready."]
+    if usable:
+        return ["Ready, on the processor alone. With a graphics card: install its maker's Vulkan driver."]
+    return [
+        "No device with Vulkan ray tracing pipelines. With a graphics card: install its maker's Vulkan driver.",
+        f"Without one, install Mesa's lavapipe, which runs on the processor: {_lavapipe()}",
+    ]
+
+
+def _lavapipe() -> str:
+    try:
+        release = platform.freedesktop_os_release()
+    except OSError:  # not Linux
+        return "see mesa3d.org"
+    known = [release.get("ID", ""), *release.get("ID_LIKE", "").split()]
+    return next((_LAVAPIPE[name] for name in known if name in _LAVAPIPE), "your distribution's Mesa, 24.3 or newer")
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "(not installed)"
+
+
+def _cache_folders() -> dict[str, str]:
+    try:
+        from pica.rhi.device import cache_folder
+    except ImportError:  # SlangPy does not load here; the fault says why
+        return {}
+    return {"shader cache": str(cache_folder())}

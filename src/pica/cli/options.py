@@ -1,0 +1,64 @@
+"""Arguments that several commands share, and what they mean."""
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pica.errors import PicaError
+
+if TYPE_CHECKING:
+    from pica import Scene
+
+BUILT_IN = {
+    "demo": "machine_world",
+    "machine_world": "machine_world",
+    "cornell": "cornell",
+    "sphere_grid": "sphere_grid",
+}
+MAX_SIDE = 16384
+"""Pixels; what graphics devices allow for one picture."""
+
+SceneName = Annotated[
+    str, typer.Argument(metavar="SCENE", help=f"A .gltf or .glb file, or one of {', '.join(BUILT_IN)}.")
+]
+Size = Annotated[str, typer.Option("--size", metavar="WxH", help="Size of the picture in pixels.")]
+Frames = Annotated[int, typer.Option("--frames", min=1, metavar="N", help="Frames to accumulate.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """(width, height) of "1280x720". Raises PicaError."""
+    match = re.fullmatch(r"(\d+)[xX](\d+)", text.strip())
+    if not match:
+        raise PicaError(f"--size {text!r} is not WIDTHxHEIGHT in pixels, such as 1280x720")
+    width, height = int(match[1]), int(match[2])
+    if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
+        raise PicaError(f"--size {text}: width and height must be 1 to {MAX_SIDE} pixels")
+    return width, height
+
+
+def load_scene(name: str, environment: Path | None = None) -> "Scene":
+    """A built-in scene by its word or a file, under the light of an environment picture. Raises SceneError."""
+    import pica
+    from pica.scene.loading import read_environment
+
+    if name in BUILT_IN and not Path(name).exists():
+        scene: Scene = getattr(pica.scenes, BUILT_IN[name])()
+        if environment is not None:
+            scene.environment = read_environment(environment)
+        return scene
+    if not Path(name).suffix and not Path(name).exists():
+        raise PicaError(f"no file and no built-in scene {name!r}; the built-in ones are {', '.join(BUILT_IN)}")
+    return pica.load(name, environment=environment)
+
+
+def check_output(path: Path, suffixes: tuple[str, ...]) -> None:
+    """Raise PicaError now if `path` cannot be written later: its suffix or its folder is wrong."""
+    if path.suffix.lower() not in suffixes:
+        raise PicaError(f"cannot write {path}: the name must end in {' or '.join(suffixes)}")
+    if path.is_dir():
+        raise PicaError(f"cannot write {path}: it is a folder")
+    if not path.parent.is_dir():
+        raise PicaError(f"cannot write {path}: there is no folder {path.parent}")

@@ -1,0 +1,1 @@
+"""Antialiasing: several jittered frames make one picture."""

@@ -1,0 +1,94 @@
+"""The G-buffer effect: which triangle each pixel sees, by raster or by rays, then what it is made of."""
+
+from typing import Literal
+
+import slangpy as spy
+
+from pica.frame.context import FrameContext, Size
+from pica.frame.gbuffer import GBuffer
+from pica.gpu_scene.draws import CULL, FRONT, DrawKind
+from pica.gpu_scene.scene import GpuScene
+from pica.rhi.device import Device
+from pica.rhi.passes import RasterPass, RasterState
+from pica.rhi.schedulers import Tracer, ray_effect
+
+_FOLDER = "effects/gbuffer"
+
+
+class RasterVisibility:
+    """Writes which triangle each pixel sees, by rasterization. One indirect draw per kind of section."""
+
+    def __init__(self, device: Device, size: Size) -> None:
+        self._passes: dict[DrawKind, RasterPass] = {}
+        self._device = device
+        self._depth = device.texture(
+            "raster depth", spy.Format.d32_float, size, spy.TextureUsage.depth_stencil | spy.TextureUsage.shader_resource
+        )
+        self._depth_view = self._depth.create_view()
+        self._state = spy.RenderState(
+            {"viewports": [spy.Viewport.from_size(*size)], "scissor_rects": [spy.ScissorRect.from_size(*size)]}
+        )
+        self._view: spy.TextureView | None = None
+
+    def __call__(self, frame: FrameContext, scene: GpuScene, visibility: spy.Texture) -> None:
+        """Fill `visibility` (width, height, rg32_uint)."""
+        if self._view is None:
+            self._view = visibility.create_view()
+        targets = {
+            "color_attachments": [{"view": self._view, "load_op": spy.LoadOp.clear, "clear_value": [0, 0, 0, 0]}],
+            "depth_stencil_attachment": {
+                "view": self._depth_view,
+                "depth_load_op": spy.LoadOp.clear,
+                "depth_clear_value": 0.0,
+            },
+        }
+        with (
+            frame.profiler.measure(frame.encoder, "raster"),
+            frame.encoder.begin_render_pass(targets) as encoder,
+        ):
+            for draws in scene.draws:
+                raster = self._pass(draws.kind)
+                raster.bind(encoder, scene=scene, frame=frame)
+                self._state.index_buffer = scene.geometry.indices
+                self._state.index_format = spy.IndexFormat.uint32
+                encoder.set_render_state(self._state)
+                encoder.draw_indexed_indirect(draws.count, draws.arguments)
+
+    def _pass(self, kind: DrawKind) -> RasterPass:
+        if kind not in self._passes:
+            fragment = "opaqueMain" if kind.opaque else "coveredMain"
+            state = RasterState((spy.Format.rg32_uint,), CULL[kind.facing], FRONT[kind.facing])
+            self._passes[kind] = self._device.raster(f"{_FOLDER}/raster.slang", ("vertexMain", fragment), state)
+        return self._passes[kind]
+
+
+class GBufferEffect:
+    """Fills a GBuffer once a frame."""
+
+    def __init__(
+        self,
+        device: Device,
+        size: Size,
+        primary: Literal["auto", "raster", "rays"],
+        tracer: Tracer | None = None,
+    ) -> None:
+        """`primary`: "auto" rasterizes on the CPU and traces on GPUs, as measured in docs/performance.md."""
+        self._buffer = GBuffer(device, size)
+        self.primary = primary if primary != "auto" else ("raster" if device.is_software else "rays")
+        self._raster = RasterVisibility(device, size) if self.primary == "raster" else None
+        self._rays = (
+            ray_effect(device, f"{_FOLDER}/primary_rays.slang", "PrimaryRays", "hit", tracer)
+            if self.primary == "rays"
+            else None
+        )
+        self._resolve = device.compute(f"{_FOLDER}/resolve.slang")
+
+    def __call__(self, frame: FrameContext, scene: GpuScene) -> GBuffer:
+        """The G-buffer of this frame."""
+        textures = self._buffer.textures
+        if self._raster is not None:
+            self._raster(frame, scene, textures["visibility"])
+        if self._rays is not None:
+            self._rays(frame, frame.size, scene=scene, frame=frame, visibility=textures["visibility"])
+        self._resolve(frame, frame.grid, scene=scene, frame=frame, **textures)
+        return self._buffer

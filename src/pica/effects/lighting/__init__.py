@@ -1,0 +1,1 @@
+"""Direct light from everything that shines."""

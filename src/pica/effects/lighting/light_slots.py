@@ -1,0 +1,29 @@
+"""Which lights get a ray of their own: the slots of shaders light_slots.slang."""
+
+import numpy as np
+
+from pica.gpu_scene.scene import GpuScene
+from pica.rhi.device import Device
+from pica.settings import Settings
+
+
+class LightSlots:
+    """A slot for each of the strongest lights, one for all others, the emissive triangles, the environment."""
+
+    def __init__(self, device: Device, scene: GpuScene, settings: Settings) -> None:
+        lights = scene.lights
+        single = min(lights.light_count, settings.shadows.max_lights)
+        ranges = [(light, 1) for light in range(single)]
+        if lights.light_count > single:
+            ranges.append((single, lights.light_count - single))
+        if lights.emissive_light is not None:
+            ranges.append((lights.emissive_light, 1))
+        if lights.environment_light is not None and settings.lighting.environment == "sampled":
+            ranges.append((lights.environment_light, 1))
+        self.count = len(ranges)
+        self.block = device.parameter_block("effects/lighting/light_slots.slang", "lightSlots")
+        self.block.bind(
+            ranges=device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
+            count=self.count,
+            hard=int(settings.shadows.mode == "hard"),
+        )

@@ -1,0 +1,45 @@
+"""Direct lighting: every light with the one BRDF, times the visibility that the shadow rays found."""
+
+import slangpy as spy
+
+from pica.effects.lighting.light_slots import LightSlots
+from pica.effects.lighting.prefiltered import PrefilteredEnvironment
+from pica.frame.context import FrameContext, Size
+from pica.frame.gbuffer import GBuffer
+from pica.gpu_scene.scene import GpuScene
+from pica.rhi.device import Device
+from pica.settings import LightingSettings
+
+
+class DirectLighting:
+    """Radiance towards the camera from emission and direct light (width, height, rgba32_float), nits."""
+
+    def __init__(self, device: Device, size: Size, scene: GpuScene, settings: LightingSettings) -> None:
+        self._radiance = device.texture("radiance", spy.Format.rgba32_float, size)
+        self._no_shadows = device.texture("no shadows", spy.Format.r32_uint, (1, 1))
+        self._use_prefiltered = settings.environment == "prefiltered"
+        self._prefiltered = PrefilteredEnvironment(device, scene, wanted=self._use_prefiltered)
+        self._direct = device.compute("effects/lighting/direct.slang", name="lighting")
+
+    def __call__(
+        self,
+        frame: FrameContext,
+        gbuffer: GBuffer,
+        scene: GpuScene,
+        slots: LightSlots,
+        visibility: spy.Texture | None,
+    ) -> spy.Texture:
+        """The lit picture of this frame; without `visibility` nothing casts a shadow."""
+        self._direct(
+            frame,
+            frame.grid,
+            frame=frame,
+            gbuffer=gbuffer,
+            scene=scene,
+            lightSlots=slots,
+            visibility=visibility or self._no_shadows,
+            shadowed=int(visibility is not None),
+            prefiltered=self._prefiltered,
+            radiance=self._radiance,
+        )
+        return self._radiance

@@ -1,0 +1,1 @@
+"""From scene radiance to the display: exposure and tone mapping."""

@@ -1,0 +1,1 @@
+"""Ray traced shadows (seed 001, 25.2.1)."""

@@ -1,0 +1,21 @@
+"""The errors that pica raises on purpose: one line that says what, where and what to do."""
+
+
+class PicaError(Exception):
+    """Base of every error below; the command line prints its one line and exits with code 2."""
+
+
+class SceneError(PicaError):
+    """A scene, or a file that it needs, cannot be used. Names the file and the fault."""
+
+
+class DeviceError(PicaError):
+    """No usable graphics device, or the device lacks something that was asked for."""
+
+
+class SettingsError(PicaError, ValueError):
+    """A setting that does not exist or is out of range. Names the setting, the value and the range."""
+
+
+class BindingError(PicaError):
+    """A shader resource that was left unbound, or a name that the shader does not have."""

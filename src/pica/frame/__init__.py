@@ -1,0 +1,1 @@
+"""What every effect shares: the frame's constants, the G-buffer, jitter and noise."""

@@ -1,0 +1,47 @@
+"""Pictures that outlive the frame which made them."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.errors import PicaError
+from pica.frame.context import Size
+from pica.rhi.device import Device
+
+LARGEST = 16384
+
+
+def checked_size(size: Size) -> Size:
+    """(width, height) as it is, or PicaError when no picture can have it."""
+    width, height = (int(length) for length in size)
+    if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
+        raise PicaError(f"picture size {width}x{height}: width and height must be 1 to {LARGEST} pixels")
+    return width, height
+
+
+def copies(device: Device, textures: Mapping[str, spy.Texture]) -> dict[str, spy.Texture]:
+    """Copies of the textures on the device, which later frames leave alone."""
+    kept = {}
+    encoder = device.handle.create_command_encoder()
+    for name, texture in textures.items():
+        kept[name] = device.handle.create_texture(
+            format=texture.format,
+            width=texture.width,
+            height=texture.height,
+            usage=spy.TextureUsage.shader_resource | spy.TextureUsage.copy_destination,
+            label=f"{name} kept",
+        )
+        encoder.copy_texture(
+            kept[name], 0, 0, spy.uint3(0, 0, 0), texture, 0, 0, spy.uint3(0, 0, 0),
+            spy.uint3(texture.width, texture.height, 1),
+        )
+    device.handle.submit_command_buffer(encoder.finish())
+    return kept
+
+
+def rgb(texture: spy.Texture) -> NDArray[Any]:
+    """The first three channels, (height, width, 3)."""
+    return np.ascontiguousarray(texture.to_numpy()[..., :3])

@@ -1,0 +1,1 @@
+"""The retained copy of a scene on the GPU: uploads what changed, no more."""

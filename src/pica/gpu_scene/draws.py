@@ -1,0 +1,86 @@
+"""What the raster path draws: one list of indirect draws per kind of section."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.rhi.device import Device
+
+# VkDrawIndexedIndirectCommand
+_ARGUMENTS = np.dtype(
+    [("index_count", "u4"), ("instances", "u4"), ("first_index", "u4"), ("vertex_offset", "i4"), ("record", "u4")]
+)
+
+
+class Facing(Enum):
+    """Which faces the camera sees. A mirroring transform reverses the winding in the picture."""
+
+    BOTH = "both"
+    FRONT = "front"
+    FRONT_MIRRORED = "front mirrored"
+
+
+CULL = {
+    Facing.BOTH: spy.CullMode.none,
+    Facing.FRONT: spy.CullMode.back,
+    Facing.FRONT_MIRRORED: spy.CullMode.back,
+}
+FRONT = {
+    Facing.BOTH: spy.FrontFaceMode.counter_clockwise,
+    Facing.FRONT: spy.FrontFaceMode.counter_clockwise,
+    Facing.FRONT_MIRRORED: spy.FrontFaceMode.clockwise,
+}
+
+
+@dataclass(frozen=True)
+class DrawKind:
+    """What decides about the pipeline of a draw."""
+
+    opaque: bool
+    facing: Facing
+
+
+@dataclass(frozen=True)
+class DrawList:
+    """The draws of one kind, as indirect arguments."""
+
+    kind: DrawKind
+    count: int
+    arguments: spy.Buffer
+
+
+@dataclass
+class SectionDraws:
+    """Per record of the scene: (n,) each."""
+
+    first_index: NDArray[np.uint32]
+    index_count: NDArray[np.uint32]
+    opaque: NDArray[np.bool_]
+    double_sided: NDArray[np.bool_]
+    mirrored: NDArray[np.bool_]
+
+
+def draw_lists(device: Device, sections: SectionDraws) -> list[DrawList]:
+    """Opaque ones first, so that they hide what is costlier to shade."""
+    arguments = np.zeros(len(sections.first_index), _ARGUMENTS)
+    arguments["index_count"] = sections.index_count
+    arguments["instances"] = 1
+    arguments["first_index"] = sections.first_index
+    arguments["record"] = np.arange(len(arguments))
+    selections = {
+        Facing.BOTH: sections.double_sided,
+        Facing.FRONT: ~sections.double_sided & ~sections.mirrored,
+        Facing.FRONT_MIRRORED: ~sections.double_sided & sections.mirrored,
+    }
+    lists = []
+    for opaque in (True, False):
+        for facing, selected in selections.items():
+            chosen = arguments[selected & (sections.opaque == opaque)]
+            if len(chosen):
+                usage = spy.BufferUsage.indirect_argument | spy.BufferUsage.shader_resource
+                buffer = device.buffer("draws", data=chosen.view(np.uint8), usage=usage)
+                lists.append(DrawList(DrawKind(opaque, facing), len(chosen), buffer))
+    return lists

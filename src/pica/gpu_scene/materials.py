@@ -1,0 +1,121 @@
+"""Materials and their textures on the GPU, textures by bindless handle and with mip levels."""
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.rhi.device import Device
+from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
+
+# shaders/scene.slang: TextureSlot and Material
+SLOT = np.dtype(
+    [("texture", "u8"), ("sampler", "u8"), ("transform", "f4", (2, 3)), ("uv_set", "u4"), ("texels", "f4")]
+)
+_SLOTS = ("base_color", "metallic_roughness", "normal", "occlusion", "emissive", "specular", "specular_color")
+_SRGB = {"base_color", "emissive", "specular_color"}
+MATERIAL = np.dtype(
+    [
+        ("base_color", "f4", 4),
+        ("emission", "f4", 3),
+        ("metallic", "f4"),
+        ("specular_color", "f4", 3),
+        ("roughness", "f4"),
+        ("ior", "f4"),
+        ("specular", "f4"),
+        ("normal_scale", "f4"),
+        ("occlusion_strength", "f4"),
+        ("alpha_cutoff", "f4"),
+        ("flags", "u4"),
+        *((f"{slot}_texture", SLOT) for slot in _SLOTS),
+    ]
+)
+_MASK, _BLEND, _DOUBLE_SIDED, _UNLIT = 1, 2, 4, 8
+_WRAP = {
+    Wrap.REPEAT: spy.TextureAddressingMode.wrap,
+    Wrap.MIRRORED_REPEAT: spy.TextureAddressingMode.mirror_repeat,
+    Wrap.CLAMP_TO_EDGE: spy.TextureAddressingMode.clamp_to_edge,
+}
+
+
+class MaterialTable:
+    """All materials in one buffer; an image used twice is uploaded once."""
+
+    def __init__(self, device: Device, materials: list[Material]) -> None:
+        self._device = device
+        self._textures: dict[tuple[int, bool], spy.Texture] = {}
+        self._views: dict[tuple[int, bool], spy.TextureView] = {}
+        self._samplers: dict[Sampler, spy.Sampler] = {}
+        packed = np.zeros(len(materials), MATERIAL)
+        for index, material in enumerate(materials):
+            packed[index] = self._packed(material)
+        self.buffer = device.structured("materials", packed)
+
+    def _packed(self, material: Material) -> NDArray[np.void]:
+        packed = np.zeros((), MATERIAL)
+        for name in ("base_color", "emission", "metallic", "specular_color", "roughness", "ior", "specular"):
+            packed[name] = getattr(material, name)
+        for name in ("normal_scale", "occlusion_strength", "alpha_cutoff"):
+            packed[name] = getattr(material, name)
+        packed["flags"] = (
+            _MASK * (material.alpha_mode is AlphaMode.MASK)
+            | _BLEND * (material.alpha_mode is AlphaMode.BLEND)
+            | _DOUBLE_SIDED * material.double_sided
+            | _UNLIT * material.unlit
+        )
+        for slot in _SLOTS:
+            texture: Texture | None = getattr(material, f"{slot}_texture")
+            if texture is None:
+                continue
+            height, width, _ = texture.image.pixels.shape
+            entry = packed[f"{slot}_texture"]
+            entry["texture"] = self._texture(texture.image, slot in _SRGB)
+            entry["sampler"] = self._sampler(texture.sampler).descriptor_handle.value
+            entry["transform"] = np.reshape(texture.transform, (2, 3))
+            entry["uv_set"] = texture.uv_set
+            entry["texels"] = width * height
+        return packed
+
+    def _texture(self, image: Image, srgb: bool) -> int:
+        key = (id(image), srgb)
+        if key not in self._textures:
+            height, width, _ = image.pixels.shape
+            levels = max(width, height).bit_length()
+            texture = self._device.handle.create_texture(
+                format=spy.Format.rgba8_unorm_srgb if srgb else spy.Format.rgba8_unorm,
+                width=width,
+                height=height,
+                mip_count=levels,
+                usage=spy.TextureUsage.shader_resource | spy.TextureUsage.render_target,
+                label=image.name,
+            )
+            self._device.count_memory(texture.memory_usage.device)
+            texture.copy_from_numpy(np.require(image.pixels, requirements=["C", "W"]))  # SlangPy refuses read-only arrays
+            if levels > 1:
+                encoder = self._device.handle.create_command_encoder()
+                encoder.generate_mips(texture)
+                self._device.handle.submit_command_buffer(encoder.finish())
+            self._textures[key] = texture
+            self._views[key] = texture.create_view()
+        return int(self._views[key].descriptor_handle_ro.value)
+
+    def _sampler(self, sampler: Sampler) -> spy.Sampler:
+        if sampler not in self._samplers:
+            filtering = spy.TextureFilteringMode.linear if sampler.linear else spy.TextureFilteringMode.point
+            self._samplers[sampler] = self._device.sampler(
+                min_filter=filtering,
+                mag_filter=filtering,
+                mip_filter=filtering,
+                address_u=_WRAP[sampler.wrap_u],
+                address_v=_WRAP[sampler.wrap_v],
+            )
+        return self._samplers[sampler]
+
+
+def average_emission(material: Material) -> float:
+    """Mean luminance that the material emits, nits; estimates what a light is worth, nothing more."""
+    luminance = np.dot(material.emission, (0.2126, 0.7152, 0.0722))
+    texture = material.emissive_texture
+    if texture is not None and luminance > 0:
+        pixels = texture.image.pixels[::4, ::4, :3] / 255.0
+        luminance *= float(np.mean(pixels**2.2 @ (0.2126, 0.7152, 0.0722)))
+    return float(luminance)

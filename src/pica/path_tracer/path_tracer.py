@@ -1,0 +1,93 @@
+"""The reference path tracer: slow, unbiased, progressive."""
+
+from collections.abc import Callable
+
+import slangpy as spy
+
+from pica.effects.gbuffer.gbuffer import GBufferEffect
+from pica.effects.post.post import Post
+from pica.errors import SettingsError
+from pica.frame.aovs import gbuffer_aovs
+from pica.frame.context import FrameSequence, Size
+from pica.frame.snapshot import checked_size, copies, rgb
+from pica.gpu_scene.scene import GpuScene
+from pica.output import Frame
+from pica.rhi.device import Device
+from pica.rhi.schedulers import PipelineTracer, ray_effect
+from pica.scene.camera import Camera
+from pica.scene.model import Scene
+from pica.settings import Settings
+
+NO_LIMIT = 0
+
+
+class PathTracer:
+    """Unidirectional path tracing with next-event estimation; box pixel filter, no clamping.
+
+    `max_depth` counts path edges: 1 shows emission only, 2 adds direct light, None sets no limit. Other parameters
+    and errors as Renderer's; SettingsError for a depth below 1.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        size: Size = (1280, 720),
+        max_depth: int | None = None,
+        settings: Settings | None = None,
+        device: Device | str | None = None,
+    ) -> None:
+        if max_depth is not None and max_depth < 1:
+            raise SettingsError(f"max_depth {max_depth}: must be 1 or more, or None for no limit")
+        self.size = size = checked_size(size)
+        self.settings = settings = settings or Settings()
+        self.device = device = device if isinstance(device, Device) else Device(device)
+        self.scene = scene
+        self._max_depth = max_depth or NO_LIMIT
+        self._gpu_scene = GpuScene(device, scene)
+        tracer = PipelineTracer(device, self._gpu_scene.block) if settings.rays.scheduler == "buffers" else None
+        self._frames = FrameSequence(device, size, settings.seed)
+        self._sum = device.texture("radiance sum", spy.Format.rgba32_float, size)
+        self._mean = device.texture("radiance", spy.Format.rgba32_float, size)
+        self._trace = ray_effect(device, "path_tracer/path_tracer.slang", "PathTracer", "surface", tracer)
+        self._average = device.compute("path_tracer/average.slang")
+        self._gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
+        self._post = Post(device, size, settings.post)
+
+    @property
+    def device_name(self) -> str:
+        """The adapter that renders."""
+        return self.device.name
+
+    def render(
+        self, samples: int = 1024, camera: Camera | None = None, progress: Callable[[int, int], None] | None = None
+    ) -> Frame:
+        """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each."""
+        camera = camera or self.scene.default_camera(self.size[0] / self.size[1])
+        self._frames.reset()
+        for done in range(max(samples, 1)):
+            frame = self._frames.begin(camera, jittered=False)
+            self._gpu_scene.update(frame)
+            if done == 0:
+                frame.encoder.clear_texture_float(self._sum)
+                gbuffer = self._gbuffer(frame, self._gpu_scene)
+            self._trace(
+                frame,
+                frame.size,
+                frame=frame,
+                scene=self._gpu_scene,
+                accumulated=self._sum,
+                maxDepth=self._max_depth,
+            )
+            if done + 1 == samples:
+                self._average(frame, frame.grid, frame=frame, accumulated=self._sum, radiance=self._mean)
+                display = self._post(frame, self._mean)
+            self._frames.end(frame)
+            if progress is not None:
+                progress(done + 1, samples)
+        kept = copies(self.device, {**gbuffer.textures, "color": self._mean, "display": display})
+        return Frame(
+            color=lambda: rgb(kept["color"]),
+            display=lambda: rgb(kept["display"]),
+            aovs=gbuffer_aovs(kept, self._gpu_scene, camera),
+            timings=self.device.profiler.flush(),
+        )

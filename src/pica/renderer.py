@@ -1,0 +1,101 @@
+"""The whole frame, top to bottom."""
+
+from collections.abc import Callable
+
+import slangpy as spy
+
+from pica.effects.antialiasing.accumulate import Accumulation
+from pica.effects.gbuffer.gbuffer import GBufferEffect
+from pica.effects.lighting.light_slots import LightSlots
+from pica.effects.lighting.lighting import DirectLighting
+from pica.effects.post.post import Post
+from pica.effects.shadows.shadows import Shadows, visibility_layers
+from pica.frame.aovs import gbuffer_aovs
+from pica.frame.context import FrameSequence, Size
+from pica.gpu_scene.scene import GpuScene
+from pica.output import Frame
+from pica.rhi.device import Device
+from pica.rhi.schedulers import PipelineTracer
+from pica.scene.camera import Camera
+from pica.scene.model import Scene
+from pica.settings import Settings
+from pica.frame.snapshot import checked_size, copies, rgb
+
+Progress = Callable[[int, int], None]
+
+
+class Renderer:
+    """The hybrid renderer: one frame a call from about one ray per pixel and effect.
+
+    `size`: (width, height) in pixels. `device`: a Device, part of a device's name, or None for the best there is.
+    Raises DeviceError without a usable device and PicaError for an impossible size.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        size: Size = (1280, 720),
+        settings: Settings | None = None,
+        device: Device | str | None = None,
+    ) -> None:
+        self.size = size = checked_size(size)
+        self.settings = settings = settings or Settings()
+        self.device = device = device if isinstance(device, Device) else Device(device)
+        self.scene = scene
+        self._gpu_scene = GpuScene(device, scene)
+        tracer = PipelineTracer(device, self._gpu_scene.block) if settings.rays.scheduler == "buffers" else None
+        self._slots = LightSlots(device, self._gpu_scene, settings)
+        self._frames = FrameSequence(device, size, settings.seed)
+        self.gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
+        self.shadows = Shadows(device, size, tracer) if settings.shadows.mode != "off" else None
+        self.lighting = DirectLighting(device, size, self._gpu_scene, settings.lighting)
+        self.antialiasing = Accumulation(device, size)
+        self.post = Post(device, size, settings.post)
+        self._buffers: dict[str, spy.Texture] = {}
+
+    @property
+    def device_name(self) -> str:
+        """The adapter that renders."""
+        return self.device.name
+
+    def reset(self) -> None:
+        """Drop all history: the next frame is frame 0 again."""
+        self._frames.reset()
+        self.antialiasing.reset()
+
+    def advance(self, camera: Camera) -> dict[str, spy.Texture]:
+        """Record and submit one frame. Returns its buffers, which the next frame overwrites."""
+        frame = self._frames.begin(camera)
+        scene = self._gpu_scene
+        moved = scene.update(frame) or frame.camera_moved
+        gbuffer = self.gbuffer(frame, scene)
+        visibility = self.shadows(frame, gbuffer, scene, self._slots) if self.shadows else None
+        radiance = self.lighting(frame, gbuffer, scene, self._slots, visibility)
+        picture = self.antialiasing(frame, radiance, moved)
+        display = self.post(frame, picture)
+        self._frames.end(frame)
+        buffers = {**gbuffer.textures, "color": picture, "display": display}
+        return buffers if visibility is None else {**buffers, "shadows": visibility}
+
+    def render(self, frames: int = 16, camera: Camera | None = None, progress: Progress | None = None) -> Frame:
+        """Render `frames` frames and return the last, which holds the mean of all since something moved.
+
+        `camera` None takes the scene's first, or one that shows the whole scene. `progress(done, frames)` is called
+        after each frame.
+        """
+        camera = camera or self.scene.default_camera(self.size[0] / self.size[1])
+        buffers: dict[str, spy.Texture] = {}
+        for done in range(max(frames, 1)):
+            buffers = self.advance(camera)
+            if progress is not None:
+                progress(done + 1, frames)
+        kept = copies(self.device, buffers)
+        aovs = gbuffer_aovs(kept, self._gpu_scene, camera)
+        if "shadows" in kept:
+            aovs["shadows"] = lambda: visibility_layers(kept["shadows"].to_numpy(), self._slots.count)
+        return Frame(
+            color=lambda: rgb(kept["color"]),
+            display=lambda: rgb(kept["display"]),
+            aovs=aovs,
+            timings=self.device.profiler.flush(),
+        )

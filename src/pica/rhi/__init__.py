@@ -1,0 +1,1 @@
+"""The thin layer over SlangPy: devices, acceleration structures, pipelines, ray effects, the profiler."""

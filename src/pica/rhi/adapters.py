@@ -1,0 +1,110 @@
+"""Which graphics devices there are, what each can do, and which one to use."""
+
+import json
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import slangpy as spy
+
+from pica.errors import DeviceError
+
+_WANTED = {
+    spy.Feature.bindless: "bindless resources",
+    spy.Feature.parameter_block: "parameter blocks",
+    spy.Feature.rasterization: "rasterization",
+    spy.Feature.timestamp_query: "timestamp queries",
+    spy.Feature.acceleration_structure: "acceleration structures",
+    spy.Feature.ray_tracing: "ray tracing pipelines",
+}
+HELP = "run `pica doctor` to see what is missing and how to install it"
+
+
+@dataclass(frozen=True)
+class DeviceInfo:
+    """One graphics device as found on this machine."""
+
+    name: str
+    type: str
+    """"hardware" or "software" (a driver that runs on the CPU, such as lavapipe)."""
+    driver: str
+    """The driver's version where it can be told, else an empty string."""
+    tier: int
+    """What it can trace (seed 000, 19.2.2): 0 nothing, 1 buffers of rays, 2 ray generation shaders, 3 recursion."""
+    missing: list[str]
+    """What pica wants and this device lacks, in words."""
+
+
+def tier_of(device: spy.Device) -> int:
+    """The ray tracing tier of an open device, 0 to 3."""
+    if not device.has_feature(spy.Feature.acceleration_structure):
+        return 0
+    # Every Vulkan driver with ray tracing pipelines that pica has met allows recursion.
+    return 3 if device.has_feature(spy.Feature.ray_tracing) else 1
+
+
+def _driver_version(adapter: spy.AdapterInfo) -> str:
+    nvidia = Path("/proc/driver/nvidia/version")
+    if "nvidia" in adapter.name.lower() and nvidia.exists():
+        words = nvidia.read_text().split()
+        return next((word for word in words if word[:1].isdigit() and "." in word), "")
+    # Mesa's software drivers write their version into the device's identifier.
+    text = bytes(adapter.luid).split(b"\0")[0].decode("ascii", "ignore")
+    return text if text.startswith("mesa") else ""
+
+
+def describe(device: spy.Device, adapter: spy.AdapterInfo) -> DeviceInfo:
+    """What an open device is and lacks."""
+    return DeviceInfo(
+        name=adapter.name,
+        type="software" if device.has_feature(spy.Feature.software_device) else "hardware",
+        driver=_driver_version(adapter),
+        tier=tier_of(device),
+        missing=[words for feature, words in _WANTED.items() if not device.has_feature(feature)],
+    )
+
+
+def adapters() -> list[spy.AdapterInfo]:
+    """Every Vulkan adapter; empty where there is no Vulkan loader or no driver."""
+    try:
+        return list(spy.Device.enumerate_adapters(spy.DeviceType.vulkan))
+    except RuntimeError:
+        return []
+
+
+def list_devices() -> list[DeviceInfo]:
+    """Every graphics device. Each is opened in a process of its own, as a broken driver may take the process with it."""
+    found = []
+    for index, adapter in enumerate(adapters()):
+        probe = subprocess.run(
+            [sys.executable, "-m", "pica.rhi.adapters", str(index)], capture_output=True, text=True, timeout=120
+        )
+        if probe.returncode == 0:
+            found.append(DeviceInfo(**json.loads(probe.stdout.splitlines()[-1])))
+        else:
+            found.append(DeviceInfo(adapter.name, "unknown", _driver_version(adapter), 0, ["a driver that opens"]))
+    return found
+
+
+def choose(name: str | None) -> spy.AdapterInfo:
+    """The adapter to use: the one whose name contains `name`, else hardware before software.
+
+    Raises DeviceError when there is none, or none by that name.
+    """
+    known = adapters()
+    if not known:
+        raise DeviceError(f"no Vulkan device on this machine; {HELP}")
+    if name is not None:
+        matching = [adapter for adapter in known if name.lower() in adapter.name.lower()]
+        if not matching:
+            raise DeviceError(f"no device named {name!r}; there are: {', '.join(a.name for a in known)}")
+        known = matching
+    # Mesa's software rasterizers; opening every adapter to ask its features would take seconds.
+    return min(known, key=lambda adapter: "llvmpipe" in adapter.name.lower())
+
+
+if __name__ == "__main__":
+    chosen = adapters()[int(sys.argv[1])]
+    opened = spy.Device(type=spy.DeviceType.vulkan, adapter_luid=chosen.luid)
+    print(json.dumps(asdict(describe(opened, chosen))))

@@ -1,0 +1,164 @@
+"""The open device: makes buffers, textures and passes, and keeps the shader caches."""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.errors import DeviceError
+from pica.rhi.adapters import HELP, DeviceInfo, choose, describe
+from pica.rhi.binding import ParameterBlock
+from pica.rhi.passes import ComputePass, RasterPass, RasterState
+from pica.rhi.profiler import Profiler
+
+PACKAGE = Path(__file__).resolve().parents[1]
+_READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
+_TEXTURE = spy.TextureUsage.shader_resource | spy.TextureUsage.unordered_access
+
+
+def cache_folder() -> Path:
+    """Where compiled shaders are kept between runs; PICA_CACHE overrides the system's usual place."""
+    if "PICA_CACHE" in os.environ:
+        return Path(os.environ["PICA_CACHE"])
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "pica" / "cache"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "pica"
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "pica"
+
+
+@dataclass
+class DeviceRecording:
+    """What passes record into outside of any frame."""
+
+    encoder: spy.CommandEncoder
+    profiler: Profiler
+
+
+class Device:
+    """A graphics device with ray tracing pipelines.
+
+    `name`: part of the adapter's name; None takes hardware before software. Raises DeviceError when there
+    is no such device or it lacks what pica needs.
+    """
+
+    def __init__(self, name: str | None = None) -> None:
+        adapter = choose(name)
+        cache = cache_folder()
+        try:
+            cache.mkdir(parents=True, exist_ok=True)
+            caches: dict[str, Any] = {"shader_cache_path": cache / "shaders", "module_cache_path": cache / "modules"}
+        except OSError:  # a read-only home: slower starts, nothing else
+            caches = {}
+        try:
+            self.handle = spy.Device(
+                type=spy.DeviceType.vulkan,
+                adapter_luid=adapter.luid,
+                compiler_options={"include_paths": [PACKAGE], "warnings_as_errors": []},
+                enable_rhi_validation="PICA_VALIDATE" in os.environ,
+                enable_hot_reload=False,
+                **caches,
+            )
+        except RuntimeError as error:
+            raise DeviceError(f"device {adapter.name!r} cannot be opened: {str(error).splitlines()[0]}; {HELP}") from None
+        self.info: DeviceInfo = describe(self.handle, adapter)
+        if self.info.missing:
+            raise DeviceError(f"device {self.name!r} lacks {', '.join(self.info.missing)}; {HELP}")
+        self.memory = 0
+        """Bytes of device memory that pica has asked for and not given back."""
+
+    @property
+    def name(self) -> str:
+        """The adapter's name."""
+        return self.info.name
+
+    @property
+    def tier(self) -> int:
+        """What the device can trace, 1 to 3 (seed 000, 19.2.2)."""
+        return self.info.tier
+
+    @property
+    def is_software(self) -> bool:
+        """True for a driver that runs on the CPU."""
+        return self.info.type == "software"
+
+    @cached_property
+    def profiler(self) -> Profiler:
+        """GPU times of the passes on this device."""
+        return Profiler(self.handle)
+
+    @contextmanager
+    def record(self) -> Iterator[DeviceRecording]:
+        """Record work outside of any frame; it is submitted at the end of the block."""
+        recording = DeviceRecording(self.handle.create_command_encoder(), self.profiler)
+        yield recording
+        self.handle.submit_command_buffer(recording.encoder.finish())
+
+    def count_memory(self, size: int) -> None:
+        """Book `size` bytes taken (or, negative, given back)."""
+        self.memory += size
+
+    def buffer(
+        self,
+        label: str,
+        *,
+        data: NDArray[Any] | None = None,
+        size: int = 0,
+        struct_size: int = 0,
+        usage: spy.BufferUsage = _READ_WRITE,
+    ) -> spy.Buffer:
+        """A buffer with this data, or of `size` bytes; `struct_size` in bytes for structured ones."""
+        content: dict[str, Any] = {"size": max(size, 4)}
+        if data is not None and data.nbytes:
+            content = {"data": np.ascontiguousarray(data)}
+        self.count_memory(data.nbytes if data is not None else size)
+        return self.handle.create_buffer(usage=usage, struct_size=struct_size, label=label, **content)
+
+    def structured(self, label: str, data: NDArray[Any], usage: spy.BufferUsage = _READ_WRITE) -> spy.Buffer:
+        """A structured buffer with one element per item of the (n,) structured or (n, k) array."""
+        size = data.dtype.itemsize if data.dtype.names else data.itemsize * int(np.prod(data.shape[1:], dtype=int))
+        flat = np.ascontiguousarray(data).view(np.uint8).reshape(-1)
+        if not len(flat):  # an empty buffer still needs an element to be bound
+            flat = np.zeros(size, np.uint8)
+        return self.buffer(label, data=flat, struct_size=size, usage=usage)
+
+    def texture(
+        self, label: str, texture_format: spy.Format, size: tuple[int, int], usage: spy.TextureUsage = _TEXTURE
+    ) -> spy.Texture:
+        """A texture of (width, height) texels without content."""
+        texture = self.handle.create_texture(
+            format=texture_format, width=size[0], height=size[1], usage=usage, label=label
+        )
+        self.count_memory(texture.memory_usage.device)
+        return texture
+
+    def sampler(self, **description: Any) -> spy.Sampler:
+        """A sampler; keywords as slangpy.SamplerDesc."""
+        return self.handle.create_sampler(**description)
+
+    def parameter_block(self, module: str, name: str) -> ParameterBlock:
+        """The block `name` that `module` (a path below the package) declares."""
+        return ParameterBlock(self.handle, module, name)
+
+    def compute(self, module: str, entry: str = "main", name: str | None = None) -> ComputePass:
+        """A compute pass from a file below the package; `name` is what the profiler calls it."""
+        return ComputePass(self.handle, name or Path(module).stem, self._program(module, [entry]))
+
+    def raster(self, module: str, entries: tuple[str, str], state: RasterState, name: str | None = None) -> RasterPass:
+        """A raster pass from the vertex and fragment entry points of a file."""
+        return RasterPass(self.handle, name or Path(module).stem, self._program(module, list(entries)), state)
+
+    def _program(self, module: str, entries: list[str]) -> spy.ShaderProgram:
+        try:
+            loaded = self.handle.load_module(module)
+            return self.handle.link_program([loaded], [loaded.entry_point(entry) for entry in entries])
+        except RuntimeError as error:
+            raise DeviceError(f"{module}: {error}") from error

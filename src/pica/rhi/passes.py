@@ -1,0 +1,70 @@
+"""Compute and raster passes: a pipeline, its parameters, and one call a frame."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import slangpy as spy
+
+from pica.rhi.binding import ProgramParameters
+from pica.rhi.profiler import Profiler
+
+
+class Recording(Protocol):
+    """What a pass records into: the frame's command encoder and the profiler."""
+
+    encoder: spy.CommandEncoder
+    profiler: Profiler
+
+
+class ComputePass:
+    """One compute entry point, run over a grid of threads."""
+
+    def __init__(self, device: spy.Device, name: str, program: spy.ShaderProgram) -> None:
+        self.name = name
+        self.pipeline = device.create_compute_pipeline(program)
+        self.parameters = ProgramParameters(device, name, program)
+
+    def __call__(self, recording: Recording, threads: tuple[int, int, int], /, **values: Any) -> None:
+        """Record one dispatch of (x, y, z) threads with these parameters."""
+        self.parameters.bind(**values)
+        self.parameters.check()
+        with recording.profiler.measure(recording.encoder, self.name), recording.encoder.begin_compute_pass() as encoder:
+            encoder.bind_pipeline(self.pipeline, self.parameters.root)
+            encoder.dispatch(threads)
+
+
+@dataclass(frozen=True)
+class RasterState:
+    """The fixed-function state of a raster pass."""
+
+    formats: tuple[spy.Format, ...]
+    cull: spy.CullMode
+    front: spy.FrontFaceMode = spy.FrontFaceMode.counter_clockwise
+    depth_format: spy.Format = spy.Format.d32_float
+
+
+class RasterPass:
+    """One vertex and fragment program; draws are recorded by the caller into an open render pass."""
+
+    def __init__(self, device: spy.Device, name: str, program: spy.ShaderProgram, state: RasterState) -> None:
+        self.name = name
+        self.parameters = ProgramParameters(device, name, program)
+        self.pipeline = device.create_render_pipeline(
+            program=program,
+            input_layout=None,
+            targets=[{"format": target} for target in state.formats],
+            # Reversed z: nearer is greater, 0 is infinitely far (DESIGN: G-buffer contract).
+            depth_stencil={
+                "format": state.depth_format,
+                "depth_test_enable": True,
+                "depth_write_enable": True,
+                "depth_func": spy.ComparisonFunc.greater,
+            },
+            rasterizer={"cull_mode": state.cull, "front_face": state.front},
+        )
+
+    def bind(self, encoder: spy.RenderPassEncoder, /, **values: Any) -> None:
+        """Bind the pipeline and its parameters; the caller draws."""
+        self.parameters.bind(**values)
+        self.parameters.check()
+        encoder.bind_pipeline(self.pipeline, self.parameters.root)

@@ -1,0 +1,72 @@
+"""GPU time of every pass, by name, read back when the GPU is done so that nothing waits."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import slangpy as spy
+
+MAX_PASSES = 64
+FRAMES_IN_FLIGHT = 3
+
+
+class Profiler:
+    """Timestamps around named passes. Passes of one name in one frame are added up."""
+
+    def __init__(self, device: spy.Device) -> None:
+        self._device = device
+        self._enabled = device.has_feature(spy.Feature.timestamp_query)
+        self._pools = [
+            device.create_query_pool(spy.QueryType.timestamp, 2 * MAX_PASSES)
+            for _ in range(FRAMES_IN_FLIGHT if self._enabled else 0)
+        ]
+        self._pending: list[tuple[int, int, list[str]]] = []
+        self._free = list(range(len(self._pools)))
+        self._current: int | None = None
+        self._names: list[str] = []
+        self.latest: dict[str, float] = {}
+        """Milliseconds per pass of the newest frame that the GPU has finished."""
+
+    def begin_frame(self) -> None:
+        """Start a frame; when all pools are still in use the frame goes unmeasured rather than wait."""
+        self._collect()
+        self._names = []
+        self._current = self._free.pop() if self._free else None
+        if self._current is not None:
+            self._pools[self._current].reset()
+
+    @contextmanager
+    def measure(self, encoder: spy.CommandEncoder, name: str) -> Iterator[None]:
+        """Time what is recorded inside."""
+        if self._current is None or len(self._names) == MAX_PASSES:
+            yield
+            return
+        pool, first = self._pools[self._current], 2 * len(self._names)
+        self._names.append(name)
+        encoder.write_timestamp(pool, first)
+        yield
+        encoder.write_timestamp(pool, first + 1)
+
+    def end_frame(self, submission: int) -> None:
+        """The frame was submitted under this id."""
+        if self._current is not None:
+            self._pending.append((submission, self._current, self._names))
+            self._current = None
+
+    def flush(self) -> dict[str, float]:
+        """Wait for the GPU and return the newest frame's times in milliseconds."""
+        self._device.wait_for_idle()
+        self._collect()
+        return self.latest
+
+    def _collect(self) -> None:
+        while self._pending and self._device.is_submit_finished(self._pending[0][0]):
+            _, pool, names = self._pending.pop(0)
+            self._free.append(pool)
+            if not names:
+                continue
+            seconds = self._pools[pool].get_timestamp_results(0, 2 * len(names))
+            times: defaultdict[str, float] = defaultdict(float)
+            for index, name in enumerate(names):
+                times[name] += (seconds[2 * index + 1] - seconds[2 * index]) * 1e3
+            self.latest = dict(times)

@@ -1,0 +1,160 @@
+"""Meshes: primitives become sections of indexed triangles with every attribute present (3.7.2)."""
+
+from typing import Any
+
+import numpy as np
+import pygltflib
+from numpy.typing import NDArray
+
+from pica.errors import SceneError
+from pica.scene.gltf.accessors import read_accessor, read_floats, read_indices
+from pica.scene.gltf.checks import choice, listing, text
+from pica.scene.gltf.container import Document
+from pica.scene.gltf.materials import Materials
+from pica.scene.material import Material, Texture
+from pica.scene.model import Mesh, Section
+from pica.scene.normals import face_normals, perpendicular, unit_normals
+from pica.scene.tangents import generate_tangents
+
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_MODES = dict.fromkeys(range(_TRIANGLES), None) | {mode: mode for mode in (_TRIANGLES, _STRIP, _FAN)}
+"""Points and lines (0 to 3) have no surface."""
+
+_TYPES = {
+    "POSITION": ("VEC3",), "NORMAL": ("VEC3",), "TANGENT": ("VEC4",),
+    "TEXCOORD_0": ("VEC2",), "TEXCOORD_1": ("VEC2",), "COLOR_0": ("VEC3", "VEC4"),
+}  # fmt: skip
+
+Attributes = dict[str, NDArray[np.float32]]
+
+
+class Meshes:
+    """The meshes of a file, each made once, when first used."""
+
+    def __init__(self, document: Document) -> None:
+        self._document = document
+        self._materials = Materials(document)
+        self._made: dict[int, Mesh] = {}
+
+    def get(self, index: int, where: str) -> Mesh:
+        """Mesh `index`; primitives without a surface are left out with a warning."""
+        entry = self._document.item("meshes", index, where)
+        if index not in self._made:
+            primitives = enumerate(listing(entry.primitives, f"meshes[{index}].primitives"))
+            sections = [self._section(part, f"meshes[{index}].primitives[{i}]") for i, part in primitives]
+            self._made[index] = Mesh([section for section in sections if section is not None], text(entry.name))
+        return self._made[index]
+
+    def _section(self, primitive: Any, where: str) -> Section | None:
+        mode = choice(_TRIANGLES if primitive.mode is None else primitive.mode, f"{where}.mode", _MODES)
+        if mode is None:
+            self._document.warn("points and lines have no surface and are left out")
+            return None
+        accessors = vars(primitive.attributes) if isinstance(primitive.attributes, pygltflib.Attributes) else {}
+        if accessors.get("POSITION") is None:
+            self._document.warn(f"{where}: left out, it has no POSITION")
+            return None
+        material = self._materials.get(primitive.material, where)
+        triangles, used = self._triangles(primitive.indices, accessors["POSITION"], mode, where)
+        if not len(triangles):
+            return None
+        return _complete(self._attributes(accessors, used, where), triangles, material)
+
+    def _triangles(
+        self, indices: object, positions: object, mode: int, where: str
+    ) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
+        """(triangles, 3) indices into the vertices that they use, and which of the file's those are."""
+        vertex_count = len(read_accessor(self._document, positions, f"{where}.POSITION", _TYPES["POSITION"]))
+        if indices is None:
+            order = np.arange(vertex_count, dtype=np.uint32)
+        else:
+            order = read_indices(self._document, indices, f"{where}.indices", vertex_count)
+        triangles = triangulate(order, mode)
+        in_use = np.zeros(vertex_count, bool)
+        in_use[triangles] = True
+        renumbered = np.cumsum(in_use, dtype=np.uint32) - np.uint32(1)
+        return renumbered[triangles], np.flatnonzero(in_use)
+
+    def _attributes(self, accessors: dict[str, Any], used: NDArray[np.intp], where: str) -> Attributes:
+        """The attributes of the used vertices, as far as the file has them."""
+        attributes: Attributes = {}
+        vertex_count = 0
+        for name, types in _TYPES.items():
+            if accessors.get(name) is None:
+                continue
+            values = read_floats(self._document, accessors[name], f"{where}.{name}", types)
+            vertex_count = vertex_count or len(values)
+            if len(values) != vertex_count:
+                raise SceneError(f"{where}.{name}: {len(values)} elements for {vertex_count} positions")
+            attributes[name] = values[used]
+        return attributes
+
+
+def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
+    """(triangles, 3) of a list of vertices drawn as triangles, strip or fan; those that repeat a vertex are dropped."""
+    # 3.7.2.1: every second triangle of a strip has its last two vertices swapped, a fan turns about its first
+    if mode == _TRIANGLES:
+        triangles = order[: len(order) // 3 * 3].reshape(-1, 3)
+    elif mode == _STRIP:
+        triangles = np.stack([order[:-2], order[1:-1], order[2:]], axis=1)
+        triangles[1::2, 1:] = triangles[1::2, :0:-1]
+    else:
+        triangles = np.stack([order[1:-1], order[2:], np.full(max(len(order) - 2, 0), order[0])], axis=1)
+    a, b, c = triangles.T
+    return triangles[(a != b) & (b != c) & (c != a)]
+
+
+def _complete(attributes: Attributes, triangles: NDArray[np.uint32], material: Material) -> Section:
+    """Generate what the file lacks."""
+    positions = attributes["POSITION"]
+    if "NORMAL" in attributes:
+        attributes["NORMAL"] = unit_normals(attributes["NORMAL"], positions, triangles)
+    else:  # 3.7.2.1: flat normals, and tangents in the file do not count
+        attributes.pop("TANGENT", None)
+        normals = np.repeat(face_normals(positions, triangles), 3, axis=0)
+        attributes = _taken(attributes, triangles.reshape(-1).astype(np.intp)) | {"NORMAL": normals}
+        triangles = np.arange(triangles.size, dtype=np.uint32).reshape(-1, 3)
+    if "TANGENT" not in attributes and material.normal_texture is not None:
+        uvs = _texture_coordinates(attributes, material.normal_texture)
+        tangents, source, triangles = generate_tangents(attributes["POSITION"], attributes["NORMAL"], uvs, triangles)
+        attributes = _taken(attributes, source) | {"TANGENT": tangents}
+    count = len(attributes["POSITION"])
+    return Section(
+        positions=attributes["POSITION"],
+        normals=attributes["NORMAL"],
+        tangents=_unit_tangents(attributes.get("TANGENT"), attributes["NORMAL"]),
+        uv0=attributes.get("TEXCOORD_0", np.zeros((count, 2), np.float32)),
+        uv1=attributes.get("TEXCOORD_1", np.zeros((count, 2), np.float32)),
+        colors=_rgba(attributes.get("COLOR_0", np.ones((count, 4), np.float32))),
+        indices=triangles,
+        material=material,
+    )
+
+
+def _taken(attributes: Attributes, vertices: NDArray[np.intp]) -> Attributes:
+    return {name: values[vertices] for name, values in attributes.items()}
+
+
+def _texture_coordinates(attributes: Attributes, texture: Texture) -> NDArray[np.float32]:
+    """(vertices, 2) where the texture is read."""
+    uvs = attributes.get(f"TEXCOORD_{texture.uv_set}", np.zeros((len(attributes["POSITION"]), 2), np.float32))
+    matrix = np.array(texture.transform, np.float32).reshape(2, 3)
+    return uvs @ matrix[:, :2].T + matrix[:, 2]
+
+
+def _unit_tangents(tangents: NDArray[np.float32] | None, normals: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(vertices, 4) unit tangents; any at a right angle to the normal where there is none."""
+    spare = np.column_stack([perpendicular(normals), np.ones(len(normals), np.float32)])
+    if tangents is None:
+        return spare
+    lengths = np.linalg.norm(tangents[:, :3], axis=1, keepdims=True)
+    unit = np.column_stack(
+        [tangents[:, :3] / np.where(lengths > 0, lengths, 1), np.where(tangents[:, 3:] < 0, -1, 1).astype(np.float32)]
+    )
+    return np.where(lengths > 0, unit, spare).astype(np.float32)
+
+
+def _rgba(colors: NDArray[np.float32]) -> NDArray[np.float32]:
+    if colors.shape[1] == 4:
+        return colors
+    return np.column_stack([colors, np.ones(len(colors), np.float32)])

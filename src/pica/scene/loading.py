@@ -1,0 +1,67 @@
+"""Opening a scene from files."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.errors import SceneError
+from pica.pictures import read_radiance
+from pica.scene import gltf
+from pica.scene.environment import Environment
+from pica.scene.model import Scene
+
+
+def load(path: str | Path, environment: str | Path | Environment | None = None) -> Scene:
+    """Load a .gltf or .glb file, lit from all around by `environment` (a .hdr or .exr file, or one in memory).
+
+    A scene without any light gets a neutral sky, and a warning that says so. Raises SceneError, one line that
+    names the file and the fault; warns about features of the file that are not supported.
+    """
+    scene = gltf.read(path)
+    if isinstance(environment, Environment):
+        scene.environment = environment
+    elif environment is not None:
+        scene.environment = read_environment(Path(environment))
+    elif not _gives_light(scene):
+        warnings.warn(
+            f"{path}: has no light, so a neutral sky lights it; an environment would replace that", stacklevel=2
+        )
+        scene.environment = default_environment()
+    return scene
+
+
+def default_environment(width: int = 256) -> Environment:
+    """A grey sky over darker ground with one broad key light from the upper right front; 1 nit on average."""
+    height = width // 2
+    azimuth = ((np.arange(width) + 0.5) / width - 0.5) * 2 * np.pi
+    polar = (np.arange(height) + 0.5) / height * np.pi
+    up = np.cos(polar)[:, None]
+    outward = np.sin(polar)[:, None]
+    direction = np.stack(np.broadcast_arrays(outward * np.cos(azimuth), up, outward * np.sin(azimuth)), axis=-1)
+    sky = np.where(up > 0, 0.7 + 0.3 * (1 - np.abs(up)), 0.25 + 0.2 * (1 - np.abs(up)))
+    key = 12.0 * np.maximum(direction @ _KEY_DIRECTION, 0.0) ** 40
+    grey = sky + key
+    grey /= np.average(grey, weights=np.broadcast_to(outward, grey.shape))  # outward is also a pixel's solid angle
+    radiance = np.repeat(grey[..., None], 3, axis=2).astype(np.float32)
+    return Environment(radiance, name="neutral sky")
+
+
+_KEY_DIRECTION: NDArray[np.float64] = np.array([0.5, 0.7, 0.6]) / np.linalg.norm([0.5, 0.7, 0.6])
+
+
+def read_environment(path: Path) -> Environment:
+    """The picture of the surroundings in a .hdr or .exr file. Raises SceneError."""
+    radiance = read_radiance(path)
+    if not np.isfinite(radiance).all():
+        raise SceneError(f"{path}: holds radiance that is not finite")
+    return Environment(np.maximum(radiance, 0), name=path.stem)  # filtering leaves values a little below zero
+
+
+def _gives_light(scene: Scene) -> bool:
+    return any(
+        node.light is not None
+        or (node.mesh is not None and any(max(section.material.emission) > 0 for section in node.mesh.sections))
+        for node in scene.nodes()
+    )

@@ -1,0 +1,211 @@
+"""What there is to see: meshes, nodes and the scene that holds them. NumPy only, nothing of the GPU.
+
+World matrices are float64, right-handed, +Y up, metres; column vectors: world = parent * local.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from weakref import WeakSet
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pica.scene.camera import Camera
+from pica.scene.environment import Environment
+from pica.scene.light import Light
+from pica.scene.material import Material
+
+
+@dataclass(eq=False)
+class Section:
+    """A part of a mesh with one material (a glTF primitive): indexed triangles.
+
+    Attributes that a file lacks are generated when it is loaded, so all are always there.
+    """
+
+    positions: NDArray[np.float32]
+    """(vertices, 3) metres, object space."""
+    normals: NDArray[np.float32]
+    """(vertices, 3) unit length."""
+    tangents: NDArray[np.float32]
+    """(vertices, 4) unit length, w = sign of the bitangent cross(normal, tangent) (glTF 2.0, 3.7.2.1)."""
+    uv0: NDArray[np.float32]
+    """(vertices, 2) first texture coordinates, v down."""
+    uv1: NDArray[np.float32]
+    """(vertices, 2) second texture coordinates."""
+    colors: NDArray[np.float32]
+    """(vertices, 4) linear, multiplies the base colour."""
+    indices: NDArray[np.uint32]
+    """(triangles, 3), counter-clockwise from the front."""
+    material: Material
+
+
+@dataclass(eq=False)
+class Mesh:
+    """Sections that move together."""
+
+    sections: list[Section]
+    name: str = ""
+
+
+class ChangeSet:
+    """The nodes that moved since somebody last asked; made by Scene.subscribe."""
+
+    def __init__(self) -> None:
+        self.moved: dict[Node, None] = {}
+
+    def take(self) -> list["Node"]:
+        """The moved nodes, children included, and forget them."""
+        moved, self.moved = list(self.moved), {}
+        return moved
+
+
+@dataclass(eq=False)
+class Node:
+    """A place in the world and what stands there. Set `transform` to move it with its children."""
+
+    name: str = ""
+    mesh: Mesh | None = None
+    light: Light | None = None
+    camera: Camera | None = None
+    """Its own transform is ignored: the node's world matrix places it."""
+    instances: NDArray[np.float64] | None = None
+    """(count, 4, 4) copies of the mesh relative to this node (EXT_mesh_gpu_instancing); None: one, at the node."""
+    extras: dict[str, object] = field(default_factory=dict)
+    children: list["Node"] = field(default_factory=list)
+    parent: "Node | None" = field(default=None, repr=False)
+    _transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+    _world: NDArray[np.float64] | None = field(default=None, repr=False)
+    _listeners: "WeakSet[ChangeSet] | None" = field(default=None, repr=False)
+
+    @property
+    def transform(self) -> NDArray[np.float64]:
+        """(4, 4) this node to its parent. Assign a new matrix to move the node; do not write into it."""
+        return self._transform
+
+    @transform.setter
+    def transform(self, matrix: ArrayLike) -> None:
+        self._transform = np.array(matrix, np.float64).reshape(4, 4)
+        for node in self.walk():
+            node._world = None
+            for listener in node._listeners or ():
+                listener.moved[node] = None
+
+    @property
+    def world(self) -> NDArray[np.float64]:
+        """(4, 4) this node to the world."""
+        outdated: list[Node] = []
+        above = self
+        while above._world is None and above.parent is not None:  # a loop: files nest deeper than Python recurses
+            outdated.append(above)
+            above = above.parent
+        world = above._transform if above._world is None else above._world
+        above._world = world
+        for node in reversed(outdated):
+            node._world = world = world @ node._transform
+        return world
+
+    def add(self, child: "Node") -> "Node":
+        """Make `child` a child of this node and return it."""
+        child.parent = self
+        self.children.append(child)
+        for node in child.walk():
+            node._world = None
+            node._listeners = self._listeners
+        return child
+
+    def walk(self) -> Iterator["Node"]:
+        """This node and all below it, parents first."""
+        stack = [self]
+        while stack:
+            node = stack.pop()
+            yield node
+            stack.extend(reversed(node.children))
+
+    def instance_transforms(self) -> NDArray[np.float64]:
+        """(count, 4, 4) object to world of every copy of the mesh; count is 1 without `instances`."""
+        return self.world[None] if self.instances is None else self.world @ self.instances
+
+
+class Scene:
+    """Nodes and an environment. A renderer keeps a copy on the GPU and follows what moves."""
+
+    def __init__(self, name: str = "", environment: Environment | None = None) -> None:
+        self.name = name
+        self.environment = environment
+        self.roots: list[Node] = []
+        self._listeners: WeakSet[ChangeSet] = WeakSet()
+
+    def add(self, node: Node) -> Node:
+        """Add a node without a parent, with all below it, and return it."""
+        self.roots.append(node)
+        for below in node.walk():
+            below._listeners = self._listeners
+        return node
+
+    def nodes(self) -> Iterator[Node]:
+        """Every node, parents before children."""
+        for root in self.roots:
+            yield from root.walk()
+
+    def subscribe(self) -> ChangeSet:
+        """A new record of moved nodes; kept up to date for as long as the caller holds it."""
+        changes = ChangeSet()
+        self._listeners.add(changes)
+        return changes
+
+    def cameras(self) -> list[Camera]:
+        """The cameras in the scene, placed in the world; scale is dropped."""
+        return [_placed(node.camera, node.world) for node in self.nodes() if node.camera is not None]
+
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lowest and highest corner of the box round all meshes, (3,) each; a unit box when there are none."""
+        boxes: dict[int, NDArray[np.float64]] = {}
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for node in self.nodes():
+            if node.mesh is None:
+                continue
+            corners = boxes.get(id(node.mesh))
+            if corners is None:
+                corners = boxes[id(node.mesh)] = _corners(node.mesh)
+            if not len(corners):
+                continue
+            world = node.instance_transforms()
+            points = np.einsum("nij,pj->npi", world[:, :3, :3], corners) + world[:, None, :3, 3]
+            low = np.minimum(low, points.min((0, 1), initial=np.inf))
+            high = np.maximum(high, points.max((0, 1), initial=-np.inf))
+        if not (low <= high).all():
+            return np.full(3, -0.5), np.full(3, 0.5)
+        return low, high
+
+    def default_camera(self, aspect: float) -> Camera:
+        """The file's first camera, or one that frames the whole scene; `aspect` is width over height."""
+        cameras = self.cameras()
+        return cameras[0] if cameras else Camera.framing(*self.bounds(), aspect)
+
+    def triangle_count(self) -> int:
+        """Triangles over all nodes and copies."""
+        return sum(
+            sum(len(section.indices) for section in node.mesh.sections) * len(node.instance_transforms())
+            for node in self.nodes()
+            if node.mesh is not None
+        )
+
+
+def _corners(mesh: Mesh) -> NDArray[np.float64]:
+    used = [section.positions[np.unique(section.indices)] for section in mesh.sections if len(section.indices)]
+    if not used:
+        return np.zeros((0, 3))
+    points = np.concatenate(used).astype(np.float64)
+    low, high = points.min(0), points.max(0)
+    return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+
+
+def _placed(camera: Camera, world: NDArray[np.float64]) -> Camera:
+    from dataclasses import replace
+
+    rotation, _ = np.linalg.qr(world[:3, :3])
+    rotation = rotation * np.sign(np.sum(rotation * world[:3, :3], axis=0))
+    transform = np.eye(4)
+    transform[:3, :3], transform[:3, 3] = rotation, world[:3, 3]
+    return replace(camera, transform=transform)

@@ -1,0 +1,37 @@
+"""Normals, and frames around them, for meshes that come without."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def face_normals(positions: NDArray[np.float32], triangles: NDArray[np.uint32]) -> NDArray[np.float32]:
+    """(triangles, 3) unit normals, on the side from which the corners go counter-clockwise; +Z where no area is."""
+    corners = positions[triangles].astype(np.float64)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return _unit(normals, np.array([0.0, 0.0, 1.0])).astype(np.float32)
+
+
+def unit_normals(
+    normals: NDArray[np.float32], positions: NDArray[np.float32], triangles: NDArray[np.uint32]
+) -> NDArray[np.float32]:
+    """(vertices, 3) the normals at unit length; one of length zero becomes that of a triangle at the vertex."""
+    missing = ~normals.any(axis=1, keepdims=True)
+    if missing.any():
+        at_vertex = np.zeros_like(normals)
+        at_vertex[triangles] = face_normals(positions, triangles)[:, None]
+        normals = np.where(missing, at_vertex, normals)
+    return _unit(normals.astype(np.float64), np.array([0.0, 0.0, 1.0])).astype(np.float32)
+
+
+def perpendicular(normals: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(vertices, 3) one unit vector at a right angle to each unit normal."""
+    # Duff et al. 2017, "Building an Orthonormal Basis, Revisited", the first of its two axes
+    x, y, z = normals.astype(np.float64).T
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    return np.stack([1.0 + sign * x * x * a, sign * x * y * a, -sign * x], axis=1).astype(np.float32)
+
+
+def _unit(vectors: NDArray[np.float64], fallback: NDArray[np.float64]) -> NDArray[np.float64]:
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.where(lengths > 0, vectors / np.where(lengths > 0, lengths, 1.0), fallback)

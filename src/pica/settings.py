@@ -1,0 +1,132 @@
+"""Every setting of the renderer: its unit, its range and what more or less of it buys."""
+
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from pica.errors import SettingsError
+
+
+def _range(low: float, high: float, default: float) -> Any:
+    return field(default=default, metadata={"range": (low, high)})
+
+
+class _Checked:
+    """Checks every field of a settings group against its type and range."""
+
+    def __post_init__(self) -> None:
+        hints = get_type_hints(type(self))
+        for setting in fields(self):  # type: ignore[arg-type]
+            value, hint = getattr(self, setting.name), hints[setting.name]
+            where = f"{type(self).__name__.removesuffix('Settings').lower()}.{setting.name}"
+            if get_origin(hint) is Literal and value not in get_args(hint):
+                raise SettingsError(f"setting {where}: {value!r} is not one of {', '.join(map(str, get_args(hint)))}")
+            if hint is bool and not isinstance(value, bool):
+                raise SettingsError(f"setting {where}: {value!r} is not true or false")
+            if "range" in setting.metadata:
+                low, high = setting.metadata["range"]
+                numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
+                if hint is int and not isinstance(value, int) or not numeric or not low <= value <= high:
+                    raise SettingsError(f"setting {where}: {value!r} is outside {low} to {high}")
+
+
+@dataclass(frozen=True)
+class VisibilitySettings(_Checked):
+    """What each pixel sees first."""
+
+    primary: Literal["auto", "raster", "rays"] = "auto"
+    """How triangles reach the pixels; auto takes what is faster on the device. Both give the same G-buffer."""
+
+
+@dataclass(frozen=True)
+class RaysSettings(_Checked):
+    """How rays are traced."""
+
+    scheduler: Literal["pipeline", "buffers"] = "pipeline"
+    """pipeline: ray generation shaders; buffers: rays and hits go through buffers, for tracers outside of shaders."""
+
+
+@dataclass(frozen=True)
+class ShadowsSettings(_Checked):
+    """Shadows of every light."""
+
+    mode: Literal["soft", "hard", "off"] = "soft"
+    """soft: one ray a frame to a random point of the light; hard: to its centre; off: no shadows."""
+    max_lights: int = _range(1, 32, 8)
+    """Lights with a shadow ray of their own. Higher: less noise with many lights, more rays and memory;
+    the lights beyond share one ray."""
+
+
+@dataclass(frozen=True)
+class LightingSettings(_Checked):
+    """Direct light."""
+
+    environment: Literal["sampled", "prefiltered", "off"] = "sampled"
+    """sampled: one ray a frame, by importance, with shadows; prefiltered: no rays, no shadows, no noise."""
+
+
+@dataclass(frozen=True)
+class PostSettings(_Checked):
+    """From scene radiance to the display."""
+
+    exposure: float = _range(-30.0, 30.0, 0.0)
+    """Stops added to the automatic exposure, or the exposure itself (2**-exposure nits is white) without it."""
+    auto_exposure: bool = True
+    """Choose the exposure from the picture's average luminance."""
+
+
+@dataclass(frozen=True)
+class Settings(_Checked):
+    """Everything that can be set. Immutable: `dataclasses.replace` or `with_values` make variants."""
+
+    visibility: VisibilitySettings = field(default_factory=VisibilitySettings)
+    rays: RaysSettings = field(default_factory=RaysSettings)
+    shadows: ShadowsSettings = field(default_factory=ShadowsSettings)
+    lighting: LightingSettings = field(default_factory=LightingSettings)
+    post: PostSettings = field(default_factory=PostSettings)
+    seed: int = _range(0, 2**31 - 1, 0)
+    """Another seed, another noise of the same strength."""
+
+    @staticmethod
+    def preset(name: str) -> "Settings":
+        """Named settings: "hybrid" (the default) or "raster" (no rays at all). Raises SettingsError."""
+        if name not in PRESETS:
+            raise SettingsError(f"preset {name!r} is not one of {', '.join(PRESETS)}")
+        return PRESETS[name]
+
+    def with_values(self, values: dict[str, str]) -> "Settings":
+        """A copy with settings given as text, {"shadows.mode": "hard"}. Raises SettingsError."""
+        settings = self
+        for path, text in values.items():
+            settings = _with_value(settings, path, path.split("."), text)
+        return settings
+
+
+def _with_value(group: Any, path: str, names: list[str], text: str) -> Any:
+    known = {setting.name for setting in fields(group)}
+    if names[0] not in known:
+        raise SettingsError(f"setting {path!r} does not exist; {names[0]!r} is not one of {', '.join(sorted(known))}")
+    current = getattr(group, names[0])
+    if is_dataclass(current) != (len(names) > 1):
+        raise SettingsError(f"setting {path!r} does not exist; write group.name=value")
+    value = _with_value(current, path, names[1:], text) if len(names) > 1 else _parsed(path, current, text)
+    return replace(group, **{names[0]: value})
+
+
+def _parsed(path: str, current: Any, text: str) -> Any:
+    try:
+        if isinstance(current, bool):
+            return {"true": True, "false": False}[text.lower()]
+        return type(current)(text)
+    except (KeyError, ValueError):
+        kind = "true or false" if isinstance(current, bool) else f"a {type(current).__name__}"
+        raise SettingsError(f"setting {path}: {text!r} is not {kind}") from None
+
+
+PRESETS = {
+    "hybrid": Settings(),
+    "raster": Settings(
+        visibility=VisibilitySettings("raster"),
+        shadows=ShadowsSettings("off"),
+        lighting=LightingSettings("prefiltered"),
+    ),
+}

@@ -1,0 +1,9 @@
+"""Where the shared test assets lie; tests that need them skip where they are absent."""
+
+from pathlib import Path
+
+import pytest
+
+ASSETS = Path(__file__).resolve().parents[2] / "shared" / "assets"
+
+needs_assets = pytest.mark.skipif(not ASSETS.is_dir(), reason=f"test assets are not at {ASSETS}")

@@ -1,0 +1,80 @@
+"""A renderer that answers at once, so that the command line is tested without a device."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import pica
+from pica.cli.main import main
+from pica.output import Frame
+from pica.scene.camera import Camera
+
+
+def fake_frame(width, height, level=0.5):
+    def color():
+        return np.full((height, width, 3), level, np.float32)
+
+    aovs = {
+        "depth": lambda: np.ones((height, width), np.float32),
+        "normal": lambda: np.ones((height, width, 3), np.float32),
+    }
+    return Frame(color, lambda: np.full((height, width, 3), 128, np.uint8), aovs, {"gbuffer": 1.5})
+
+
+class FakeRenderer:
+    """Stands for Renderer and PathTracer; `calls` tells what was asked."""
+
+    calls: list[SimpleNamespace] = []  # noqa: RUF012
+    error: BaseException | None = None
+    device_name = "fake device"
+
+    def __init__(self, scene, size, settings=None, device=None, max_depth=None):
+        if device == "nothing":
+            raise pica.errors.DeviceError("no device named 'nothing'")
+        self.size = size
+        self.asked = SimpleNamespace(scene=scene, size=size, settings=settings, device=device, max_depth=max_depth)
+
+    def render(self, frames=16, camera=None, progress=None):
+        return self._answer(camera, progress, frames, frames=frames)
+
+    def benchmark(self, camera=None, frames=200, warm_up=50):
+        return {"passes": {"gbuffer": 0.5}, "host": 0.25, "warm_up": warm_up}
+
+    def _answer(self, camera, progress, count, **counts):
+        if FakeRenderer.error is not None:
+            raise FakeRenderer.error
+        progress(count, count)
+        FakeRenderer.calls.append(SimpleNamespace(**vars(self.asked), **counts, camera=camera))
+        return fake_frame(*self.size)
+
+
+class FakePathTracer(FakeRenderer):
+    def render(self, samples=1024, camera=None, progress=None):
+        return self._answer(camera, progress, samples, samples=samples)
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """Replace the renderers and the loader, which are not even imported; what they were asked to render."""
+    scene = pica.Scene("fake")
+    side = Camera.look_at((1, 0, 0), (0, 0, 0), name="side")
+    monkeypatch.setattr(scene, "cameras", lambda: [side], raising=False)
+    monkeypatch.setitem(vars(pica), "load", lambda path, environment=None: scene)
+    monkeypatch.setitem(vars(pica), "Renderer", FakeRenderer)
+    monkeypatch.setitem(vars(pica), "PathTracer", FakePathTracer)
+    monkeypatch.setattr(FakeRenderer, "calls", [])
+    monkeypatch.setattr(FakeRenderer, "error", None)
+    return FakeRenderer.calls
+
+
+@pytest.fixture
+def run(capsys):
+    """Run the command line in this process: (exit code, stdout, stderr)."""
+
+    def call(*arguments):
+        code = main([str(argument) for argument in arguments])
+        said = capsys.readouterr()
+        return code, said.out, said.err
+
+    return call

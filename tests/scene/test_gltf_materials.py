@@ -1,0 +1,220 @@
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image as Picture
+
+from pica.errors import SceneError
+from pica.scene.gltf import read
+from pica.scene.gltf.textures import _matrix
+from pica.scene.material import AlphaMode, Material, Wrap
+from tests.scene.gltf_files import GltfFile
+
+
+def picture(kind: str = "PNG", color: tuple[int, ...] = (255, 0, 0)) -> bytes:
+    stream = io.BytesIO()
+    Picture.new("RGB" if len(color) == 3 else "RGBA", (4, 2), color).save(stream, kind, lossless=True)
+    return stream.getvalue()
+
+
+def file_with(material: dict[str, Any], *names: str) -> GltfFile:
+    file = GltfFile()
+    file.json |= {"extensionsUsed": list(names), "extensionsRequired": list(names)} if names else {}
+    file.mesh(material=file.add("materials", **material))
+    return file
+
+
+def material_of(file: GltfFile, folder: Path) -> Material:
+    (node,) = read(file.write(folder)).nodes()
+    assert node.mesh is not None
+    return node.mesh.sections[0].material
+
+
+def textured(folder: Path, **texture: Any) -> Material:
+    file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, **texture}}})
+    file.add("images", bufferView=file.view(picture()), mimeType="image/png")
+    file.add("textures", source=0)
+    return material_of(file, folder)
+
+
+def test_defaults_are_those_of_gltf(tmp_path: Path) -> None:
+    material = material_of(file_with({}), tmp_path)
+    assert material.base_color == (1, 1, 1, 1)
+    assert (material.metallic, material.roughness, material.emission) == (1, 1, (0, 0, 0))
+    assert (material.alpha_mode, material.alpha_cutoff, material.double_sided) == (AlphaMode.OPAQUE, 0.5, False)
+    assert (material.ior, material.specular, material.specular_color, material.unlit) == (1.5, 1, (1, 1, 1), False)
+
+
+def test_every_factor(tmp_path: Path) -> None:
+    description = {
+        "name": "paint",
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0, "roughnessFactor": 0.25,
+        },
+        "emissiveFactor": [0.5, 1, 0], "alphaMode": "MASK", "alphaCutoff": 0.7, "doubleSided": True,
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 20},
+            "KHR_materials_ior": {"ior": 1.33},
+            "KHR_materials_specular": {"specularFactor": 0, "specularColorFactor": [1, 0.5, 2]},
+            "KHR_materials_unlit": {},
+        },
+    }  # fmt: skip
+    material = material_of(file_with(description, *description["extensions"]), tmp_path)
+    assert material.name == "paint"
+    assert material.base_color == (0.1, 0.2, 0.3, 0.4)
+    assert (material.metallic, material.roughness, material.emission) == (0, 0.25, (10, 20, 0))
+    assert (material.alpha_mode, material.alpha_cutoff, material.double_sided) == (AlphaMode.MASK, 0.7, True)
+    assert (material.ior, material.specular, material.specular_color) == (1.33, 0, (1, 0.5, 2))
+    assert material.unlit
+
+
+def test_every_texture(tmp_path: Path) -> None:
+    infos = {name: {"index": i, "texCoord": i % 2} for i, name in enumerate("abcdefg")}
+    description = {
+        "pbrMetallicRoughness": {"baseColorTexture": infos["a"], "metallicRoughnessTexture": infos["b"]},
+        "normalTexture": infos["c"] | {"scale": 0.5},
+        "occlusionTexture": infos["d"] | {"strength": 0.25},
+        "emissiveTexture": infos["e"],
+        "extensions": {"KHR_materials_specular": {"specularTexture": infos["f"], "specularColorTexture": infos["g"]}},
+    }
+    file = file_with(description, "KHR_materials_specular")
+    for i in range(7):
+        file.add("images", bufferView=file.view(picture(color=(i, 0, 0))), mimeType="image/png")
+        file.add("textures", source=i)
+    material = material_of(file, tmp_path)
+    textures = [
+        material.base_color_texture, material.metallic_roughness_texture, material.normal_texture,
+        material.occlusion_texture, material.emissive_texture, material.specular_texture,
+        material.specular_color_texture,
+    ]  # fmt: skip
+    assert [texture and texture.image.pixels[0, 0, 0] for texture in textures] == list(range(7))
+    assert [texture and texture.uv_set for texture in textures] == [0, 1, 0, 1, 0, 1, 0]
+    assert (material.normal_scale, material.occlusion_strength) == (0.5, 0.25)
+
+
+def test_sampler(tmp_path: Path) -> None:
+    file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
+    file.add("images", bufferView=file.view(picture()), mimeType="image/png")
+    file.add("textures", source=0, sampler=file.add("samplers", wrapS=33071, wrapT=33648, magFilter=9728))
+    texture = material_of(file, tmp_path).base_color_texture
+    assert texture is not None
+    sampler = texture.sampler
+    assert (sampler.wrap_u, sampler.wrap_v, sampler.linear) == (Wrap.CLAMP_TO_EDGE, Wrap.MIRRORED_REPEAT, False)
+
+
+def transformed(uv: tuple[float, float], **transform: Any) -> np.ndarray:
+    return np.array(_matrix(transform, "")).reshape(2, 3) @ [*uv, 1]
+
+
+def test_texture_transform_of_the_extensions_own_example() -> None:
+    # "utilizes only the lower left quadrant of the source image, rotated clockwise 90 degrees"
+    corners = np.array(
+        [transformed(uv, offset=[0, 1], rotation=np.pi / 2, scale=[0.5, 0.5]) for uv in ((0, 0), (1, 1))]
+    )
+    np.testing.assert_allclose([corners.min(0), corners.max(0)], [[0, 0.5], [0.5, 1]], atol=1e-12)
+
+
+def test_texture_transform_turns_as_khronos_test_shows() -> None:
+    # TextureTransformTest marks where the arrow's tip at (0.7778, 0.7778) is seen when turned the right way
+    seen = (-0.07904822439840126 + 0.5, 0.5 + 0.5162674857624154)
+    np.testing.assert_allclose(transformed(seen, rotation=0.39269908169872414), [0.7778, 0.7778], atol=2e-3)
+
+
+def test_texture_transform_scales_before_it_turns() -> None:
+    np.testing.assert_allclose(transformed((1, 0), rotation=np.pi / 2, scale=[3, 5], offset=[10, 20]), [10, 17])
+
+
+def test_texture_transform_may_choose_the_coordinates(tmp_path: Path) -> None:
+    transform = {"KHR_texture_transform": {"offset": [0.5, 0], "texCoord": 1}}
+    texture = textured(tmp_path, texCoord=0, extensions=transform).base_color_texture
+    assert texture is not None
+    assert texture.uv_set == 1
+    assert texture.transform == (1, 0, 0.5, 0, 1, 0)
+
+
+@pytest.mark.parametrize(("kind", "mime"), [("PNG", "image/png"), ("JPEG", "image/jpeg")])
+def test_image_from_a_buffer_a_data_uri_and_a_file(kind: str, mime: str, tmp_path: Path) -> None:
+    import base64
+
+    content = picture(kind)
+    (tmp_path / "my picture").write_bytes(content)
+    file = file_with({
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}},
+        "emissiveTexture": {"index": 2},
+    })  # fmt: skip
+    file.add("images", bufferView=file.view(content), mimeType=mime)
+    file.add("images", uri=f"data:{mime};base64," + base64.b64encode(content).decode())
+    file.add("images", uri="./my%20picture")
+    for i in range(3):
+        file.add("textures", source=i)
+    material = material_of(file, tmp_path)
+    for texture in (material.base_color_texture, material.metallic_roughness_texture, material.emissive_texture):
+        assert texture is not None
+        assert texture.image.pixels.shape == (2, 4, 4)
+        np.testing.assert_allclose(texture.image.pixels[0, 0], [255, 0, 0, 255], atol=2)
+
+
+def test_webp_is_taken_before_its_fallback(tmp_path: Path) -> None:
+    file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, "EXT_texture_webp")
+    file.add("images", bufferView=file.view(picture("PNG", (255, 0, 0))), mimeType="image/png")
+    file.add("images", bufferView=file.view(picture("WEBP", (0, 255, 0))), mimeType="image/webp")
+    file.add("textures", source=0, extensions={"EXT_texture_webp": {"source": 1}})
+    texture = material_of(file, tmp_path).base_color_texture
+    assert texture is not None
+    np.testing.assert_array_equal(texture.image.pixels[0, 0], [0, 255, 0, 255])
+
+
+@pytest.mark.parametrize(
+    ("image", "texture"),
+    [({"uri": "basis.ktx2"}, {"source": 0}), ({"uri": "x", "mimeType": "image/ktx2"}, {"source": 0}), ({}, {})],
+)
+def test_pictures_of_other_formats_are_left_out_with_a_warning(
+    image: dict[str, Any], texture: dict[str, Any], tmp_path: Path
+) -> None:
+    file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
+    file.add("images", **image)
+    file.add("textures", **texture)
+    with pytest.warns(UserWarning, match=r"model.gltf: .*left out"):
+        assert material_of(file, tmp_path).base_color_texture is None
+
+
+@pytest.mark.parametrize(
+    ("image", "fault"),
+    [
+        ({"uri": "missing.png"}, r"images\[0\].uri: 'missing.png': no such file"),
+        ({"uri": "broken.png"}, r"images\[0\].uri: 'broken.png': .*"),
+        ({"uri": "/etc/passwd"}, "is not a path relative to the file"),
+        ({"uri": "https://example.com/a.png"}, "is not a path relative to the file"),
+        ({"uri": "data:image/png;base64,???"}, "broken base64"),
+        ({}, r"images\[0\]: has neither a uri nor a buffer view"),
+    ],
+)
+def test_unreadable_pictures_are_named(image: dict[str, Any], fault: str, tmp_path: Path) -> None:
+    (tmp_path / "broken.png").write_bytes(picture()[:40])
+    file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
+    file.add("images", **image)
+    file.add("textures", source=0)
+    with pytest.raises(SceneError, match=f"model.gltf: .*{fault}") as caught:
+        read(file.write(tmp_path))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("material", "fault"),
+    [
+        ({"alphaMode": "GLASS"}, r"materials\[0\].alphaMode: 'GLASS' is not one of OPAQUE, MASK, BLEND"),
+        ({"pbrMetallicRoughness": {"metallicFactor": 2}}, "metallicFactor: 2.0 is not a number from 0 to 1"),
+        ({"pbrMetallicRoughness": {"baseColorFactor": [1, 1]}}, "is not a list of 4 numbers"),
+        ({"emissiveFactor": [0, -1, 0]}, "emissiveFactor: -1.0 is not a number of at least 0"),
+        ({"extensions": {"KHR_materials_ior": {"ior": 0.5}}}, "ior: 0.5 is not a number of at least 1"),
+        ({"normalTexture": {"index": 4}}, r"normalTexture: textures\[4\] does not exist"),
+        ({"normalTexture": {"index": 0, "texCoord": "a"}}, "invalid literal for int"),
+    ],
+)
+def test_faults_are_named(material: dict[str, Any], fault: str, tmp_path: Path) -> None:
+    file = file_with(material)
+    file.add("textures", source=file.add("images", bufferView=file.view(picture()), mimeType="image/png"))
+    with pytest.raises(SceneError, match=f"model.gltf: .*{fault}"):
+        read(file.write(tmp_path))

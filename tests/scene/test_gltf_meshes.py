@@ -1,0 +1,162 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pica.errors import SceneError
+from pica.scene.gltf import read
+from pica.scene.gltf.meshes import triangulate
+from pica.scene.model import Scene, Section
+from tests.scene.gltf_files import TRIANGLE, GltfFile
+
+SQUARE = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
+
+
+def only_section(scene: Scene) -> Section:
+    (section,) = (section for node in scene.nodes() if node.mesh for section in node.mesh.sections)
+    return section
+
+
+def face_directions(section: Section) -> np.ndarray:
+    corners = section.positions[section.indices]
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def test_a_bare_triangle_gets_every_attribute(tmp_path: Path) -> None:
+    file = GltfFile()
+    file.mesh()
+    section = only_section(read(file.write(tmp_path)))
+    np.testing.assert_array_equal(section.positions, TRIANGLE)
+    np.testing.assert_array_equal(section.normals, [[0, 0, 1]] * 3)
+    np.testing.assert_array_equal(section.colors, np.ones((3, 4)))
+    assert section.uv0.shape == section.uv1.shape == (3, 2)
+    np.testing.assert_allclose(np.linalg.norm(section.tangents[:, :3], axis=1), 1, atol=1e-6)
+    np.testing.assert_allclose((section.tangents[:, :3] * section.normals).sum(1), 0, atol=1e-6)
+    assert section.material.name == "default" and section.material.base_color == (1, 1, 1, 1)
+    arrays = (section.positions, section.normals, section.tangents, section.uv0, section.uv1, section.colors)
+    assert all(array.dtype == np.float32 for array in arrays)
+    assert section.indices.dtype == np.uint32
+
+
+def test_strips_and_fans_keep_their_winding() -> None:
+    order = np.arange(5, dtype=np.uint32)
+    np.testing.assert_array_equal(triangulate(order, 5), [[0, 1, 2], [1, 3, 2], [2, 3, 4]])
+    np.testing.assert_array_equal(triangulate(order, 6), [[1, 2, 0], [2, 3, 0], [3, 4, 0]])
+    np.testing.assert_array_equal(triangulate(order, 4), [[0, 1, 2]])
+    for mode in (4, 5, 6):
+        assert triangulate(order[:1], mode).shape == (0, 3)
+
+
+def test_a_strip_faces_one_way(tmp_path: Path) -> None:
+    file = GltfFile()
+    file.mesh(file.accessor(SQUARE), mode=5)
+    np.testing.assert_array_equal(face_directions(only_section(read(file.write(tmp_path))))[:, 2] > 0, [True, True])
+
+
+def test_triangles_that_repeat_a_vertex_are_dropped() -> None:
+    assert len(triangulate(np.array([0, 1, 1, 2, 2, 2, 0, 1, 2], np.uint32), 4)) == 1
+
+
+def test_points_and_lines_are_left_out_with_one_warning(tmp_path: Path) -> None:
+    file = GltfFile()
+    for mode in range(5):
+        file.mesh(mode=mode)
+    with pytest.warns(UserWarning, match=r"model.gltf: points and lines have no surface") as caught:
+        scene = read(file.write(tmp_path))
+    assert len(caught) == 1
+    assert scene.triangle_count() == 1
+
+
+def test_flat_normals_split_shared_vertices(tmp_path: Path) -> None:
+    file = GltfFile()
+    positions = file.accessor([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    colors = file.accessor([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]])
+    indices = file.accessor([0, 1, 2, 0, 3, 1], "u1")
+    tangents = file.accessor([[1, 0, 0, 1]] * 4)
+    file.mesh(positions, indices=indices, attributes={"COLOR_0": colors, "TANGENT": tangents})
+    section = only_section(read(file.write(tmp_path)))
+    assert len(section.positions) == 6
+    np.testing.assert_array_equal(section.normals[section.indices], [[[0, 0, 1]] * 3, [[0, 1, 0]] * 3])
+    np.testing.assert_array_equal(section.colors[section.indices][1, 1], [1, 1, 1, 1])
+    np.testing.assert_allclose((section.tangents[:, :3] * section.normals).sum(1), 0, atol=1e-6)
+
+
+def test_vertices_that_no_triangle_uses_are_left_out(tmp_path: Path) -> None:
+    file = GltfFile()
+    positions = file.accessor([[9, 9, 9], [0, 0, 0], [1, 0, 0], [9, 9, 9], [0, 1, 0]])
+    normals = file.accessor([[0, 0, 2]] * 5)
+    file.mesh(positions, indices=file.accessor([1, 2, 4], "u2"), attributes={"NORMAL": normals})
+    section = only_section(read(file.write(tmp_path)))
+    np.testing.assert_array_equal(section.positions[section.indices[0]], TRIANGLE)
+    np.testing.assert_array_equal(section.normals, [[0, 0, 1]] * 3)  # and made unit length
+
+
+def test_a_normal_of_zero_becomes_that_of_its_triangle(tmp_path: Path) -> None:
+    file = GltfFile()
+    file.mesh(attributes={"NORMAL": file.accessor([[0, 0, 0], [1, 0, 0], [1, 0, 0]])})
+    np.testing.assert_array_equal(only_section(read(file.write(tmp_path))).normals[0], [0, 0, 1])
+
+
+def test_vertex_colors_of_three_and_four_components(tmp_path: Path) -> None:
+    file = GltfFile()
+    file.mesh(attributes={"COLOR_0": file.accessor([[255, 0, 51]] * 3, "u1", normalized=True)})
+    file.mesh(attributes={"COLOR_0": file.accessor([[0.1, 0.2, 0.3, 0.4]] * 3)})
+    three, four = (node.mesh.sections[0] for node in read(file.write(tmp_path)).nodes() if node.mesh)
+    np.testing.assert_allclose(three.colors, [[1, 0, 0.2, 1]] * 3, atol=1e-6)
+    np.testing.assert_allclose(four.colors, [[0.1, 0.2, 0.3, 0.4]] * 3, atol=1e-6)
+
+
+def test_quantized_mesh(tmp_path: Path) -> None:
+    file = GltfFile()
+    file.json |= {"extensionsUsed": ["KHR_mesh_quantization"], "extensionsRequired": ["KHR_mesh_quantization"]}
+    attributes = {
+        "NORMAL": file.accessor([[0, 0, 127]] * 3, "i1", normalized=True),
+        "TEXCOORD_0": file.accessor([[0, 0], [65535, 0], [0, 65535]], "u2", normalized=True),
+        "TEXCOORD_1": file.accessor([[0, 0], [3, 0], [0, 3]], "u1"),
+    }
+    positions = file.accessor([[0, 0, 0], [100, 0, 0], [0, 100, 0]], "i2")
+    file.mesh(positions, node={"scale": [0.01, 0.01, 0.01]}, attributes=attributes)
+    scene = read(file.write(tmp_path))
+    section = only_section(scene)
+    np.testing.assert_array_equal(section.uv0, [[0, 0], [1, 0], [0, 1]])
+    np.testing.assert_array_equal(section.uv1, [[0, 0], [3, 0], [0, 3]])
+    np.testing.assert_array_equal(section.normals, [[0, 0, 1]] * 3)
+    np.testing.assert_allclose(scene.bounds()[1], [1, 1, 0])
+
+
+def test_one_mesh_on_two_nodes_is_made_once(tmp_path: Path) -> None:
+    file = GltfFile()
+    file.mesh()
+    file.add("nodes", mesh=0, translation=[5, 0, 0])
+    first, second = read(file.write(tmp_path)).nodes()
+    assert first.mesh is second.mesh
+
+
+@pytest.mark.parametrize(
+    ("primitive", "fault"),
+    [
+        ({"indices": 7}, r"meshes\[0\].primitives\[0\].indices: accessors\[7\] does not exist"),
+        ({"material": 3}, r"materials\[3\] does not exist"),
+        ({"mode": 9}, "mode: 9 is not one of"),
+        ({"attributes": {"NORMAL": 99}}, r"NORMAL: accessors\[99\] does not exist"),
+    ],
+)
+def test_faults_are_named(primitive: dict[str, object], fault: str, tmp_path: Path) -> None:
+    file = GltfFile()
+    file.mesh(**primitive)
+    with pytest.raises(SceneError, match=f"model.gltf: .*{fault}"):
+        read(file.write(tmp_path))
+
+
+def test_indices_past_the_vertices_are_refused(tmp_path: Path) -> None:
+    file = GltfFile()
+    file.mesh(file.accessor(TRIANGLE), indices=file.accessor([0, 1, 3], "u1"))
+    with pytest.raises(SceneError, match=r"accessors\[1\]: .*indices names vertex 3 of 3"):
+        read(file.write(tmp_path))
+
+
+def test_attributes_of_different_length_are_refused(tmp_path: Path) -> None:
+    file = GltfFile()
+    file.mesh(attributes={"NORMAL": file.accessor([[0, 0, 1]] * 2)})
+    with pytest.raises(SceneError, match="NORMAL: 2 elements for 3 positions"):
+        read(file.write(tmp_path))

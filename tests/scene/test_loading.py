@@ -1,0 +1,58 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pica.errors import SceneError
+from pica.scene.environment import Environment
+from pica.scene.loading import default_environment, load
+from tests.assets import ASSETS, needs_assets
+from tests.scene.gltf_files import GltfFile
+
+
+def triangle(folder: Path, **node: object) -> Path:
+    file = GltfFile()
+    file.mesh(node=node)
+    return file.write(folder)
+
+
+def test_a_scene_without_light_gets_a_sky_and_says_so(tmp_path: Path) -> None:
+    with pytest.warns(UserWarning, match=r"model.gltf: has no light") as caught:
+        scene = load(triangle(tmp_path))
+    assert len(caught) == 1
+    assert scene.environment is not None
+
+
+def test_a_light_or_an_emissive_material_is_enough(tmp_path: Path) -> None:
+    assert load(triangle(tmp_path, extras={"pica": {"light": {"type": "sphere"}}})).environment is None
+    file = GltfFile()
+    file.mesh(material=file.add("materials", emissiveFactor=[0, 0, 1]))
+    assert load(file.write(tmp_path)).environment is None
+
+
+def test_default_environment_is_one_nit_brightest_upper_right_front() -> None:
+    radiance = default_environment().radiance
+    assert radiance.shape == (128, 256, 3)
+    rows, columns = np.indices(radiance.shape[:2]) + 0.5
+    theta, phi = rows / 128 * np.pi, (columns / 256 - 0.5) * 2 * np.pi
+    assert np.average(radiance[..., 0], weights=np.sin(theta)) == pytest.approx(1, abs=1e-4)
+    brightest = np.unravel_index(radiance[..., 0].argmax(), radiance.shape[:2])
+    assert np.cos(theta[brightest]) > 0.5 and np.sin(phi[brightest]) > 0.5 and np.cos(phi[brightest]) > 0.5
+
+
+def test_an_environment_from_memory_is_kept(tmp_path: Path) -> None:
+    sky = Environment(np.ones((2, 4, 3), np.float32))
+    assert load(triangle(tmp_path), environment=sky).environment is sky
+
+
+@needs_assets
+def test_environments_from_files(tmp_path: Path) -> None:
+    for name in ("courtyard.hdr", "zip_exr/bl_studio.exr"):
+        environment = load(triangle(tmp_path), environment=ASSETS / "env" / name).environment
+        assert environment is not None
+        assert environment.radiance.shape == (512, 1024, 3)
+
+
+def test_a_missing_environment_is_named(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"sky.hdr: no such file"):
+        load(triangle(tmp_path), environment=tmp_path / "sky.hdr")
