@@ -106,6 +106,8 @@ def test_what_previews_show():
     assert ids[1] == ids[3] and len(set(map(tuple, ids))) == 3
     depth = preview("depth", np.array([[2, 4, 0, np.inf]], np.float32))[0, :, 0].tolist()
     assert depth == [255, 128, 0, 0]
-    assert preview("motion", np.array([[[0, 0], [-4, 2]]], np.float32))[0, :, :2].tolist() == [[128, 128], [0, 191]]
+    motion = preview("motion", np.array([[[0, 0], [-4, 2]]], np.float32))
+    assert motion.tolist() == [[[128, 128, 128], [0, 191, 128]]]
+    assert (preview("motion", np.full((1, 1, 2), 1e-5, np.float32)) == 128).all()
     assert preview("albedo", np.full((1, 1, 3), 0.2140, np.float32)).tolist() == [[[127, 127, 127]]]
     assert preview("roughness", np.array([[0.5]], np.float32)).tolist() == [[[128, 128, 128]]]

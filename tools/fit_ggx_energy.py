@@ -36,7 +36,9 @@ def integrate(mu: float, alpha: float, resolution: int = 256) -> tuple[float, fl
     view_x, view_z = sine * alpha / length, mu / length
     cap_z = (1 - share) * (1 + view_z) - view_z
     cap_sine = np.sqrt(np.maximum(0, 1 - cap_z * cap_z))
-    half = np.stack([(cap_sine * np.cos(phi) + view_x) * alpha, cap_sine * np.sin(phi) * alpha, cap_z + view_z + 0 * phi])
+    half = np.stack(
+        [(cap_sine * np.cos(phi) + view_x) * alpha, cap_sine * np.sin(phi) * alpha, cap_z + view_z + 0 * phi]
+    )
     half /= np.linalg.norm(half, axis=0)
     cosine = sine * half[0] + mu * half[2]
     light_z = 2 * cosine * half[2] - mu
@@ -135,7 +137,9 @@ def main() -> None:
     nodes, node_weights = np.polynomial.legendre.leggauss(400)
     points = ((nodes + 1) / 2) ** 2  # denser near the horizon
     measure = node_weights / 2 * 2 * np.sqrt(points) * 2 * points
-    averages = np.array([[(value * measure).sum() for value in fitted(points, np.full_like(points, r))] for r in roughness_grid])
+    averages = np.array(
+        [[(value * measure).sum() for value in fitted(points, np.full_like(points, r))] for r in roughness_grid]
+    )
     powers = roughness_grid[:, None] ** np.arange(AVERAGE_DEGREE + 1)
     lost_average = averages[:, 0]
     scale = roughness_grid**3

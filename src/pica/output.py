@@ -100,8 +100,9 @@ def _channels(name: str, array: NDArray[Any], letters: str) -> dict[str, NDArray
 def preview(name: str, array: NDArray[Any]) -> NDArray[np.uint8]:
     """An AOV as a picture for the eye, (height, width, 3) uint8.
 
-    Integers: a colour for each id. Directions: -1 to 1 becomes black to white. Motion: grey is none, full colour is the
-    largest. Depth: near is light. Other scalars: black to white. Colours: sRGB, divided by their largest value above 1.
+    Integers: a colour for each id. Directions: -1 to 1 becomes black to white. Motion: grey is none, full colour the
+    largest, or a pixel where all is less. Depth: near is light. Other scalars: black to white. Colours: sRGB, divided
+    by their largest value above 1.
     """
     values = array[..., None] if array.ndim == 2 else array
     if values.dtype.kind in "iu":
@@ -111,7 +112,7 @@ def preview(name: str, array: NDArray[Any]) -> NDArray[np.uint8]:
     values = np.where(np.isfinite(values), values, 0).astype(np.float32)[..., :3]
     largest = float(np.abs(values).max(initial=0))
     if name == "motion":
-        values = 0.5 + 0.5 * values / max(largest, 1e-6)
+        values = 0.5 + 0.5 * values / max(largest, 1.0)
     elif name in _VECTORS:
         values = 0.5 + 0.5 * values
     elif name == "depth":
@@ -122,7 +123,7 @@ def preview(name: str, array: NDArray[Any]) -> NDArray[np.uint8]:
         values = values / max(largest, 1.0)
         if values.shape[2] == 3:
             values = srgb_encode(values)
-    picture = np.zeros((*values.shape[:2], 3), np.float32)
+    picture = np.full((*values.shape[:2], 3), 0.5 if name == "motion" else 0.0, np.float32)
     picture[..., : values.shape[2]] = values
     if values.shape[2] == 1:
         picture[:] = values

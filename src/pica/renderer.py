@@ -77,6 +77,11 @@ class Renderer:
         buffers = {**gbuffer.textures, "color": picture, "display": display}
         return buffers if visibility is None else {**buffers, "shadows": visibility}
 
+    @property
+    def host_seconds(self) -> float:
+        """What the newest frame took the host to record and submit."""
+        return self._frames.host_seconds
+
     def render(self, frames: int = 16, camera: Camera | None = None, progress: Progress | None = None) -> Frame:
         """Render `frames` frames and return the last, which holds the mean of all since something moved.
 

@@ -22,6 +22,10 @@ def fake_frame(width, height, level=0.5):
     return Frame(color, lambda: np.full((height, width, 3), 128, np.uint8), aovs, {"gbuffer": 1.5})
 
 
+def fake_benchmark(renderer, camera=None, frames=200, warm_up=50):
+    return {"gpu_ms": {"gbuffer": 0.5}, "host_ms": 0.25, "warm_up": warm_up}
+
+
 class FakeRenderer:
     """Stands for Renderer and PathTracer; `calls` tells what was asked."""
 
@@ -37,9 +41,6 @@ class FakeRenderer:
 
     def render(self, frames=16, camera=None, progress=None):
         return self._answer(camera, progress, frames, frames=frames)
-
-    def benchmark(self, camera=None, frames=200, warm_up=50):
-        return {"passes": {"gbuffer": 0.5}, "host": 0.25, "warm_up": warm_up}
 
     def _answer(self, camera, progress, count, **counts):
         if FakeRenderer.error is not None:
@@ -63,6 +64,7 @@ def calls(monkeypatch):
     monkeypatch.setitem(vars(pica), "load", lambda path, environment=None: scene)
     monkeypatch.setitem(vars(pica), "Renderer", FakeRenderer)
     monkeypatch.setitem(vars(pica), "PathTracer", FakePathTracer)
+    monkeypatch.setattr("pica.quality.benchmark.benchmark", fake_benchmark)
     monkeypatch.setattr(FakeRenderer, "calls", [])
     monkeypatch.setattr(FakeRenderer, "error", None)
     return FakeRenderer.calls

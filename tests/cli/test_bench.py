@@ -9,8 +9,8 @@ def test_json_joins_what_the_renderer_measured(run, calls):
         "device": "fake device",
         "size": [8, 4],
         "frames": 7,
-        "passes": {"gbuffer": 0.5},
-        "host": 0.25,
+        "gpu_ms": {"gbuffer": 0.5},
+        "host_ms": 0.25,
         "warm_up": 2,
     }
 

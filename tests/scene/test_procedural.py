@@ -99,6 +99,14 @@ def test_tangents_follow_the_texture_coordinates(name):
     assert (np.einsum("ij,ij->i", -gradient[:, 1], bitangents) > 0.4).all()
 
 
+def test_stretched_shapes_keep_normals_at_right_angles():
+    ellipsoid = at(shapes.sphere(1, CLAY), turn("z", 30), stretch(1, 3, 0.5))
+    local = ellipsoid.positions @ turn("z", 30)[:3, :3]
+    gradient = (local / np.array((1, 9, 0.25))) @ turn("z", 30)[:3, :3].T
+    gradient /= np.linalg.norm(gradient, axis=1, keepdims=True)
+    np.testing.assert_allclose(ellipsoid.normals, gradient, atol=1e-4)
+
+
 def test_flat_boxes_have_flat_normals_and_bevelled_ones_keep_their_size():
     flat, round_box = shapes.box((1, 2, 3), CLAY), shapes.box((1, 2, 3), CLAY, bevel=0.2)
     assert len(flat.indices) == 12

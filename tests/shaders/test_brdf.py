@@ -10,6 +10,7 @@ from tests.shaders.chi_squared import assert_fits, integrate
 
 SOURCE = """
 import shaders.brdf;
+import shaders.ggx_energy;
 
 BrdfParameters surface(float3 base, float metallic, float roughness, float f0, float f90)
 {
@@ -47,6 +48,11 @@ float3 albedo(float3 base, float metallic, float roughness, float f0, float f90,
 {
     let a = environmentBrdf(surface(base, metallic, roughness, f0, f90), viewCosine);
     return a.diffuse + a.specular;
+}
+float4 energy(float mu, float alpha)
+{
+    let e = GgxEnergy.create(alpha);
+    return float4(e.at(mu).a, e.at(mu).b, e.at(mu).total, e.average().total);
 }
 float3 reflectance(float ior, float specular, float3 color) { return dielectricReflectance(ior, specular, color); }
 """
@@ -168,7 +174,8 @@ def test_weight_is_value_over_density(shader, metallic):
     view = hemisphere(4000, 5)
     for roughness in ROUGHNESSES[1:]:
         surface = (ORANGE, metallic, roughness, 0.04, 1.0)
-        light, weight = shader.direction(*surface, view, u, _result="numpy"), shader.weight(*surface, view, u, _result="numpy")
+        light = shader.direction(*surface, view, u, _result="numpy")
+        weight = shader.weight(*surface, view, u, _result="numpy")
         ok = light[:, 3] > 0
         directions = np.ascontiguousarray(light[:, :3])
         value = sum(f(*surface, view, directions, _result="numpy") for f in (shader.diffuse, shader.specular))
@@ -224,6 +231,19 @@ def test_always_finite(shader):
             assert np.isfinite(drawn).all() and np.isfinite(weight).all() and (weight >= 0).all()
 
 
+@pytest.mark.parametrize("roughness", [0.5, 1.0])
+def test_metals_keep_their_colour_over_several_bounces(shader, roughness):
+    # Light that bounces between microfacets of reflectance f is a geometric series in f (1 - E): the sum of f E, then
+    # f (1 - E) f E and so on; less the first, which is the single bounce (Kulla and Conty 2017, slide 16).
+    mu = np.float32([0.1, 0.5, 0.9])
+    a, b, total, average = shader.energy(mu, roughness**2, _result="numpy").astype(np.float64).T[:, :, None]
+    f = (20 * ORANGE + 1) / 21
+    series = sum(f * average * (f * (1 - average)) ** k for k in range(1, 60)) / (1 - average)
+    expected = ORANGE * a + b + (1 - total) * series
+    got = shader.albedo(ORANGE, 1.0, roughness, 0.04, 1.0, mu, _result="numpy")
+    np.testing.assert_allclose(got, expected, atol=1e-4)
+
+
 def test_weights_vary_little(shader):
     u = qmc.Sobol(3, seed=1).random(2**13).astype(np.float32)
     for roughness, metallic, cosine in itertools.product(ROUGHNESSES, (0.0, 1.0), (0.2, 0.9)):
@@ -232,8 +252,12 @@ def test_weights_vary_little(shader):
 
 
 def test_dielectric_reflectance(shader):
-    color = np.float32([1, 0.5, 30])
-    np.testing.assert_allclose(shader.reflectance(1.5, 1.0, np.float32([color]), _result="numpy")[0], [0.04, 0.02, 1], rtol=1e-5)
-    np.testing.assert_allclose(shader.reflectance(1.5, 0.5, np.float32([color]), _result="numpy")[0], [0.02, 0.01, 0.5], rtol=1e-5)
-    np.testing.assert_allclose(shader.reflectance(0.0, 1.0, np.float32([WHITE]), _result="numpy")[0], 1)
-    np.testing.assert_allclose(shader.reflectance(1.0, 1.0, np.float32([WHITE]), _result="numpy")[0], 0)
+    tinted, white = np.float32([[1, 0.5, 30]]), np.float32([WHITE])
+    for ior, specular, color, expected in (
+        (1.5, 1.0, tinted, [0.04, 0.02, 1]),
+        (1.5, 0.5, tinted, [0.02, 0.01, 0.5]),
+        (0.0, 1.0, white, 1),
+        (1.0, 1.0, white, 0),
+    ):
+        got = shader.reflectance(ior, specular, color, _result="numpy")[0]
+        np.testing.assert_allclose(got, expected, rtol=1e-5, atol=1e-9)

@@ -191,6 +191,14 @@ def test_flat_lights_fit_their_density(shader, table, name):
     assert_fits(square.clip(0, 1), COUNT, density, tests=len(FLATS), bins=(16, 16), order=8)
 
 
+def test_only_large_rectangles_are_sampled_by_solid_angle(shader, table):
+    light = RectangleLight(width=2, height=1)
+    for distance, steady in ((0.3, True), (60, False)):
+        lights = table(pack_light(light, placed((1, distance, 0.4), (0, -1, 0.5))))
+        pdf = shader.sampled(lights, np.float32([0, 0, 0]), uniform(500), _result="numpy")[:, 3]
+        assert (np.ptp(pdf) < 1e-6 * pdf.mean()) == steady
+
+
 @pytest.mark.parametrize("name", BALLS | FLATS)
 def test_hits_agree_with_samples(shader, table, name):
     light, world = (BALLS | FLATS)[name]
@@ -239,7 +247,7 @@ def test_disk_light_on_its_axis(shader, table, distance):
 def test_rectangle_light_above_its_corner(shader, table, distance):
     # Form factor of a parallel rectangle a x b over a point below its corner (Howell's catalogue, B-3)
     a, b = 1.0 / distance, 2.0 / distance
-    factor = a / math.hypot(1, a) * math.atan(b / math.hypot(1, a)) + b / math.hypot(1, b) * math.atan(a / math.hypot(1, b))
+    factor = sum(p / math.hypot(1, p) * math.atan(q / math.hypot(1, p)) for p, q in ((a, b), (b, a)))
     row = pack_light(RectangleLight(radiance=5, width=2, height=1), placed((0.5, distance, 1.0), (0, -1, 0)))
     assert abs(row["halfX"][2]) == pytest.approx(1) and abs(row["halfY"][0]) == pytest.approx(0.5)
     lights = table(row)
@@ -300,10 +308,11 @@ def test_no_light_from_inside_behind_or_rows_without_shape(shader, table):
 def test_scale_counts_for_area_lights_only():
     world = placed((1, 2, 3), (0, -1, 0), (2, 3, 4))
     rectangle = pack_light(RectangleLight(width=1, height=1), world)
-    assert np.linalg.norm(rectangle["halfX"]) == pytest.approx(1) and np.linalg.norm(rectangle["halfY"]) == pytest.approx(1.5)
+    np.testing.assert_allclose([np.linalg.norm(rectangle[key]) for key in ("halfX", "halfY")], [1, 1.5], rtol=1e-6)
     assert rectangle["area"] == pytest.approx(6)
     assert pack_light(SphereLight(radius=1), world)["radius"] == pytest.approx(24 ** (1 / 3))
     assert pack_light(PointLight(radius=1), world)["radius"] == 1
+    assert pack_light(DirectionalLight(angular_diameter=0.5), world)["radius"] == pytest.approx(math.sin(0.25))
     np.testing.assert_allclose(rectangle["direction"], [0, -1, 0], atol=1e-7)
 
 

@@ -113,11 +113,34 @@ def test_a_new_cycle_of_frames_brings_new_numbers(shader):
     assert (first != later).all()
 
 
+def published(v, products):
+    """Jarzynski and Olano's hashes of three and four words: "xyz" stands for x += y * z."""
+    words = dict(zip("xyzw", v.T * np.uint32(1664525) + np.uint32(1013904223), strict=False))
+    for mix in (False, True):
+        if mix:
+            words = {name: word ^ (word >> 16) for name, word in words.items()}
+        for target, a, b in products.split():
+            words[target] = words[target] + words[a] * words[b]
+    return np.stack(list(words.values()), 1)
+
+
+def test_every_dimension_has_a_rotation_of_its_own(shader):
+    index = shader.indexOf(PIXELS, 0, _result="numpy")
+    rotations = [
+        (shader.random(PIXELS, 0, 0, d, _result="numpy") - shader.halton(d, index, _result="numpy")) % 1
+        for d in (2, 3, 4, 5, 31)
+    ]
+    assert np.abs(np.corrcoef(rotations) - np.eye(5)).max() < 0.06
+
+
 def test_hashes_are_the_published_ones(shader):
     mask = 2**32 - 1
     state = (12345 * 747796405 + 2891336453) & mask
     word = (((state >> ((state >> 28) + 4)) ^ state) * 277803737) & mask
     assert shader.hash1(12345) == (word >> 22) ^ word
+    v = np.random.default_rng(0).integers(0, 2**32, (100, 4), np.uint32)
+    np.testing.assert_array_equal(shader.hash3(v[:, :3].copy(), _result="numpy"), published(v[:, :3], "xyz yzx zxy"))
+    np.testing.assert_array_equal(shader.hash4(v, _result="numpy"), published(v, "xyw yzx zxy wyz"))
     for size, function in ((2, shader.hash2), (3, shader.hash3), (4, shader.hash4)):
         v = np.random.default_rng(size).integers(0, 2**32, (20_000, size), np.uint32)
         hashed = function(v, _result="numpy")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from tests.shaders.chi_squared import assert_fits
 
 SOURCE = """
@@ -18,7 +19,10 @@ float coneDensity(float width) { return conePdf(width); }
 float arc(float x) { return arcCosine(x); }
 float narrow(float sine) { return oneMinusCosine(sine); }
 float2 triangle(float2 u) { return sampleTriangle(u); }
-float3 rectangle(float3 center, float3 x, float3 y, float2 u) { return SphericalRectangle.create(center, x, y).sample(u); }
+float3 rectangle(float3 center, float3 x, float3 y, float2 u)
+{
+    return SphericalRectangle.create(center, x, y).sample(u);
+}
 float rectangleAngle(float3 center, float3 x, float3 y) { return SphericalRectangle.create(center, x, y).solidAngle; }
 float balance(float a, float b) { return balanceHeuristic(a, b); }
 float power(float a, float b) { return powerHeuristic(a, b); }
@@ -149,5 +153,8 @@ def test_offset_origin_clears_the_rounding_of_its_surface(shader, size):
     rounding = np.spacing(np.abs(positions).max(1))
     assert (height > 32 * rounding).all()
     assert (height < 2e-5 * max(size, 1)).all()
-    np.testing.assert_allclose(shader.offset(positions, normals, 3.0, _result="numpy") - positions,
-                               3 * (moved - positions), atol=5 * rounding.max())
+    np.testing.assert_allclose(
+        shader.offset(positions, normals, 3.0, _result="numpy") - positions,
+        3 * (moved - positions),
+        atol=5 * rounding.max(),
+    )

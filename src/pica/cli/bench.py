@@ -17,10 +17,11 @@ def bench(
 ) -> None:
     """Measure SCENE: GPU milliseconds per pass, host milliseconds per frame, rays per second, memory."""
     import pica
+    from pica.quality.benchmark import benchmark
 
     pixels = options.parse_size(size)
     renderer = pica.Renderer(options.load_scene(scene), size=pixels)
-    measured = renderer.benchmark(frames=frames, warm_up=warm_up)
+    measured = benchmark(renderer, frames=frames, warm_up=warm_up)
     result = {"scene": scene, "device": renderer.device_name, "size": list(pixels), "frames": frames, **measured}
     if json:
         print_json(result)

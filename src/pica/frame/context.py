@@ -1,5 +1,6 @@
 """One frame on its way: what it records into, its camera, its index, and the constants that shaders read."""
 
+import time
 from collections import deque
 from dataclasses import dataclass
 from typing import Any
@@ -30,6 +31,8 @@ class FrameContext:
     camera: Camera
     block: ParameterBlock
     """The constants that shaders read."""
+    started: float
+    """time.perf_counter() when the frame began."""
     camera_moved: bool
     """True in a first frame and whenever the camera differs from the frame before."""
 
@@ -48,6 +51,8 @@ class FrameSequence:
         self._previous: Camera | None = None
         self._index = 0
         self._in_flight: deque[int] = deque()
+        self.host_seconds = 0.0
+        """What the newest frame took to record and submit."""
         self._block.bind(size=spy.uint2(*size), seed=seed)
 
     def reset(self) -> None:
@@ -56,6 +61,7 @@ class FrameSequence:
 
     def begin(self, camera: Camera, jittered: bool = True) -> FrameContext:
         """The next frame. Frame 0 looks through the pixel centres, those after it round about them."""
+        started = time.perf_counter()
         previous = self._previous or camera
         jitter = (radical_inverse(2, self._index), radical_inverse(3, self._index)) if jittered else (0.0, 0.0)
         self._block.bind(
@@ -74,6 +80,7 @@ class FrameSequence:
             index=self._index,
             camera=camera,
             block=self._block,
+            started=started,
             camera_moved=moved,
         )
         self._previous = camera
@@ -84,6 +91,7 @@ class FrameSequence:
         """Hand the frame to the GPU, waiting while too many are under way."""
         submission = self._device.handle.submit_command_buffer(frame.encoder.finish())
         frame.profiler.end_frame(submission)
+        self.host_seconds = time.perf_counter() - frame.started
         self._in_flight.append(submission)
         if len(self._in_flight) > FRAMES_IN_FLIGHT:
             self._device.handle.wait_for_submit(self._in_flight.popleft())

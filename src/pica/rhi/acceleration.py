@@ -86,10 +86,13 @@ def _compacted(device: Device, desc: spy.AccelerationStructureBuildDesc) -> spy.
     device.handle.submit_command_buffer(encoder.finish())
     device.handle.wait_for_idle()
     size = pool.get_result(0)
+    temporary = sizes.acceleration_structure_size + sizes.scratch_size
+    device.count_memory(temporary)
     if not 0 < size < sizes.acceleration_structure_size:
-        device.count_memory(sizes.acceleration_structure_size)
+        device.count_memory(-sizes.scratch_size)
         return built
     device.count_memory(size)
+    device.count_memory(-temporary)
     compact = device.handle.create_acceleration_structure(kind=kind, size=size)
     encoder = device.handle.create_command_encoder()
     encoder.copy_acceleration_structure(compact, built, spy.AccelerationStructureCopyMode.compact)

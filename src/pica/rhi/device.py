@@ -73,7 +73,9 @@ class Device:
         if self.info.missing:
             raise DeviceError(f"device {self.name!r} lacks {', '.join(self.info.missing)}; {HELP}")
         self.memory = 0
-        """Bytes of device memory that pica has asked for and not given back."""
+        """Bytes of device memory in the buffers, textures and structures that pica made and keeps."""
+        self.peak_memory = 0
+        """The most that `memory` has been."""
 
     @property
     def name(self) -> str:
@@ -105,6 +107,7 @@ class Device:
     def count_memory(self, size: int) -> None:
         """Book `size` bytes taken (or, negative, given back)."""
         self.memory += size
+        self.peak_memory = max(self.peak_memory, self.memory)
 
     def buffer(
         self,

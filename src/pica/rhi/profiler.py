@@ -1,6 +1,6 @@
 """GPU time of every pass, by name, read back when the GPU is done so that nothing waits."""
 
-from collections import defaultdict
+from collections import defaultdict, deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -8,6 +8,7 @@ import slangpy as spy
 
 MAX_PASSES = 64
 FRAMES_IN_FLIGHT = 3
+MAX_FRAMES = 1024
 
 
 class Profiler:
@@ -24,8 +25,8 @@ class Profiler:
         self._free = list(range(len(self._pools)))
         self._current: int | None = None
         self._names: list[str] = []
-        self.latest: dict[str, float] = {}
-        """Milliseconds per pass of the newest frame that the GPU has finished."""
+        self.finished: deque[dict[str, float]] = deque(maxlen=MAX_FRAMES)
+        """Milliseconds per pass of the frames that the GPU has finished, newest last."""
 
     def begin_frame(self) -> None:
         """Start a frame; when all pools are still in use the frame goes unmeasured rather than wait."""
@@ -57,7 +58,7 @@ class Profiler:
         """Wait for the GPU and return the newest frame's times in milliseconds."""
         self._device.wait_for_idle()
         self._collect()
-        return self.latest
+        return self.finished[-1] if self.finished else {}
 
     def _collect(self) -> None:
         while self._pending and self._device.is_submit_finished(self._pending[0][0]):
@@ -69,4 +70,4 @@ class Profiler:
             times: defaultdict[str, float] = defaultdict(float)
             for index, name in enumerate(names):
                 times[name] += (seconds[2 * index + 1] - seconds[2 * index]) * 1e3
-            self.latest = dict(times)
+            self.finished.append(dict(times))

@@ -16,7 +16,7 @@ class DirectLighting:
 
     def __init__(self, device: Device, size: Size, scene: GpuScene, settings: LightingSettings) -> None:
         self._radiance = device.texture("radiance", spy.Format.rgba32_float, size)
-        self._no_shadows = device.texture("no shadows", spy.Format.r32_uint, (1, 1))
+        self._no_shadows = device.texture("no shadows", spy.Format.rg32_uint, (1, 1))
         self._use_prefiltered = settings.environment == "prefiltered"
         self._prefiltered = PrefilteredEnvironment(device, scene, wanted=self._use_prefiltered)
         self._direct = device.compute("effects/lighting/direct.slang", name="lighting")

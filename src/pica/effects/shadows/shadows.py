@@ -13,11 +13,14 @@ from pica.rhi.schedulers import Tracer, ray_effect
 
 
 class Shadows:
-    """Which light slots reach each pixel, one bit a slot (width, height, r32_uint)."""
+    """Which light slots reach each pixel: a texture (width, height, rg32_uint) with one bit a slot.
+
+    Red: the light's sample is not hidden. Green: a ray was traced to find out.
+    """
 
     def __init__(self, device: Device, size: Size, tracer: Tracer | None = None) -> None:
-        self._visibility = device.texture("shadow visibility", spy.Format.r32_uint, size)
-        self._trace = ray_effect(device, "effects/shadows/trace.slang", "ShadowRays", "hit", tracer)
+        self._visibility = device.texture("shadow visibility", spy.Format.rg32_uint, size)
+        self._trace = ray_effect(device, "effects/shadows/shadow_rays.slang", "ShadowRays", "hit", tracer)
 
     def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene, slots: LightSlots) -> spy.Texture:
         """The visibility of this frame's light samples."""
@@ -34,5 +37,5 @@ class Shadows:
 
 
 def visibility_layers(bits: NDArray[np.uint32], slots: int) -> NDArray[np.float32]:
-    """(height, width) bits as (height, width, slots) numbers, 1 where the light's sample was not hidden."""
-    return ((bits[..., None] >> np.arange(slots, dtype=np.uint32)) & 1).astype(np.float32)
+    """(height, width, 2) bits as (height, width, slots) numbers, 1 where the light's sample was not hidden."""
+    return ((bits[..., :1] >> np.arange(slots, dtype=np.uint32)) & 1).astype(np.float32)
