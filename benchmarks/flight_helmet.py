@@ -39,6 +39,7 @@ def helmet_on_plane(path: str, environment: str | None = None) -> tuple[Scene, p
 
 
 def main() -> None:
+    """Measure both ways to primary visibility."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("path")
     parser.add_argument("--size", default="1920x1080")

@@ -12,6 +12,7 @@ from pica.effects.post.post import Post
 from pica.effects.shadows.shadows import Shadows, visibility_layers
 from pica.frame.aovs import gbuffer_aovs
 from pica.frame.context import FrameSequence, Size
+from pica.frame.snapshot import checked_size, copies, rgb
 from pica.gpu_scene.scene import GpuScene
 from pica.output import Frame
 from pica.rhi.device import Device
@@ -19,7 +20,6 @@ from pica.rhi.schedulers import PipelineTracer
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.settings import Settings
-from pica.frame.snapshot import checked_size, copies, rgb
 
 Progress = Callable[[int, int], None]
 

@@ -25,7 +25,7 @@ class _Checked:
             if "range" in setting.metadata:
                 low, high = setting.metadata["range"]
                 numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
-                if hint is int and not isinstance(value, int) or not numeric or not low <= value <= high:
+                if not numeric or (hint is int and not isinstance(value, int)) or not low <= value <= high:
                     raise SettingsError(f"setting {where}: {value!r} is outside {low} to {high}")
 
 

@@ -35,7 +35,14 @@ def copies(device: Device, textures: Mapping[str, spy.Texture]) -> dict[str, spy
             label=f"{name} kept",
         )
         encoder.copy_texture(
-            kept[name], 0, 0, spy.uint3(0, 0, 0), texture, 0, 0, spy.uint3(0, 0, 0),
+            kept[name],
+            0,
+            0,
+            spy.uint3(0, 0, 0),
+            texture,
+            0,
+            0,
+            spy.uint3(0, 0, 0),
             spy.uint3(texture.width, texture.height, 1),
         )
     device.handle.submit_command_buffer(encoder.finish())

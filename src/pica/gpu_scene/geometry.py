@@ -47,17 +47,17 @@ class GeometryBuffers:
     def __init__(self, device: Device, meshes: list[Mesh]) -> None:
         placed = {id(mesh): _ordered(mesh) for mesh in meshes}
         sections = [section for mesh in meshes for section in placed[id(mesh)]]
-        positions = np.concatenate([section.positions for section in sections] or [np.zeros((1, 3))])
+        positions = np.concatenate([section.positions for section in sections] or [np.zeros((1, 3), np.float32)])
         vertices = np.concatenate([_packed(section) for section in sections] or [np.zeros(1, VERTEX)])
-        indices = np.concatenate([section.indices.reshape(-1) for section in sections] or [np.zeros(3)])
+        indices = np.concatenate([section.indices.reshape(-1) for section in sections] or [np.zeros(3, np.uint32)])
         usage = (
             spy.BufferUsage.shader_resource
             | spy.BufferUsage.acceleration_structure_build_input
             | spy.BufferUsage.index_buffer
         )
-        self.positions = device.structured("positions", positions.astype(np.float32), usage)
+        self.positions = device.structured("positions", positions, usage)
         self.vertices = device.structured("vertices", vertices)
-        self.indices = device.structured("indices", indices.astype(np.uint32), usage)
+        self.indices = device.structured("indices", indices, usage)
         self.meshes: dict[int, GpuMesh] = {}
         first_vertex = first_index = 0
         for mesh in meshes:

@@ -8,9 +8,7 @@ from pica.rhi.device import Device
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
 
 # shaders/scene.slang: TextureSlot and Material
-SLOT = np.dtype(
-    [("texture", "u8"), ("sampler", "u8"), ("transform", "f4", (2, 3)), ("uv_set", "u4"), ("texels", "f4")]
-)
+SLOT = np.dtype([("texture", "u8"), ("sampler", "u8"), ("transform", "f4", (2, 3)), ("uv_set", "u4"), ("texels", "f4")])
 _SLOTS = ("base_color", "metallic_roughness", "normal", "occlusion", "emissive", "specular", "specular_color")
 _SRGB = {"base_color", "emissive", "specular_color"}
 MATERIAL = np.dtype(
@@ -89,7 +87,9 @@ class MaterialTable:
                 label=image.name,
             )
             self._device.count_memory(texture.memory_usage.device)
-            texture.copy_from_numpy(np.require(image.pixels, requirements=["C", "W"]))  # SlangPy refuses read-only arrays
+            texture.copy_from_numpy(
+                np.require(image.pixels, requirements=["C", "W"])
+            )  # SlangPy refuses read-only arrays
             if levels > 1:
                 encoder = self._device.handle.create_command_encoder()
                 encoder.generate_mips(texture)

@@ -13,7 +13,7 @@ from pica.rhi.acceleration import RtObject, RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.scene.material import AlphaMode, Material
-from pica.scene.model import Mesh, Node, Scene
+from pica.scene.model import Mesh, Node, Scene, Section
 
 # shaders/scene.slang: SectionRecord and Instance
 RECORD = np.dtype(
@@ -104,9 +104,11 @@ class GpuScene:
     def _place(self, materials: dict[int, Material]) -> None:
         """Number the instances, their records and their ray tracing objects."""
         material_index = {key: index for index, key in enumerate(materials)}
-        instances, objects, object_instances = [], [], []
+        instances: list[tuple[NDArray[np.float64], NDArray[np.float64], int, int]] = []
+        objects: list[RtObject] = []
+        object_instances: list[int] = []
         records: list[tuple[int, int, int, int, int]] = []
-        self._sections = []
+        self._sections: list[Section] = []
         for number, node in enumerate(self.source.nodes(), start=1):
             if node.mesh is None:
                 continue

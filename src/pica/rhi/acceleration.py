@@ -40,9 +40,7 @@ class RtSection:
 class RtGeometry:
     """One bottom-level structure, made of sections that index shared vertex and index buffers."""
 
-    def __init__(
-        self, device: Device, positions: spy.Buffer, indices: spy.Buffer, sections: list[RtSection]
-    ) -> None:
+    def __init__(self, device: Device, positions: spy.Buffer, indices: spy.Buffer, sections: list[RtSection]) -> None:
         flags = spy.AccelerationStructureBuildFlags
         inputs = [
             spy.AccelerationStructureBuildInputTriangles(
@@ -77,11 +75,13 @@ def _compacted(device: Device, desc: spy.AccelerationStructureBuildDesc) -> spy.
     pool = device.handle.create_query_pool(spy.QueryType.acceleration_structure_compacted_size, 1)
     pool.reset()
     encoder = device.handle.create_command_encoder()
-    query = {
-        "query_type": spy.QueryType.acceleration_structure_compacted_size,
-        "query_pool": pool,
-        "first_query_index": 0,
-    }
+    query = spy.AccelerationStructureQueryDesc(
+        {
+            "query_type": spy.QueryType.acceleration_structure_compacted_size,
+            "query_pool": pool,
+            "first_query_index": 0,
+        }
+    )
     encoder.build_acceleration_structure(desc=desc, dst=built, src=None, scratch_buffer=scratch, queries=[query])
     device.handle.submit_command_buffer(encoder.finish())
     device.handle.wait_for_idle()

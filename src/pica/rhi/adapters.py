@@ -74,7 +74,7 @@ def adapters() -> list[spy.AdapterInfo]:
 
 
 def list_devices() -> list[DeviceInfo]:
-    """Every graphics device. Each is opened in a process of its own, as a broken driver may take the process with it."""
+    """Every graphics device. Each is opened in a process of its own, as a broken driver may take its process along."""
     found = []
     for index, adapter in enumerate(adapters()):
         probe = subprocess.run(

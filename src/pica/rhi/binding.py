@@ -13,6 +13,12 @@ from pica.errors import BindingError
 _BLOCKS = (spy.TypeReflection.Kind.parameter_block, spy.TypeReflection.Kind.constant_buffer)
 
 
+def parameters_of(program: spy.ShaderProgram) -> list[Any]:
+    """The program's global parameters, reflected."""
+    parameters = program.layout.parameters
+    return [parameters[index] for index in range(len(parameters))]
+
+
 class Parameters:
     """The named parameters of a program or of a block."""
 
@@ -52,7 +58,7 @@ class ParameterBlock(Parameters):
 
     def __init__(self, device: spy.Device, module: str, name: str) -> None:
         self._program = program = device.link_program([device.load_module(module)], [])  # the object does not keep it
-        layout = next((p for p in program.layout.parameters if p.name == name), None)
+        layout = next((p for p in parameters_of(program) if p.name == name), None)
         if layout is None or layout.type_layout.kind not in _BLOCKS:
             raise BindingError(f"{module}: no parameter block {name!r}")
         self.shader_object = device.create_shader_object(program.reflection[name])
@@ -69,4 +75,4 @@ class ProgramParameters(Parameters):
     def __init__(self, device: spy.Device, what: str, program: spy.ShaderProgram) -> None:
         self._program = program
         self.root = device.create_root_shader_object(program)
-        super().__init__(what, self.root, {parameter.name for parameter in program.layout.parameters})
+        super().__init__(what, self.root, {parameter.name for parameter in parameters_of(program)})

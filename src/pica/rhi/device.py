@@ -68,7 +68,9 @@ class Device:
                 **caches,
             )
         except RuntimeError as error:
-            raise DeviceError(f"device {adapter.name!r} cannot be opened: {str(error).splitlines()[0]}; {HELP}") from None
+            raise DeviceError(
+                f"device {adapter.name!r} cannot be opened: {str(error).splitlines()[0]}; {HELP}"
+            ) from None
         self.info: DeviceInfo = describe(self.handle, adapter)
         if self.info.missing:
             raise DeviceError(f"device {self.name!r} lacks {', '.join(self.info.missing)}; {HELP}")

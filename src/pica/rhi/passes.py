@@ -28,7 +28,10 @@ class ComputePass:
         """Record one dispatch of (x, y, z) threads with these parameters."""
         self.parameters.bind(**values)
         self.parameters.check()
-        with recording.profiler.measure(recording.encoder, self.name), recording.encoder.begin_compute_pass() as encoder:
+        with (
+            recording.profiler.measure(recording.encoder, self.name),
+            recording.encoder.begin_compute_pass() as encoder,
+        ):
             encoder.bind_pipeline(self.pipeline, self.parameters.root)
             encoder.dispatch(threads)
 

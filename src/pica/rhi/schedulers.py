@@ -12,7 +12,7 @@ import numpy as np
 import slangpy as spy
 
 from pica.errors import BindingError
-from pica.rhi.binding import ParameterBlock, ProgramParameters
+from pica.rhi.binding import ParameterBlock, ProgramParameters, parameters_of
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 
@@ -82,7 +82,9 @@ class PipelineEffect(_RayPipeline):
     def __init__(self, device: Device, module: str, effect: str, wants: Wants) -> None:
         name = Path(module).stem
         source = _RAY_GENERATION.format(module=_import_path(module), effect=effect, wants=wants)
-        super().__init__(device, name, device.handle.load_module_from_source(f"{name}_{effect}_pipeline", source), wants)
+        super().__init__(
+            device, name, device.handle.load_module_from_source(f"{name}_{effect}_pipeline", source), wants
+        )
 
 
 Tracer = Callable[[Recording, int, spy.Buffer, spy.Buffer], None]
@@ -118,7 +120,7 @@ class BufferEffect:
             self._parameters.append(ProgramParameters(device.handle, f"{name} {entry}", program))
         self._strides = {
             parameter.name: parameter.type_layout.element_type_layout.stride
-            for parameter in program.layout.parameters
+            for parameter in parameters_of(program)
             if parameter.name in ("rays", "states", "hits")
         }
         self._count = 0

@@ -1,5 +1,6 @@
 """Cameras: where one stands, where it looks and how wide it sees."""
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -7,6 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError
+
+_FRAMING_DIRECTION = np.array([0.45, 0.35, 1.0])
+_FRAMING_SHARE = 0.9
+"""Of the picture that a framed box may fill."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +70,17 @@ class Camera:
 
         `aspect` is the picture's width over its height.
         """
-        low_point, high_point = np.asarray(low, np.float64), np.asarray(high, np.float64)
-        center = (low_point + high_point) / 2
-        radius = max(float(np.linalg.norm(high_point - low_point)) / 2, 1e-6)
-        half_fov = math.radians(fov) / 2
-        narrow = min(half_fov, math.atan(math.tan(half_fov) * aspect))
-        distance = radius / math.sin(narrow)
-        direction = np.array([0.45, 0.35, 1.0])
-        eye = center + direction / np.linalg.norm(direction) * distance
-        return Camera.look_at(eye, center, fov, name="framing", near=max((distance - radius) * 0.1, radius * 1e-4))
+        corners = np.array(list(itertools.product(*np.transpose([low, high]))), np.float64)
+        center = corners.mean(0)
+        radius = max(float(np.linalg.norm(corners[-1] - corners[0])) / 2, 1e-6)
+        view = Camera.look_at(center + _FRAMING_DIRECTION, center, fov).transform[:3, :3]
+        # In the camera's axes, a corner is inside the picture from the distance at which its slope is the edge's.
+        offsets = (corners - center) @ view
+        slope = math.tan(math.radians(fov) / 2) * _FRAMING_SHARE
+        distance = max(
+            float((np.abs(offsets[:, 0]) / (slope * aspect) + offsets[:, 2]).max()),
+            float((np.abs(offsets[:, 1]) / slope + offsets[:, 2]).max()),
+            radius * 1e-3,
+        )
+        eye = center + _FRAMING_DIRECTION / np.linalg.norm(_FRAMING_DIRECTION) * distance
+        return Camera.look_at(eye, center, fov, name="framing", near=max((distance - radius) * 0.1, radius * 1e-3))

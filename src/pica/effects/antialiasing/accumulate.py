@@ -21,8 +21,6 @@ class Accumulation:
     def __call__(self, frame: FrameContext, radiance: spy.Texture, moved: bool) -> spy.Texture:
         """Add this frame; `moved` starts the mean anew."""
         self._count = 0 if moved else self._count
-        self._accumulate(
-            frame, frame.grid, frame=frame, radiance=radiance, history=self._history, count=self._count
-        )
+        self._accumulate(frame, frame.grid, frame=frame, radiance=radiance, history=self._history, count=self._count)
         self._count += 1
         return self._history

@@ -22,7 +22,10 @@ class RasterVisibility:
         self._passes: dict[DrawKind, RasterPass] = {}
         self._device = device
         self._depth = device.texture(
-            "raster depth", spy.Format.d32_float, size, spy.TextureUsage.depth_stencil | spy.TextureUsage.shader_resource
+            "raster depth",
+            spy.Format.d32_float,
+            size,
+            spy.TextureUsage.depth_stencil | spy.TextureUsage.shader_resource,
         )
         self._depth_view = self._depth.create_view()
         self._state = spy.RenderState(
@@ -34,14 +37,16 @@ class RasterVisibility:
         """Fill `visibility` (width, height, rg32_uint)."""
         if self._view is None:
             self._view = visibility.create_view()
-        targets = {
-            "color_attachments": [{"view": self._view, "load_op": spy.LoadOp.clear, "clear_value": [0, 0, 0, 0]}],
-            "depth_stencil_attachment": {
-                "view": self._depth_view,
-                "depth_load_op": spy.LoadOp.clear,
-                "depth_clear_value": 0.0,
-            },
-        }
+        targets = spy.RenderPassDesc(
+            {
+                "color_attachments": [{"view": self._view, "load_op": spy.LoadOp.clear, "clear_value": [0, 0, 0, 0]}],
+                "depth_stencil_attachment": {
+                    "view": self._depth_view,
+                    "depth_load_op": spy.LoadOp.clear,
+                    "depth_clear_value": 0.0,
+                },
+            }
+        )
         with (
             frame.profiler.measure(frame.encoder, "raster"),
             frame.encoder.begin_render_pass(targets) as encoder,

@@ -41,9 +41,8 @@ class PrefilteredEnvironment:
         prefilter = device.compute("effects/lighting/prefilter.slang")
         with device.record() as recording:
             for level in range(LEVELS):
-                target = self._levels.create_view(
-                    subresource_range={"layer": level, "layer_count": 1, "mip": 0, "mip_count": 1}
-                )
+                layer = spy.SubresourceRange({"layer": level, "layer_count": 1, "mip": 0, "mip_count": 1})
+                target = self._levels.create_view(spy.TextureViewDesc({"subresource_range": layer}))
                 alpha = max((level / (LEVELS - 1)) ** 2, _SMALLEST_ALPHA)
                 values = {"target": target, "size": spy.uint2(*size), "alpha": alpha, "samples": _SAMPLES}
                 prefilter(recording, (*size, 1), scene=scene, **values)

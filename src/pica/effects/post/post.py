@@ -35,7 +35,5 @@ class Post:
             stops=self._settings.exposure,
             automatic=int(self._settings.auto_exposure),
         )
-        self._tone_map(
-            frame, frame.grid, radiance=radiance, exposure=self._exposure, display=self._display, size=size
-        )
+        self._tone_map(frame, frame.grid, radiance=radiance, exposure=self._exposure, display=self._display, size=size)
         return self._display

@@ -61,12 +61,12 @@ class Palette:
     eye: Material = field(default_factory=lambda: lamp("eye glow", "#7fe9ff", 6.0))
     accents: tuple[Material, ...] = field(
         default_factory=lambda: (
-            plastic("coral plastic", "#f07f66"),
-            clay("teal clay", "#5fb5aa"),
-            plastic("mustard plastic", "#f2bf4e"),
-            clay("lavender clay", "#a99bd6"),
-            plastic("mint plastic", "#a5d8bf"),
-            clay("sky clay", "#86b6dc"),
+            plastic("coral plastic", "#f48d75"),
+            clay("teal clay", "#7ac7bb"),
+            plastic("mustard plastic", "#f5c95c"),
+            clay("lavender clay", "#bbb0e2"),
+            plastic("mint plastic", "#b4dfca"),
+            clay("sky clay", "#9bc5e5"),
         )
     )
 
