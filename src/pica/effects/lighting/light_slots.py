@@ -18,14 +18,14 @@ class LightSlots:
             ranges.append((single, lights.light_count - single))
         if lights.emissive_light is not None:
             ranges.append((lights.emissive_light, 1))
-        sampled_environment = lights.environment_light is not None and settings.lighting.environment == "sampled"
-        if sampled_environment:
-            ranges.append((lights.environment_light, 1))
+        environment = lights.environment_light if settings.lighting.environment == "sampled" else None
+        if environment is not None:
+            ranges.append((environment, 1))
         self.count = len(ranges)
         self.block = device.parameter_block("effects/lighting/light_slots.slang", "lightSlots")
         self.block.bind(
             ranges=device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
             count=self.count,
             hard=int(settings.shadows.mode == "hard"),
-            needMaterial=int(sampled_environment),
+            needMaterial=int(environment is not None),
         )
