@@ -22,6 +22,7 @@ def psnr(picture, reference):
 
 @needs_assets
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 @pytest.mark.parametrize(
     ("name", "max_depth"), [("direct_d2_1024spp", 2), ("full_gi_2048spp", None)], ids=["direct light", "all light"]
 )

@@ -7,7 +7,7 @@ import pytest
 
 import pica
 from pica.scene.light import DirectionalLight, DiskLight, PointLight, RectangleLight, SphereLight, SpotLight
-from pica.scene.material import Image, Material, Texture
+from pica.scene.material import AlphaMode, Image, Material, Texture
 from pica.scene.model import Node, Scene
 from pica.scene.procedural.placing import aim, mesh, move, place
 from pica.scene.procedural.primitives import plane, sphere
@@ -93,6 +93,16 @@ def test_reference_textures_are_upright():
     np.testing.assert_allclose(corners > 0.3, np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]], bool))
 
 
+@pytest.mark.parametrize(("mode", "alpha", "share"), [("MASK", 0.3, 1.0), ("MASK", 0.7, 0.0), ("BLEND", 0.3, 0.7)])
+def test_reference_shadow_rays_see_alpha(mode, alpha, share):
+    """A sheet between a light and the floor lets through what it does not cover; depth 2 still is direct light."""
+    scene = lit_floor(PointLight(intensity=8.0), DOWN)
+    sheet = Material(base_color=(1, 1, 1, alpha), metallic=0.0, alpha_mode=AlphaMode(mode))
+    place(scene.roots[0], "sheet", mesh("sheet", [plane(2, 2, sheet)]), move(y=1.5))
+    picture = render_reference(scene, looking_down(), (4, 4), samples=4096, max_depth=2)
+    assert picture.mean() == pytest.approx(share * 2 / math.pi, rel=0.02, abs=1e-6)
+
+
 @pytest.mark.parametrize("roughness", [0.2, 0.5, 1.0])
 @pytest.mark.parametrize("metallic", [0.0, 0.5, 1.0])
 def test_reference_material_keeps_all_light(roughness, metallic):
@@ -110,6 +120,7 @@ def test_reference_material_keeps_all_light(roughness, metallic):
 
 @needs_assets
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 def test_path_tracer_matches_on_a_textured_scene_under_an_environment():
     scene = pica.load(ASSETS / "FlightHelmet" / "FlightHelmet.gltf", environment=ASSETS / "env" / "courtyard.hdr")
     low, _ = scene.bounds()
@@ -119,6 +130,7 @@ def test_path_tracer_matches_on_a_textured_scene_under_an_environment():
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 def test_path_tracer_matches_on_all_kinds_of_light():
     scene = Scene()
     root = scene.add(Node())

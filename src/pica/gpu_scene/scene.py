@@ -80,8 +80,9 @@ class GpuScene:
             self.lights.update(recording.encoder)
         meshes_moved = [node for node in moved if node in self._placements]
         if meshes_moved or not self._built:
-            with recording.profiler.measure(recording.encoder, "top level"):
-                self.rt_scene.build(recording.encoder)
+            recording.profiler.begin(recording.encoder, "top level")
+            self.rt_scene.build(recording.encoder)
+            recording.profiler.end(recording.encoder)
             self._built = True
         self._just_moved = meshes_moved
         return bool(moved)

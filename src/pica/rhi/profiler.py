@@ -1,8 +1,6 @@
 """GPU time of every pass, by name, read back when the GPU is done so that nothing waits."""
 
 from collections import defaultdict, deque
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 import slangpy as spy
 
@@ -24,6 +22,7 @@ class Profiler:
         self._pending: list[tuple[int, int, list[str]]] = []
         self._free = list(range(len(self._pools)))
         self._current: int | None = None
+        self._timing = False
         self._names: list[str] = []
         self.finished: deque[dict[str, float]] = deque(maxlen=MAX_FRAMES)
         """Milliseconds per pass of the frames that the GPU has finished, newest last."""
@@ -36,17 +35,17 @@ class Profiler:
         if self._current is not None:
             self._pools[self._current].reset()
 
-    @contextmanager
-    def measure(self, encoder: spy.CommandEncoder, name: str) -> Iterator[None]:
-        """Time what is recorded inside."""
-        if self._current is None or len(self._names) == MAX_PASSES:
-            yield
-            return
-        pool, first = self._pools[self._current], 2 * len(self._names)
-        self._names.append(name)
-        encoder.write_timestamp(pool, first)
-        yield
-        encoder.write_timestamp(pool, first + 1)
+    def begin(self, encoder: spy.CommandEncoder, name: str) -> None:
+        """Start timing what is recorded from here on; `end` follows before the next `begin`."""
+        self._timing = self._current is not None and len(self._names) < MAX_PASSES
+        if self._current is not None and self._timing:
+            self._names.append(name)
+            encoder.write_timestamp(self._pools[self._current], 2 * len(self._names) - 2)
+
+    def end(self, encoder: spy.CommandEncoder) -> None:
+        """Stop timing."""
+        if self._current is not None and self._timing:
+            encoder.write_timestamp(self._pools[self._current], 2 * len(self._names) - 1)
 
     def end_frame(self, submission: int) -> None:
         """The frame was submitted under this id."""

@@ -68,12 +68,12 @@ class _RayPipeline:
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
         self.parameters.bind(**values)
         self.parameters.check()
-        with (
-            recording.profiler.measure(recording.encoder, self.name),
-            recording.encoder.begin_ray_tracing_pass() as encoder,
-        ):
-            encoder.bind_pipeline(self.pipeline, self.table, self.parameters.root)
-            encoder.dispatch_rays(0, (grid[0], grid[1], 1))
+        recording.profiler.begin(recording.encoder, self.name)
+        encoder = recording.encoder.begin_ray_tracing_pass()
+        encoder.bind_pipeline(self.pipeline, self.table, self.parameters.root)
+        encoder.dispatch_rays(0, (grid[0], grid[1], 1))
+        encoder.end()
+        recording.profiler.end(recording.encoder)
 
 
 class PipelineEffect(_RayPipeline):
@@ -146,12 +146,12 @@ class BufferEffect:
         parameters.bind(**values, grid=spy.uint2(*grid))
         parameters.check()
         recording.encoder.clear_buffer(self._going)
-        with (
-            recording.profiler.measure(recording.encoder, f"{self.name} kernels"),
-            recording.encoder.begin_compute_pass() as encoder,
-        ):
-            encoder.bind_pipeline(self._pipelines[which], parameters.root)
-            encoder.dispatch((grid[0], grid[1], 1))
+        recording.profiler.begin(recording.encoder, f"{self.name} kernels")
+        encoder = recording.encoder.begin_compute_pass()
+        encoder.bind_pipeline(self._pipelines[which], parameters.root)
+        encoder.dispatch((grid[0], grid[1], 1))
+        encoder.end()
+        recording.profiler.end(recording.encoder)
 
     def _submit(self, recording: Recording) -> bool:
         """Submit what is recorded so far and tell whether rays are left."""

@@ -27,37 +27,39 @@ class RasterVisibility:
             size,
             spy.TextureUsage.depth_stencil | spy.TextureUsage.shader_resource,
         )
-        self._depth_view = self._depth.create_view()
         self._state = spy.RenderState(
             {"viewports": [spy.Viewport.from_size(*size)], "scissor_rects": [spy.ScissorRect.from_size(*size)]}
         )
-        self._view: spy.TextureView | None = None
+        self._state.index_format = spy.IndexFormat.uint32
+        self._targets: spy.RenderPassDesc | None = None
 
     def __call__(self, frame: FrameContext, scene: GpuScene, visibility: spy.Texture) -> None:
         """Fill `visibility` (width, height, rg32_uint)."""
-        if self._view is None:
-            self._view = visibility.create_view()
-        targets = spy.RenderPassDesc(
+        if self._targets is None:
+            self._targets = self._render_targets(visibility)
+        self._state.index_buffer = scene.geometry.indices
+        frame.profiler.begin(frame.encoder, "raster")
+        with frame.encoder.begin_render_pass(self._targets) as encoder:
+            for draws in scene.draws:
+                self._pass(draws.kind).bind(encoder, scene=scene, frame=frame)
+                encoder.set_render_state(self._state)
+                encoder.draw_indexed_indirect(draws.count, draws.arguments)
+        frame.profiler.end(frame.encoder)
+
+    def _render_targets(self, visibility: spy.Texture) -> spy.RenderPassDesc:
+        self._views = visibility.create_view(), self._depth.create_view()
+        return spy.RenderPassDesc(
             {
-                "color_attachments": [{"view": self._view, "load_op": spy.LoadOp.clear, "clear_value": [0, 0, 0, 0]}],
+                "color_attachments": [
+                    {"view": self._views[0], "load_op": spy.LoadOp.clear, "clear_value": [0, 0, 0, 0]}
+                ],
                 "depth_stencil_attachment": {
-                    "view": self._depth_view,
+                    "view": self._views[1],
                     "depth_load_op": spy.LoadOp.clear,
                     "depth_clear_value": 0.0,
                 },
             }
         )
-        with (
-            frame.profiler.measure(frame.encoder, "raster"),
-            frame.encoder.begin_render_pass(targets) as encoder,
-        ):
-            for draws in scene.draws:
-                raster = self._pass(draws.kind)
-                raster.bind(encoder, scene=scene, frame=frame)
-                self._state.index_buffer = scene.geometry.indices
-                self._state.index_format = spy.IndexFormat.uint32
-                encoder.set_render_state(self._state)
-                encoder.draw_indexed_indirect(draws.count, draws.arguments)
 
     def _pass(self, kind: DrawKind) -> RasterPass:
         if kind not in self._passes:

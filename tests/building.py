@@ -1,0 +1,148 @@
+"""Small scenes and pictures for the tests that render."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+import pica
+from pica.rhi.device import Device
+from pica.scene.camera import Camera
+from pica.scene.environment import Environment
+from pica.scene.light import DirectionalLight, Light
+from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture
+from pica.scene.model import Mesh, Node, Scene, Section
+from pica.scene.procedural.placing import aim, move, turn
+from pica.scene.procedural.primitives import box, lathe, plane, sphere
+
+SIZE = (96, 64)
+RASTER, RAYS = ({"visibility.primary": primary} for primary in ("raster", "rays"))
+
+
+def settings(values: dict[str, str] | None = None) -> pica.Settings:
+    return pica.Settings().with_values(values or {})
+
+
+def lambert(red: float = 0.5, green: float | None = None, blue: float | None = None, **more) -> Material:
+    color = (red, red if green is None else green, red if blue is None else blue, 1.0)
+    return Material(**{"base_color": color, "metallic": 0.0, "roughness": 1.0, "specular": 0.0, **more})
+
+
+def placed(section: Section | Iterable[Section], transform=None, name: str = "") -> Node:
+    sections = [section] if isinstance(section, Section) else list(section)
+    node = Node(name, mesh=Mesh(sections, name))
+    node.transform = np.eye(4) if transform is None else transform
+    return node
+
+
+def shining(light: Light, transform=None) -> Node:
+    node = Node("light", light=light)
+    node.transform = np.eye(4) if transform is None else transform
+    return node
+
+
+def scene_of(*nodes: Node, environment: Environment | None = None) -> Scene:
+    scene = Scene("test", environment)
+    for node in nodes:
+        scene.add(node)
+    return scene
+
+
+def uniform(*radiance: float) -> Environment:
+    return Environment(np.broadcast_to(np.float32(radiance), (4, 8, 3)).copy())
+
+
+def sky(seed: int = 0) -> Environment:
+    """A dim sky of different colours with a small bright sun."""
+    radiance = np.random.default_rng(seed).uniform(0.1, 0.5, (16, 32, 3)).astype(np.float32)
+    radiance[4, 20:22] = 40.0
+    return Environment(radiance)
+
+
+def checkered(alpha_low: int = 0, cells: int = 4) -> Image:
+    """A board of `cells` x `cells` fields, half of them clear; eight texels a field."""
+    fields = np.indices((cells * 8, cells * 8)).sum(0) if cells == 0 else np.indices((cells, cells)).sum(0) % 2
+    board = np.kron(fields, np.ones((8, 8), int))
+    pixels = np.full((*board.shape, 4), 255, np.uint8)
+    pixels[..., 0] = np.where(board, 230, 120)
+    pixels[..., 3] = np.where(board, 255, alpha_low)
+    return Image(pixels, "board")
+
+
+def leaves(mode: AlphaMode = AlphaMode.MASK, **more) -> Material:
+    """A material with holes: fields of a board, sharp at their edges."""
+    return lambert(
+        0.8, alpha_mode=mode, base_color_texture=Texture(checkered(40), Sampler(linear=False)), double_sided=True, **more
+    )
+
+
+def bumps(size: int = 32) -> Texture:
+    """A normal map of waves along both axes."""
+    u, v = np.meshgrid(np.arange(size) / size, np.arange(size) / size)
+    normals = np.stack([0.5 * np.sin(4 * np.pi * u), 0.3 * np.sin(6 * np.pi * v + 1), np.ones_like(u)], -1)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    pixels = np.concatenate([normals * 127.5 + 127.5, np.full((size, size, 1), 255.0)], -1)
+    return Texture(Image(np.rint(pixels).astype(np.uint8), "bumps"))
+
+
+def open_cone(material: Material) -> Section:
+    """A cone without its bottom: single-sided it can be looked into."""
+    return lathe([(0.1, 0.5), (0.6, -0.5)], material)
+
+
+def still_life() -> Scene:
+    """Floor, a glossy ball, a bumpy box, a board with holes, a half-transparent one, a cone to look into; a sun, a
+    lamp, an emissive quad and a sky."""
+    floor = placed(plane(4, 4, lambert(0.6, 0.5, 0.4)), name="floor")
+    glossy = Material("glossy", base_color=(0.9, 0.6, 0.3, 1), metallic=1.0, roughness=0.35)
+    plastic = Material("plastic", base_color=(0.2, 0.4, 0.8, 1), metallic=0.0, roughness=0.5, normal_texture=bumps())
+    glow = lambert(0.5, name="glow", emission=(4.0, 3.0, 2.0))
+    return scene_of(
+        floor,
+        placed(sphere(0.5, glossy), move(-0.9, 0.5, 0), "ball"),
+        placed(box(0.7, plastic), move(0.2, 0.36, -0.6) @ turn("y", 30), "box"),
+        placed(plane(0.8, 0.8, leaves()), move(0.9, 0.5, 0.4) @ turn("x", 70) @ turn("y", 20), "mask"),
+        placed(plane(0.6, 0.6, leaves(AlphaMode.BLEND)), move(0.1, 0.4, 0.7) @ turn("x", 80), "blend"),
+        placed(open_cone(lambert(0.3, 0.7, 0.3)), move(1.3, 0.45, -0.7) @ turn("x", 150), "cone"),
+        placed(plane(0.5, 0.5, glow), move(-0.3, 1.6, -0.9) @ turn("x", 110), "glow"),
+        shining(DirectionalLight(illuminance=2.0, angular_diameter=0.1), aim((1, 2, 1.5), (0, 0, 0))),
+        environment=sky(),
+    )
+
+
+CAMERA = Camera.look_at((0.4, 1.5, 3.4), (0.1, 0.4, 0), fov=42)
+
+
+def render(device: Device, scene: Scene, frames: int = 1, camera: Camera | None = None, size=SIZE, values=None):
+    return pica.Renderer(scene, size, settings(values), device).render(frames, camera)
+
+
+def trace(device: Device, scene: Scene, samples: int = 1, camera=None, size=SIZE, max_depth=None, values=None):
+    tracer = pica.PathTracer(scene, size, max_depth, settings(values), device)
+    return tracer.render(samples, camera)
+
+
+def orthographic(eye, target, height: float, near: float = 0.1, far: float = 20.0) -> Camera:
+    from dataclasses import replace
+
+    return replace(Camera.look_at(eye, target), orthographic_height=height, near=near, far=far)
+
+
+def projected(camera: Camera, points, size) -> np.ndarray:
+    """(n, 2) pixels right and down from the upper left corner at which world points (n, 3) are seen."""
+    width, height = size
+    local = (np.asarray(points) - camera.transform[:3, 3]) @ camera.transform[:3, :3]
+    half = np.tan(camera.vertical_fov / 2) if camera.orthographic_height is None else camera.orthographic_height / 2
+    scale = half * (-local[:, 2:] if camera.orthographic_height is None else 1)
+    ndc = local[:, :2] / scale * (height / width, 1)
+    return (ndc * (0.5, -0.5) + 0.5) * (width, height)
+
+
+def edges(ids: np.ndarray) -> np.ndarray:
+    """(height, width) True where a pixel or one of its eight neighbours has another id, and along the border."""
+    found = np.ones(ids.shape, bool)
+    middle = ids[1:-1, 1:-1]
+    found[1:-1, 1:-1] = False
+    for y in range(3):
+        for x in range(3):
+            found[1:-1, 1:-1] |= ids[y : ids.shape[0] - 2 + y, x : ids.shape[1] - 2 + x] != middle
+    return found

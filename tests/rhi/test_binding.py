@@ -1,0 +1,101 @@
+"""The binding checker: nothing unbound, nothing misspelt."""
+
+import numpy as np
+import pytest
+import slangpy as spy
+
+from pica.errors import BindingError
+from tests.rhi.kernels import kernel, read
+
+SOURCE = """
+StructuredBuffer<float> numbers;
+RWStructuredBuffer<float> doubled;
+float offset;
+[shader("compute")] [numthreads(4, 1, 1)]
+void main(uint3 thread : SV_DispatchThreadID) { doubled[thread.x] = numbers[thread.x] * 2 + offset; }
+"""
+
+
+@pytest.fixture
+def compute(device):
+    return kernel(device, SOURCE, "doubling")
+
+
+@pytest.fixture
+def buffers(device):
+    return {
+        "numbers": device.structured("numbers", np.arange(4, dtype=np.float32)),
+        "doubled": device.structured("doubled", np.zeros(4, np.float32)),
+    }
+
+
+def test_what_is_bound_arrives_and_can_change(device, compute, buffers):
+    with device.record() as recording:
+        compute(recording, (4, 1, 1), **buffers, offset=1.0)
+    np.testing.assert_array_equal(read(buffers["doubled"], np.float32), [1, 3, 5, 7])
+    buffers["numbers"] = device.structured("other", np.full(4, 10, np.float32))
+    with device.record() as recording:
+        compute(recording, (4, 1, 1), **buffers, offset=2.0)
+        compute(recording, (4, 1, 1), **buffers, offset=2.0)
+    np.testing.assert_array_equal(read(buffers["doubled"], np.float32), [22, 22, 22, 22])
+
+
+def test_each_dispatch_of_one_recording_keeps_its_own_values(device, compute, buffers):
+    other = device.structured("other", np.zeros(4, np.float32))
+    with device.record() as recording:
+        compute(recording, (4, 1, 1), **buffers, offset=1.0)
+        compute(recording, (4, 1, 1), **{**buffers, "doubled": other}, offset=5.0)
+    np.testing.assert_array_equal(read(buffers["doubled"], np.float32), [1, 3, 5, 7])
+    np.testing.assert_array_equal(read(other, np.float32), [5, 7, 9, 11])
+
+
+def test_unbound_names_are_named(device, compute, buffers):
+    with device.record() as recording, pytest.raises(BindingError, match="doubling: not bound: numbers, offset"):
+        compute(recording, (4, 1, 1), doubled=buffers["doubled"])
+
+
+def test_misspelt_name_is_named_with_those_there_are(device, compute, buffers):
+    with (
+        device.record() as recording,
+        pytest.raises(BindingError, match="doubling: no parameter 'ofset'.*doubled, numbers, offset"),
+    ):
+        compute(recording, (4, 1, 1), **buffers, ofset=1.0)
+
+
+def test_incomplete_block_is_refused(device):
+    gbuffer = device.parameter_block("frame/gbuffer.slang", "gbuffer")
+    gbuffer.bind(depth=device.texture("depth", spy.Format.r32_float, (4, 4)))
+    lighting = device.compute("effects/lighting/direct.slang", name="lighting")
+    with pytest.raises(BindingError, match="block 'gbuffer': not bound: emission, material, motion, normals"):
+        lighting.parameters.bind(gbuffer=gbuffer)
+
+
+def test_misspelt_field_of_a_block_is_named(device):
+    block = device.parameter_block("shaders/frame.slang", "frame")
+    with pytest.raises(BindingError, match="no parameter 'sized'.*camera, index, jitter"):
+        block.bind(sized=spy.uint2(4, 4))
+
+
+def test_unknown_block_is_named(device):
+    with pytest.raises(BindingError, match=r"shaders/frame\.slang: no parameter block 'fame'"):
+        device.parameter_block("shaders/frame.slang", "fame")
+
+
+def test_raster_and_ray_passes_are_checked_too(device):
+    from pica.rhi.passes import RasterState
+    from pica.rhi.schedulers import ray_effect
+
+    state = RasterState((spy.Format.rg32_uint,), spy.CullMode.none)
+    raster = device.raster("effects/gbuffer/raster.slang", ("vertexMain", "opaqueMain"), state)
+    with pytest.raises(BindingError, match="raster: not bound: frame, scene"):
+        raster.bind(None)
+    rays = ray_effect(device, "effects/gbuffer/primary_rays.slang", "PrimaryRays", "hit")
+    with device.record() as recording, pytest.raises(BindingError, match="primary_rays: not bound: .*visibility"):
+        rays(recording, (4, 4))
+
+
+def test_shader_that_does_not_compile_names_its_file(device):
+    from pica.errors import DeviceError
+
+    with pytest.raises(DeviceError, match=r"effects/nothing\.slang"):
+        device.compute("effects/nothing.slang")
