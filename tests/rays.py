@@ -1,0 +1,55 @@
+"""Rays from NumPy through a scene on the GPU."""
+
+import numpy as np
+
+from pica.gpu_scene.scene import GpuScene
+from pica.rhi.binding import parameters_of
+from pica.rhi.device import Device
+from pica.rhi.schedulers import PipelineTracer
+
+CAMERA, SURFACE, SHADOW = range(3)
+"""RayType of rhi/ray_effect.slang."""
+
+RAY = np.dtype(
+    [
+        ("origin", "f4", 3),
+        ("minimum", "f4"),
+        ("direction", "f4", 3),
+        ("maximum", "f4"),
+        ("type", "u4"),
+        ("seed", "u4"),
+    ]
+)
+HIT = np.dtype([("distance", "f4"), ("record", "u4"), ("primitive", "u4"), ("barycentrics", "f4", 2)])
+
+
+def fields_of(layout) -> list[tuple[str, int, int]]:
+    """(name, offset, size) of every field of a reflected struct, nested ones as one."""
+    return [(field.name, field.offset, field.type_layout.size) for field in layout.fields]
+
+
+class RayCaster:
+    """Casts rays at a scene and says what they meet."""
+
+    def __init__(self, device: Device, scene) -> None:
+        self.device = device
+        self.scene = GpuScene(device, scene)
+        self.tracer = PipelineTracer(device, self.scene.block)
+        self.update()
+
+    def update(self) -> None:
+        with self.device.record() as recording:
+            self.scene.update(recording)
+
+    def __call__(self, origins, directions, kind: int = SURFACE, seeds=0, minimum=0.0, maximum=1e30) -> np.ndarray:
+        """(n,) HIT for (n, 3) origins and directions."""
+        directions = np.atleast_2d(np.float32(directions))
+        origins, directions = np.broadcast_arrays(np.float32(origins), directions)
+        rays = np.zeros(len(origins), RAY)
+        rays["origin"], rays["direction"] = origins, directions
+        rays["minimum"], rays["maximum"], rays["type"], rays["seed"] = minimum, maximum, kind, seeds
+        source = self.device.structured("rays", rays)
+        target = self.device.structured("hits", np.zeros(len(rays), HIT))
+        with self.device.record() as recording:
+            self.tracer(recording, len(rays), source, target)
+        return target.to_numpy().view(np.uint8).reshape(-1).view(HIT)
