@@ -3,7 +3,6 @@
 import numpy as np
 
 from pica.gpu_scene.scene import GpuScene
-from pica.rhi.binding import parameters_of
 from pica.rhi.device import Device
 from pica.rhi.schedulers import PipelineTracer
 

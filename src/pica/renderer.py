@@ -42,7 +42,7 @@ class Renderer:
         self.settings = settings = settings or Settings()
         self.device = device = device if isinstance(device, Device) else Device(device)
         self.scene = scene
-        self._gpu_scene = GpuScene(device, scene)
+        self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
         tracer = PipelineTracer(device, self._gpu_scene.block) if settings.rays.scheduler == "buffers" else None
         self._slots = LightSlots(device, self._gpu_scene, settings)
         self._frames = FrameSequence(device, size, settings.seed)

@@ -38,6 +38,15 @@ class VisibilitySettings(_Checked):
 
 
 @dataclass(frozen=True)
+class GeometrySettings(_Checked):
+    """Meshes that deform."""
+
+    rebuild_at: float = _range(1.0, 100.0, 1.5)
+    """Cost of a refitted bottom-level structure over its cost when built at which it is built anew. Higher: fewer
+    rebuilds, slower rays in between."""
+
+
+@dataclass(frozen=True)
 class RaysSettings(_Checked):
     """How rays are traced."""
 
@@ -79,6 +88,7 @@ class Settings(_Checked):
     """Everything that can be set. Immutable: `dataclasses.replace` or `with_values` make variants."""
 
     visibility: VisibilitySettings = field(default_factory=VisibilitySettings)
+    geometry: GeometrySettings = field(default_factory=GeometrySettings)
     rays: RaysSettings = field(default_factory=RaysSettings)
     shadows: ShadowsSettings = field(default_factory=ShadowsSettings)
     lighting: LightingSettings = field(default_factory=LightingSettings)

@@ -26,7 +26,6 @@ float3 rectangle(float3 center, float3 x, float3 y, float2 u)
 float rectangleAngle(float3 center, float3 x, float3 y) { return SphericalRectangle.create(center, x, y).solidAngle; }
 float balance(float a, float b) { return balanceHeuristic(a, b); }
 float power(float a, float b) { return powerHeuristic(a, b); }
-float3 offset(float3 p, float3 n, float scale) { return offsetRayOrigin(p, n, scale); }
 """
 COUNT = 100_000
 
@@ -143,18 +142,3 @@ def test_heuristics_add_up(shader):
     np.testing.assert_allclose(shader.balance(a, b, _result="numpy"), a / (a + b), rtol=1e-5)
     np.testing.assert_allclose(shader.power(a, b, _result="numpy"), a**2 / (a**2 + b**2), rtol=1e-5)
     assert shader.balance(0.0, 0.0) == 0 and shader.power(0.0, 1.0) == 0
-
-
-@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3, 1e6])
-def test_offset_origin_clears_the_rounding_of_its_surface(shader, size):
-    normals, positions = unit_vectors(10_000), unit_vectors(10_000)[::-1] * np.float32(size)
-    moved = shader.offset(positions, normals, 1.0, _result="numpy").astype(np.float64)
-    height = ((moved - positions) * normals).sum(1)
-    rounding = np.spacing(np.abs(positions).max(1))
-    assert (height > 32 * rounding).all()
-    assert (height < 2e-5 * max(size, 1)).all()
-    np.testing.assert_allclose(
-        shader.offset(positions, normals, 3.0, _result="numpy") - positions,
-        3 * (moved - positions),
-        atol=5 * rounding.max(),
-    )

@@ -1,17 +1,18 @@
 """All meshes in a few shared buffers, and one bottom-level structure per mesh and sidedness."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.rhi.acceleration import ObjectFlags, RtGeometry, RtSection
+from pica.rhi.acceleration import DeformingRtGeometry, ObjectFlags, RtGeometry, RtSection
 from pica.rhi.device import Device
 from pica.scene.material import AlphaMode
-from pica.scene.model import Mesh, Section
+from pica.scene.model import Mesh, Node, Section
 
-# shaders/scene.slang: Vertex
+# shaders/scene_types.slang
+NOT_DEFORMED = 0xFFFFFFFF
 VERTEX = np.dtype([("normal", "u4"), ("tangent", "u4"), ("uv0", "f4", 2), ("uv1", "f4", 2), ("color", "u2", 4)])
 
 
@@ -22,13 +23,15 @@ class PlacedSection:
     section: Section
     first_vertex: int
     first_index: int
+    first_previous: int = NOT_DEFORMED
+    """Of its vertices among the previous positions."""
 
 
 @dataclass(frozen=True)
 class MeshPart:
     """The sections of a mesh that share a bottom-level structure, as all or none of them are culled."""
 
-    geometry: RtGeometry
+    geometry: RtGeometry | DeformingRtGeometry
     first_section: int
     flags: ObjectFlags
 
@@ -42,33 +45,52 @@ class GpuMesh:
 
 
 class GeometryBuffers:
-    """Vertices and indices of every mesh. Indices count from their section's first vertex."""
+    """Vertices and indices of every mesh. Indices count from their section's first vertex.
 
-    def __init__(self, device: Device, meshes: list[Mesh]) -> None:
-        placed = {id(mesh): _ordered(mesh) for mesh in meshes}
-        sections = [section for mesh in meshes for section in placed[id(mesh)]]
+    A node that deforms its mesh has vertices and structures of its own, after all others.
+    """
+
+    def __init__(self, device: Device, nodes: list[Node]) -> None:
+        shared = {id(node.mesh): node.mesh for node in nodes if node.mesh and not node.deforms}
+        self._keys: list[object] = [*shared.values(), *(node for node in nodes if node.deforms)]
+        ordered = [_ordered(key.mesh if isinstance(key, Node) else key) for key in self._keys]  # type: ignore[arg-type]
+        sections = [section for found in ordered for section in found]
         positions = np.concatenate([section.positions for section in sections] or [np.zeros((1, 3), np.float32)])
         vertices = np.concatenate([_packed(section) for section in sections] or [np.zeros(1, VERTEX)])
         indices = np.concatenate([section.indices.reshape(-1) for section in sections] or [np.zeros(3, np.uint32)])
         usage = (
             spy.BufferUsage.shader_resource
+            | spy.BufferUsage.unordered_access
             | spy.BufferUsage.acceleration_structure_build_input
             | spy.BufferUsage.index_buffer
         )
         self.positions = device.structured("positions", positions, usage)
         self.vertices = device.structured("vertices", vertices)
         self.indices = device.structured("indices", indices, usage)
-        self.meshes: dict[int, GpuMesh] = {}
-        first_vertex = first_index = 0
-        for mesh in meshes:
-            found = []
-            for section in placed[id(mesh)]:
-                found.append(PlacedSection(section, first_vertex, first_index))
+        self._meshes: dict[int, GpuMesh] = {}
+        first_vertex = first_index = first_previous = 0
+        previous: list[NDArray[np.float32]] = []
+        for key, found in zip(self._keys, ordered, strict=True):
+            deforms = isinstance(key, Node)
+            placed = []
+            for section in found:
+                place = first_vertex, first_index, first_previous if deforms else NOT_DEFORMED
+                placed.append(PlacedSection(section, *place))
                 first_vertex += len(section.positions)
                 first_index += section.indices.size
-            self.meshes[id(mesh)] = GpuMesh(found, self._parts(device, found))
+                if deforms:
+                    first_previous += len(section.positions)
+                    previous.append(section.positions)
+            self._meshes[id(key)] = GpuMesh(placed, self._parts(device, placed, deforms))
+        self.previous_positions = device.structured(
+            "previous positions", np.concatenate(previous or [np.zeros((1, 3), np.float32)])
+        )
 
-    def _parts(self, device: Device, sections: list[PlacedSection]) -> list[MeshPart]:
+    def mesh(self, node: Node) -> GpuMesh:
+        """The node's own mesh where it deforms it, else the shared one."""
+        return self._meshes[id(node) if node.deforms else id(node.mesh)]
+
+    def _parts(self, device: Device, sections: list[PlacedSection], deforms: bool) -> list[MeshPart]:
         parts = []
         for double_sided in (False, True):
             run = [p for p in sections if p.section.material.double_sided == double_sided]
@@ -84,7 +106,8 @@ class GeometryBuffers:
                 )
                 for p in run
             ]
-            geometry = RtGeometry(device, self.positions, self.indices, rt_sections)
+            kind = DeformingRtGeometry if deforms else RtGeometry
+            geometry = kind(device, self.positions, self.indices, rt_sections)
             flags = ObjectFlags.CULL_DISABLE if double_sided else ObjectFlags.NONE
             parts.append(MeshPart(geometry, sections.index(run[0]), flags))
         return parts
@@ -101,11 +124,7 @@ def _without_unused(section: Section) -> Section:
     used, indices = np.unique(section.indices, return_inverse=True)
     if len(used) == len(section.positions):
         return section
-    return replace(
-        section,
-        **{name: getattr(section, name)[used] for name in ("positions", "normals", "tangents", "uv0", "uv1", "colors")},
-        indices=indices.reshape(-1, 3).astype(np.uint32),
-    )
+    return section.take(used.astype(np.intp), indices.reshape(-1, 3).astype(np.uint32))
 
 
 def _packed(section: Section) -> NDArray[np.void]:

@@ -21,7 +21,7 @@ from pica.rhi.device import Device
 from pica.scene.environment import Environment
 from pica.scene.model import Scene, Section
 
-# shaders/scene.slang: EmissiveTriangle
+# shaders/scene_types.slang: EmissiveTriangle
 EMISSIVE_TRIANGLE = np.dtype([("record", "u4"), ("primitive", "u4"), ("cumulative", "f4")])
 _EVEN_SHARE = 0.5
 """Of the choice among lights that ignores their power: no light far from the others starves."""

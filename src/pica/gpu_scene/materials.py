@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pica.rhi.device import Device
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
 
-# shaders/scene.slang: TextureSlot and Material
+# shaders/scene_types.slang: TextureSlot and Material
 SLOT = np.dtype([("texture", "u8"), ("sampler", "u8"), ("transform", "f4", (2, 3)), ("uv_set", "u4"), ("texels", "f4")])
 _SLOTS = ("base_color", "metallic_roughness", "normal", "occlusion", "emissive", "specular", "specular_color")
 _SRGB = {"base_color", "emissive", "specular_color"}

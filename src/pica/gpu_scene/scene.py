@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.gpu_scene.deformation import Deformation
 from pica.gpu_scene.draws import DrawList, SectionDraws, draw_lists
 from pica.gpu_scene.geometry import GeometryBuffers
 from pica.gpu_scene.lights import LightTable
@@ -13,11 +14,14 @@ from pica.rhi.acceleration import RtObject, RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.scene.material import AlphaMode, Material
-from pica.scene.model import Mesh, Node, Scene, Section
+from pica.scene.model import Node, Scene, Section
 
-# shaders/scene.slang: SectionRecord and Instance
+# shaders/scene_types.slang: SectionRecord and Instance
 RECORD = np.dtype(
-    [("first_index", "u4"), ("first_vertex", "u4"), ("material", "u4"), ("instance", "u4"), ("first_emissive", "u4")]
+    [
+        (name, "u4")
+        for name in ("first_index", "first_vertex", "material", "instance", "first_emissive", "first_previous")
+    ]
 )
 INSTANCE = np.dtype(
     [("to_world", "f4", (3, 4)), ("previous_to_world", "f4", (3, 4)), ("node", "u4"), ("first_record", "u4")]
@@ -38,14 +42,17 @@ class _Placement:
 class GpuScene:
     """Everything that shaders know of a scene, in one parameter block."""
 
-    def __init__(self, device: Device, scene: Scene) -> None:
+    def __init__(self, device: Device, scene: Scene, rebuild_at: float) -> None:
+        """`rebuild_at`: GeometrySettings.rebuild_at."""
         self.source = scene
         self._device = device
         self._changes = scene.subscribe()
         self.nodes = [node for node in scene.nodes() if node.mesh is not None]
-        meshes = list({id(node.mesh): node.mesh for node in self.nodes if node.mesh is not None}.values())
-        materials = _materials(meshes)
-        self.geometry = GeometryBuffers(device, meshes)
+        materials = _materials(self.nodes)
+        self.geometry = GeometryBuffers(device, self.nodes)
+        self._deformations = {
+            node: Deformation(device, node, self.geometry, rebuild_at) for node in self.nodes if node.deforms
+        }
         self.materials = MaterialTable(device, list(materials.values()) or [Material()])
         self._placements: dict[Node, _Placement] = {}
         self._place(materials)
@@ -57,6 +64,7 @@ class GpuScene:
         self.block.bind(
             tlas=self.rt_scene.structure,
             positions=self.geometry.positions,
+            previousPositions=self.geometry.previous_positions,
             vertices=self.geometry.vertices,
             indices=self.geometry.indices,
             records=device.structured("records", self.records),
@@ -65,6 +73,7 @@ class GpuScene:
             **self.lights.parameters,
         )
         self._just_moved: list[Node] = []
+        self._just_deformed: list[Node] = list(self._deformations)
         self._built = False
 
     def update(self, recording: Recording) -> bool:
@@ -78,14 +87,26 @@ class GpuScene:
                 self._move(recording, node)
         if any(node.light is not None for node in moved):
             self.lights.update(recording.encoder)
+        deformed = [node for node in self._changes.take_deformed() if node in self._deformations]
+        self._deform(recording, list(dict.fromkeys((*self._just_deformed, *deformed))))
         meshes_moved = [node for node in moved if node in self._placements]
-        if meshes_moved or not self._built:
+        if meshes_moved or deformed or self._just_deformed or not self._built:
             recording.profiler.begin(recording.encoder, "top level")
             self.rt_scene.build(recording.encoder)
             recording.profiler.end(recording.encoder)
             self._built = True
-        self._just_moved = meshes_moved
-        return bool(moved)
+        self._just_moved, self._just_deformed = meshes_moved, deformed
+        return bool(moved or deformed)
+
+    def _deform(self, recording: Recording, nodes: list[Node]) -> None:
+        """All vertices first, then all structures: one wait between the two, not one a node."""
+        for node in nodes:
+            self._deformations[node](recording)
+        if nodes:
+            recording.profiler.begin(recording.encoder, "bottom level")
+            for node in nodes:
+                self._deformations[node].update_structures(recording)
+            recording.profiler.end(recording.encoder)
 
     def _move(self, recording: Recording, node: Node) -> None:
         placement = self._placements[node]
@@ -108,12 +129,12 @@ class GpuScene:
         instances: list[tuple[NDArray[np.float64], NDArray[np.float64], int, int]] = []
         objects: list[RtObject] = []
         object_instances: list[int] = []
-        records: list[tuple[int, int, int, int, int]] = []
+        records: list[tuple[int, int, int, int, int, int]] = []
         self._sections: list[Section] = []
         for number, node in enumerate(self.source.nodes(), start=1):
             if node.mesh is None:
                 continue
-            mesh = self.geometry.meshes[id(node.mesh)]
+            mesh = self.geometry.mesh(node)
             transforms = node.instance_transforms()[:, :3]
             self._placements[node] = _Placement(len(instances), len(transforms), len(objects), len(mesh.parts))
             for transform in transforms:
@@ -124,7 +145,7 @@ class GpuScene:
                 for placed in mesh.sections:
                     material = material_index[id(placed.section.material)]
                     places = placed.first_index, placed.first_vertex
-                    records.append((*places, material, len(instances), NOT_EMISSIVE))
+                    records.append((*places, material, len(instances), NOT_EMISSIVE, placed.first_previous))
                     self._sections.append(placed.section)
                 instances.append((transform, transform, number, first_record))
         self.instances: NDArray[np.void] = np.array(instances, INSTANCE)
@@ -146,5 +167,6 @@ def _mirrored(transforms: NDArray[np.float32]) -> NDArray[np.bool_]:
     return np.asarray(np.linalg.det(transforms[:, :, :3].astype(np.float64)) < 0)
 
 
-def _materials(meshes: list[Mesh]) -> dict[int, Material]:
-    return {id(section.material): section.material for mesh in meshes for section in mesh.sections}
+def _materials(nodes: list[Node]) -> dict[int, Material]:
+    sections = (section for node in nodes if node.mesh for section in node.mesh.sections)
+    return {id(section.material): section.material for section in sections}

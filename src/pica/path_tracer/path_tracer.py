@@ -43,7 +43,7 @@ class PathTracer:
         self.device = device = device if isinstance(device, Device) else Device(device)
         self.scene = scene
         self._max_depth = max_depth or NO_LIMIT
-        self._gpu_scene = GpuScene(device, scene)
+        self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
         tracer = PipelineTracer(device, self._gpu_scene.block) if settings.rays.scheduler == "buffers" else None
         self._frames = FrameSequence(device, size, settings.seed)
         self._sum = device.texture("radiance sum", spy.Format.rgba32_float, size)

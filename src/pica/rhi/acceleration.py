@@ -42,29 +42,68 @@ class RtGeometry:
 
     def __init__(self, device: Device, positions: spy.Buffer, indices: spy.Buffer, sections: list[RtSection]) -> None:
         flags = spy.AccelerationStructureBuildFlags
-        inputs = [
-            spy.AccelerationStructureBuildInputTriangles(
-                {
-                    "vertex_buffers": [spy.BufferOffsetPair(positions, 12 * section.first_vertex)],
-                    "vertex_format": spy.Format.rgb32_float,
-                    "vertex_count": section.vertex_count,
-                    "vertex_stride": 12,
-                    "index_buffer": spy.BufferOffsetPair(indices, 4 * section.first_index),
-                    "index_format": spy.IndexFormat.uint32,
-                    "index_count": section.index_count,
-                    "flags": spy.AccelerationStructureGeometryFlags.opaque
-                    if section.opaque
-                    else spy.AccelerationStructureGeometryFlags.none,
-                }
-            )
-            for section in sections
-        ]
-        self.structure = _compacted(
-            device,
-            spy.AccelerationStructureBuildDesc(
-                {"inputs": inputs, "flags": flags.prefer_fast_trace | flags.allow_compaction}
-            ),
+        desc = spy.AccelerationStructureBuildDesc(
+            {
+                "inputs": _inputs(positions, indices, sections),
+                "flags": flags.prefer_fast_trace | flags.allow_compaction,
+            }
         )
+        self.structure = _compacted(device, desc)
+
+
+class DeformingRtGeometry:
+    """A bottom-level structure whose vertices move: refitted, or rebuilt in place when that has become too loose."""
+
+    def __init__(self, device: Device, positions: spy.Buffer, indices: spy.Buffer, sections: list[RtSection]) -> None:
+        flags = spy.AccelerationStructureBuildFlags
+        inputs = _inputs(positions, indices, sections)
+        modes = spy.AccelerationStructureBuildMode
+        self._build, self._update = (
+            spy.AccelerationStructureBuildDesc(
+                {"inputs": inputs, "flags": flags.allow_update | flags.prefer_fast_trace, "mode": mode}
+            )
+            for mode in (modes.build, modes.update)
+        )
+        sizes = device.handle.get_acceleration_structure_sizes(self._build)
+        scratch = max(sizes.scratch_size, sizes.update_scratch_size, 4)
+        self._scratch = device.buffer("geometry scratch", size=scratch)
+        device.count_memory(sizes.acceleration_structure_size)
+        self.structure = device.handle.create_acceleration_structure(
+            kind=spy.AccelerationStructureKind.bottom_level, size=sizes.acceleration_structure_size
+        )
+
+    def build(self, encoder: spy.CommandEncoder) -> None:
+        """Record a build from the vertices as they are; the first one must come before any refit."""
+        encoder.build_acceleration_structure(
+            desc=self._build, dst=self.structure, src=None, scratch_buffer=self._scratch
+        )
+
+    def refit(self, encoder: spy.CommandEncoder) -> None:
+        """Record a refit: the same tree with new boxes, several times faster than a build."""
+        encoder.build_acceleration_structure(
+            desc=self._update, dst=self.structure, src=self.structure, scratch_buffer=self._scratch
+        )
+
+
+def _inputs(
+    positions: spy.Buffer, indices: spy.Buffer, sections: list[RtSection]
+) -> list[spy.AccelerationStructureBuildInputTriangles]:
+    flags = spy.AccelerationStructureGeometryFlags
+    return [
+        spy.AccelerationStructureBuildInputTriangles(
+            {
+                "vertex_buffers": [spy.BufferOffsetPair(positions, 12 * section.first_vertex)],
+                "vertex_format": spy.Format.rgb32_float,
+                "vertex_count": section.vertex_count,
+                "vertex_stride": 12,
+                "index_buffer": spy.BufferOffsetPair(indices, 4 * section.first_index),
+                "index_format": spy.IndexFormat.uint32,
+                "index_count": section.index_count,
+                "flags": flags.opaque if section.opaque else flags.none,
+            }
+        )
+        for section in sections
+    ]
 
 
 def _compacted(device: Device, desc: spy.AccelerationStructureBuildDesc) -> spy.AccelerationStructure:
@@ -105,7 +144,7 @@ def _compacted(device: Device, desc: spy.AccelerationStructureBuildDesc) -> spy.
 class RtObject:
     """One placed geometry: which, where, and what rays see of it."""
 
-    geometry: RtGeometry
+    geometry: RtGeometry | DeformingRtGeometry
     first_record: int
     """Record of its first section; InstanceID() in shaders."""
     flags: ObjectFlags = ObjectFlags.NONE

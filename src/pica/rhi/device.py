@@ -165,5 +165,5 @@ class Device:
         try:
             loaded = self.handle.load_module(module)
             return self.handle.link_program([loaded], [loaded.entry_point(entry) for entry in entries])
-        except RuntimeError as error:
+        except (RuntimeError, spy.SlangCompileError) as error:
             raise DeviceError(f"{module}: {error}") from error

@@ -173,7 +173,7 @@ def ray_effect(device: Device, module: str, effect: str, wants: Wants, tracer: T
         if tracer is not None:
             return BufferEffect(device, module, effect, wants, tracer)
         return PipelineEffect(device, module, effect, wants)
-    except RuntimeError as error:
+    except (RuntimeError, spy.SlangCompileError) as error:
         raise BindingError(f"{module}: {error}") from error
 
 

@@ -3,17 +3,21 @@
 World matrices are float64, right-handed, +Y up, metres; column vectors: world = parent * local.
 """
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from weakref import WeakSet
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pica.errors import SceneError
+from pica.scene.animation import Animation, Pose, together
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
 from pica.scene.light import Light
 from pica.scene.material import Material
+from pica.scene.skin import Skin, deform
 
 
 @dataclass(eq=False)
@@ -38,6 +42,33 @@ class Section:
     indices: NDArray[np.uint32]
     """(triangles, 3), counter-clockwise from the front."""
     material: Material
+    flat: bool = False
+    """Normals are those of the triangles, which share no vertices; where those bend, normals follow their new faces."""
+    joints: NDArray[np.uint16] | None = None
+    """(vertices, k) which of the skin's joints a vertex follows; None: no skin can move it."""
+    weights: NDArray[np.float32] | None = None
+    """(vertices, k) how far it follows each: 0 or more, sums of 1."""
+    morph_positions: NDArray[np.float32] | None = None
+    """(targets, vertices, 3) metres, offsets that the node's weights scale and add; None: no morph targets."""
+    morph_normals: NDArray[np.float32] | None = None
+    """(targets, vertices, 3) offsets to the normals; None: they stay."""
+    morph_tangents: NDArray[np.float32] | None = None
+    """(targets, vertices, 3) offsets to the tangents' directions; None: they stay."""
+
+    def take(self, vertices: NDArray[np.intp], indices: NDArray[np.uint32]) -> "Section":
+        """The section with only the given vertices, (count,), in that order; `indices` (triangles, 3) count in them."""
+        per_vertex = {name: getattr(self, name) for name in ("joints", "weights")}
+        per_target = {name: getattr(self, name) for name in ("morph_positions", "morph_normals", "morph_tangents")}
+        return replace(
+            self,
+            **{name: getattr(self, name)[vertices] for name in _ATTRIBUTES},
+            **{name: values[vertices] for name, values in per_vertex.items() if values is not None},
+            **{name: values[:, vertices] for name, values in per_target.items() if values is not None},
+            indices=indices,
+        )
+
+
+_ATTRIBUTES = ("positions", "normals", "tangents", "uv0", "uv1", "colors")
 
 
 @dataclass(eq=False)
@@ -47,17 +78,29 @@ class Mesh:
     sections: list[Section]
     name: str = ""
 
+    @property
+    def target_count(self) -> int:
+        """How many morph targets the sections have, all the same number."""
+        targets = (section.morph_positions for section in self.sections)
+        return max((len(positions) for positions in targets if positions is not None), default=0)
+
 
 class ChangeSet:
-    """The nodes that moved since somebody last asked; made by Scene.subscribe."""
+    """The nodes that moved, and those whose mesh deformed, since somebody last asked; made by Scene.subscribe."""
 
     def __init__(self) -> None:
         self.moved: dict[Node, None] = {}
+        self.deformed: dict[Node, None] = {}
 
     def take(self) -> list["Node"]:
         """The moved nodes, children included, and forget them."""
         moved, self.moved = list(self.moved), {}
         return moved
+
+    def take_deformed(self) -> list["Node"]:
+        """The nodes whose vertices moved against each other, by weights or by joints, and forget them."""
+        deformed, self.deformed = list(self.deformed), {}
+        return deformed
 
 
 @dataclass(eq=False)
@@ -72,10 +115,18 @@ class Node:
     instances: NDArray[np.float64] | None = None
     """(count, 4, 4) copies of the mesh relative to this node (EXT_mesh_gpu_instancing); None: one, at the node."""
     extras: dict[str, object] = field(default_factory=dict)
+    pose: Pose | None = None
+    """What a file or an animation made `transform` from; None: a matrix, and animations cannot place the node."""
     children: list["Node"] = field(default_factory=list)
     parent: "Node | None" = field(default=None, repr=False)
     _transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
     _world: NDArray[np.float64] | None = field(default=None, repr=False)
+    _weights: NDArray[np.float64] | None = field(default=None, repr=False)
+    _skin: Skin | None = field(default=None, repr=False)
+    _carried: "tuple[Node, ...]" = field(default=(), repr=False)
+    """The skinned nodes that this one places, as their skin's root."""
+    _bent: "tuple[Node, ...]" = field(default=(), repr=False)
+    """The skinned nodes that this one deforms, as a link of their skin."""
     _listeners: "WeakSet[ChangeSet] | None" = field(default=None, repr=False)
 
     @property
@@ -90,6 +141,43 @@ class Node:
             node._world = None
             for listener in node._listeners or ():
                 listener.moved[node] = None
+                for skinned in node._carried:
+                    listener.moved[skinned] = None
+        for listener in self._listeners or () if self._bent else ():
+            listener.deformed.update(dict.fromkeys(self._bent))
+
+    @property
+    def weights(self) -> NDArray[np.float64] | None:
+        """(targets,) how far the mesh goes towards each morph target; None: the mesh as it is. Assign, do not write."""
+        return self._weights
+
+    @weights.setter
+    def weights(self, weights: ArrayLike) -> None:
+        values = np.array(weights, np.float64).reshape(-1)
+        count = 0 if self.mesh is None else self.mesh.target_count
+        if len(values) != count:
+            raise SceneError(f"node {self.name!r}: {len(values)} weights for a mesh with {count} morph targets")
+        self._weights = values
+        for listener in self._listeners or ():
+            listener.deformed[self] = None
+
+    @property
+    def skin(self) -> Skin | None:
+        """The joints that the mesh follows; set it once."""
+        return self._skin
+
+    @skin.setter
+    def skin(self, skin: Skin) -> None:
+        self._skin = skin
+        if skin.root is not None:
+            skin.root._carried += (self,)
+        for link in skin.links:
+            link._bent += (self,)
+
+    @property
+    def deforms(self) -> bool:
+        """Whether the mesh has a shape of its own at this node, by a skin or by weights."""
+        return self.mesh is not None and (self._skin is not None or self._weights is not None)
 
     @property
     def world(self) -> NDArray[np.float64]:
@@ -123,8 +211,12 @@ class Node:
             stack.extend(reversed(node.children))
 
     def instance_transforms(self) -> NDArray[np.float64]:
-        """(count, 4, 4) object to world of every copy of the mesh; count is 1 without `instances`."""
-        return self.world[None] if self.instances is None else self.world @ self.instances
+        """(count, 4, 4) object to world of every copy of the mesh; count is 1 without `instances`.
+
+        The skin's root instead of the node itself places a skinned mesh.
+        """
+        world = self.world if self._skin is None else self._skin.world
+        return world[None] if self.instances is None else world @ self.instances
 
 
 class Scene:
@@ -134,6 +226,8 @@ class Scene:
         self.name = name
         self.environment = environment
         self.roots: list[Node] = []
+        self.animations: list[Animation] = []
+        self._together: tuple[list[Animation], Animation] = ([], Animation([]))
         self._listeners: WeakSet[ChangeSet] = WeakSet()
 
     def add(self, node: Node) -> Node:
@@ -148,8 +242,29 @@ class Scene:
         for root in self.roots:
             yield from root.walk()
 
+    def animate(self, time: float, animation: int | str | None = None) -> None:
+        """Move nodes and set weights to where an animation, by number or name, has them at `time` seconds.
+
+        None: all at once; where two move the same thing, the later one does. An animation holds its ends: use
+        `time % scene.animations[i].duration` for a loop. Raises SceneError when there is no such animation.
+        """
+        if not math.isfinite(time):
+            raise SceneError(f"animate: time {time} is not a number of seconds")
+        self._animation(animation).apply(time)
+
+    def _animation(self, which: int | str | None) -> Animation:
+        if which is None:
+            if self._together[0] != self.animations:
+                self._together = list(self.animations), together(self.animations)
+            return self._together[1]
+        for number, animation in enumerate(self.animations):
+            if which in (number, animation.name):
+                return animation
+        known = ", ".join(f"{number} {animation.name!r}" for number, animation in enumerate(self.animations))
+        raise SceneError(f"animate: no animation {which!r}; the scene has {known or 'none'}")
+
     def subscribe(self) -> ChangeSet:
-        """A new record of moved nodes; kept up to date for as long as the caller holds it."""
+        """A new record of moved and deformed nodes; kept up to date for as long as the caller holds it."""
         changes = ChangeSet()
         self._listeners.add(changes)
         return changes
@@ -165,9 +280,10 @@ class Scene:
         for node in self.nodes():
             if node.mesh is None:
                 continue
-            corners = boxes.get(id(node.mesh))
-            if corners is None:
-                corners = boxes[id(node.mesh)] = _corners(node.mesh)
+            key = id(node if node.deforms else node.mesh)
+            if key not in boxes:
+                boxes[key] = _corners(node, node.mesh)
+            corners = boxes[key]
             if not len(corners):
                 continue
             world = node.instance_transforms()
@@ -192,8 +308,13 @@ class Scene:
         )
 
 
-def _corners(mesh: Mesh) -> NDArray[np.float64]:
-    used = [section.positions[np.unique(section.indices)] for section in mesh.sections if len(section.indices)]
+def _corners(node: Node, mesh: Mesh) -> NDArray[np.float64]:
+    """(8, 3) corners of the box round what triangles use of the node's mesh; (0, 3) when that is nothing."""
+    used = [
+        (deform(section, node)[0] if node.deforms else section.positions)[np.unique(section.indices)]
+        for section in mesh.sections
+        if len(section.indices)
+    ]
     if not used:
         return np.zeros((0, 3))
     points = np.concatenate(used).astype(np.float64)
@@ -202,8 +323,6 @@ def _corners(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def _placed(camera: Camera, world: NDArray[np.float64]) -> Camera:
-    from dataclasses import replace
-
     rotation, _ = np.linalg.qr(world[:3, :3])
     rotation = rotation * np.sign(np.sum(rotation * world[:3, :3], axis=0))
     transform = np.eye(4)

@@ -1,10 +1,12 @@
 """Normals, and frames around them, for meshes that come without."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 
-def face_normals(positions: NDArray[np.float32], triangles: NDArray[np.uint32]) -> NDArray[np.float32]:
+def face_normals(positions: NDArray[np.floating[Any]], triangles: NDArray[np.uint32]) -> NDArray[np.float32]:
     """(triangles, 3) unit normals, on the side from which the corners go counter-clockwise; +Z where no area is."""
     corners = positions[triangles].astype(np.float64)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -23,7 +25,7 @@ def unit_normals(
     return _unit(normals.astype(np.float64), np.array([0.0, 0.0, 1.0])).astype(np.float32)
 
 
-def perpendicular(normals: NDArray[np.float32]) -> NDArray[np.float32]:
+def perpendicular(normals: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
     """(vertices, 3) one unit vector at a right angle to each unit normal."""
     # Duff et al. 2017, "Building an Orthonormal Basis, Revisited", the first of its two axes
     x, y, z = normals.astype(np.float64).T

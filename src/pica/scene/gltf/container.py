@@ -28,7 +28,7 @@ class Document:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.gltf = _parse(read_file(path, "the file"))
+        self.gltf, self.json = _parse(read_file(path, "the file"))
         self._buffers: dict[int, bytes] = {}
         self._warned: set[str] = set()
         _check_version(self.gltf.asset)
@@ -103,15 +103,17 @@ def read_file(path: Path, what: str, length: int = -1) -> bytes:
         raise SceneError(f"{what}: cannot be read ({error.strerror})") from None
 
 
-def _parse(content: bytes) -> pygltflib.GLTF2:
-    """The file's JSON as objects. pygltflib takes much on trust, so the outline is checked first."""
+def _parse(content: bytes) -> tuple[pygltflib.GLTF2, dict[str, Any]]:
+    """The file's JSON as objects, and as it is. pygltflib takes much on trust, so the outline is checked first."""
     binary = content.startswith(_GLB_MAGIC)
     try:
         source = (_json_chunk(content) if binary else content).decode("utf-8-sig")
-        _check_outline(json.loads(source))
+        root = json.loads(source)
+        _check_outline(root)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # pygltflib's own, about unknown chunks
-            return pygltflib.GLTF2.load_from_bytes(content) if binary else pygltflib.GLTF2.gltf_from_json(source)
+            gltf = pygltflib.GLTF2.load_from_bytes(content) if binary else pygltflib.GLTF2.gltf_from_json(source)
+            return gltf, root
     except json.JSONDecodeError as error:
         raise SceneError(f"not valid JSON ({error})" if binary else f"neither binary glTF nor JSON ({error})") from None
     except UnicodeDecodeError:

@@ -6,10 +6,10 @@ import numpy as np
 import pygltflib
 from numpy.typing import NDArray
 
-from pica.errors import SceneError
 from pica.scene.gltf.accessors import read_accessor, read_floats, read_indices
-from pica.scene.gltf.checks import choice, listing, text
+from pica.scene.gltf.checks import choice, text
 from pica.scene.gltf.container import Document
+from pica.scene.gltf.deformation import joints_and_weights, morph_offsets, per_vertex, target_count
 from pica.scene.gltf.materials import Materials
 from pica.scene.material import Material, Texture
 from pica.scene.model import Mesh, Section
@@ -25,7 +25,8 @@ _TYPES = {
     "TEXCOORD_0": ("VEC2",), "TEXCOORD_1": ("VEC2",), "COLOR_0": ("VEC3", "VEC4"),
 }  # fmt: skip
 
-Attributes = dict[str, NDArray[np.float32]]
+Attributes = dict[str, NDArray[Any]]
+"""By name, one row a vertex."""
 
 
 class Meshes:
@@ -40,7 +41,8 @@ class Meshes:
         """Mesh `index`; primitives without a surface are left out with a warning."""
         entry = self._document.item("meshes", index, where)
         if index not in self._made:
-            primitives = enumerate(listing(entry.primitives, f"meshes[{index}].primitives"))
+            target_count(self._document, index)  # which checks them
+            primitives = enumerate(entry.primitives)
             sections = [self._section(part, f"meshes[{index}].primitives[{i}]") for i, part in primitives]
             self._made[index] = Mesh([section for section in sections if section is not None], text(entry.name))
         return self._made[index]
@@ -58,7 +60,7 @@ class Meshes:
         triangles, used = self._triangles(primitive.indices, accessors["POSITION"], mode, where)
         if not len(triangles):
             return None
-        return _complete(self._attributes(accessors, used, where), triangles, material)
+        return _complete(self._attributes(accessors, primitive.targets or [], used, where), triangles, material)
 
     def _triangles(
         self, indices: object, positions: object, mode: int, where: str
@@ -75,7 +77,9 @@ class Meshes:
         renumbered = np.cumsum(in_use, dtype=np.uint32) - np.uint32(1)
         return renumbered[triangles], np.flatnonzero(in_use)
 
-    def _attributes(self, accessors: dict[str, Any], used: NDArray[np.intp], where: str) -> Attributes:
+    def _attributes(
+        self, accessors: dict[str, Any], targets: list[Any], used: NDArray[np.intp], where: str
+    ) -> Attributes:
         """The attributes of the used vertices, as far as the file has them."""
         attributes: Attributes = {}
         vertex_count = 0
@@ -84,10 +88,13 @@ class Meshes:
                 continue
             values = read_floats(self._document, accessors[name], f"{where}.{name}", types)
             vertex_count = vertex_count or len(values)
-            if len(values) != vertex_count:
-                raise SceneError(f"{where}.{name}: {len(values)} elements for {vertex_count} positions")
-            attributes[name] = values[used]
-        return attributes
+            attributes[name] = per_vertex(values, vertex_count, f"{where}.{name}")
+        offsets = morph_offsets(self._document, targets, attributes, vertex_count, where)
+        attributes |= {f"MORPH_{name}": values for name, values in offsets.items()}
+        followed = joints_and_weights(self._document, accessors, vertex_count, where)
+        if followed is not None:
+            attributes["JOINTS"], attributes["WEIGHTS"] = followed
+        return _taken(attributes, used)
 
 
 def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
@@ -107,7 +114,8 @@ def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
 def _complete(attributes: Attributes, triangles: NDArray[np.uint32], material: Material) -> Section:
     """Generate what the file lacks."""
     positions = attributes["POSITION"]
-    if "NORMAL" in attributes:
+    flat = "NORMAL" not in attributes
+    if not flat:
         attributes["NORMAL"] = unit_normals(attributes["NORMAL"], positions, triangles)
     else:  # 3.7.2.1: flat normals, and tangents in the file do not count
         attributes.pop("TANGENT", None)
@@ -128,7 +136,18 @@ def _complete(attributes: Attributes, triangles: NDArray[np.uint32], material: M
         colors=_rgba(attributes.get("COLOR_0", np.ones((count, 4), np.float32))),
         indices=triangles,
         material=material,
+        flat=flat,
+        joints=attributes.get("JOINTS"),
+        weights=attributes.get("WEIGHTS"),
+        morph_positions=_by_target(attributes.get("MORPH_POSITION")),
+        morph_normals=_by_target(attributes.get("MORPH_NORMAL")),
+        morph_tangents=_by_target(attributes.get("MORPH_TANGENT")),
     )
+
+
+def _by_target(offsets: NDArray[np.float32] | None) -> NDArray[np.float32] | None:
+    """(targets, vertices, 3) from (vertices, targets, 3)."""
+    return None if offsets is None else np.ascontiguousarray(offsets.transpose(1, 0, 2))
 
 
 def _taken(attributes: Attributes, vertices: NDArray[np.intp]) -> Attributes:

@@ -7,13 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import SceneError
+from pica.scene.animation import Pose, compose
 from pica.scene.camera import Camera
 from pica.scene.gltf.accessors import read_floats
+from pica.scene.gltf.animations import read_animations
 from pica.scene.gltf.checks import choice, extension, listing, mapping, number, numbers, text
 from pica.scene.gltf.container import Document
+from pica.scene.gltf.deformation import bind, read_skin, target_count
 from pica.scene.gltf.lights import read_light
 from pica.scene.gltf.meshes import Meshes
 from pica.scene.model import Node, Scene
+from pica.scene.skin import Skin
 
 _PERSPECTIVE, _ORTHOGRAPHIC = "perspective", "orthographic"
 _CAMERAS = {kind: kind for kind in (_PERSPECTIVE, _ORTHOGRAPHIC)}
@@ -29,6 +33,8 @@ def build_scene(document: Document) -> Scene:
     builder = _Builder(document)
     for root in roots:
         scene.add(builder.tree(root))
+    builder.bind_skins()
+    scene.animations = read_animations(document, builder.nodes)
     if not scene.triangle_count():
         document.warn("shows nothing, its scene has no mesh with triangles")
     return scene
@@ -36,6 +42,8 @@ def build_scene(document: Document) -> Scene:
 
 class _Builder:
     def __init__(self, document: Document) -> None:
+        self.nodes: dict[int, Node] = {}
+        """What was made, by number in the file."""
         self._document = document
         self._meshes = Meshes(document)
 
@@ -59,8 +67,38 @@ class _Builder:
             instances=_instances(self._document, entry, where),
             extras=mapping(entry.extras, f"{where}.extras"),
         )
-        node.transform = _local_matrix(entry, where)
+        if entry.matrix is not None:
+            node.transform = _matrix(entry, where)
+        else:
+            node.pose = _pose(entry, where)
+            node.transform = node.pose.matrix()
+        if entry.mesh is not None:
+            self._set_weights(node, index, entry.mesh)
+        self.nodes[index] = node
         return node
+
+    def _set_weights(self, node: Node, index: int, mesh: int) -> None:
+        """The node's weights, else the mesh's, else zeros (3.7.2.2)."""
+        count = target_count(self._document, mesh)
+        if not count or node.mesh is None or not node.mesh.sections:
+            return
+        zeros = (0.0,) * count
+        # from the JSON as it is: pygltflib drops a node's weights
+        of_node = self._document.json["nodes"][index].get("weights")
+        of_mesh = self._document.gltf.meshes[mesh].weights or None
+        default = numbers(of_mesh, count, f"meshes[{mesh}].weights", default=zeros)
+        node.weights = np.array(numbers(of_node, count, f"nodes[{index}].weights", default=default))
+
+    def bind_skins(self) -> None:
+        """Give nodes their skins, once all joints hang in their tree."""
+        skins: dict[int, Skin] = {}
+        for index, node in self.nodes.items():
+            number, where = self._document.gltf.nodes[index].skin, f"nodes[{index}]"
+            if number is None or node.mesh is None:
+                continue
+            if number not in skins:
+                skins[number] = read_skin(self._document, number, self.nodes, f"{where}.skin")
+            bind(self._document, node, skins[number], where)
 
 
 def _children(document: Document, index: int) -> list[int]:
@@ -105,17 +143,26 @@ def _roots(document: Document, parents: list[int | None]) -> tuple[str, list[int
     return text(entry.name), roots
 
 
-def _local_matrix(entry: Any, where: str) -> NDArray[np.float64]:
-    """(4, 4) node to parent (3.5.3)."""
-    if entry.matrix is not None:
-        matrix = np.array(numbers(entry.matrix, 16, f"{where}.matrix")).reshape(4, 4).T
-        if not np.allclose(matrix[3], (0, 0, 0, 1), atol=1e-4):
-            raise SceneError(f"{where}.matrix: its last row must be 0, 0, 0, 1")
-        return matrix
+def _matrix(entry: Any, where: str) -> NDArray[np.float64]:
+    """(4, 4) node to parent, of a node that gives it as a matrix (3.5.3)."""
+    matrix = np.array(numbers(entry.matrix, 16, f"{where}.matrix")).reshape(4, 4).T
+    if not np.allclose(matrix[3], (0, 0, 0, 1), atol=1e-4):
+        raise SceneError(f"{where}.matrix: its last row must be 0, 0, 0, 1")
+    return matrix
+
+
+def _pose(entry: Any, where: str) -> Pose:
+    """Node to parent, of a node that gives it in parts, or not at all."""
     translation = numbers(entry.translation, 3, f"{where}.translation", default=(0.0, 0.0, 0.0))
     rotation = numbers(entry.rotation, 4, f"{where}.rotation", default=(0.0, 0.0, 0.0, 1.0))
     scale = numbers(entry.scale, 3, f"{where}.scale", default=(1.0, 1.0, 1.0))
-    return _matrices(np.array([translation]), np.array([rotation]), np.array([scale]), f"{where}.rotation")[0]
+    _check_rotations(np.array([rotation]), f"{where}.rotation")
+    return Pose(np.array(translation), np.array(rotation), np.array(scale))
+
+
+def _check_rotations(rotations: NDArray[np.float64], where: str) -> None:
+    if not (np.linalg.norm(rotations, axis=1) > 0).all():
+        raise SceneError(f"{where}: a quaternion of zeros is no rotation")
 
 
 def _instances(document: Document, entry: Any, where: str) -> NDArray[np.float64] | None:
@@ -139,30 +186,8 @@ def _instances(document: Document, entry: Any, where: str) -> NDArray[np.float64
     translation, rotation, scale = (
         given.get(name, np.tile(default, (count, 1))) for name, default in _INSTANCE_DEFAULTS.items()
     )
-    return _matrices(translation, rotation, scale, f"{where}.ROTATION")
-
-
-def _matrices(
-    translation: NDArray[np.float64], rotation: NDArray[np.float64], scale: NDArray[np.float64], where: str
-) -> NDArray[np.float64]:
-    """(count, 4, 4) translation * rotation * scale, rotation being a quaternion x, y, z, w."""
-    lengths = np.linalg.norm(rotation, axis=1, keepdims=True)
-    if not (lengths > 0).all():
-        raise SceneError(f"{where}: a quaternion of zeros is no rotation")
-    x, y, z, w = (rotation / lengths).T
-    # Shoemake 1985, "Animating Rotation with Quaternion Curves"
-    turned = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    matrices = np.zeros((len(rotation), 4, 4))
-    matrices[:, :3, :3] = turned.transpose(2, 0, 1) * scale[:, None, :]
-    matrices[:, :3, 3] = translation
-    matrices[:, 3, 3] = 1
-    return matrices
+    _check_rotations(rotation, f"{where}.ROTATION")
+    return compose(translation, rotation, scale)
 
 
 def _camera(document: Document, index: int, node_name: str, where: str) -> Camera:

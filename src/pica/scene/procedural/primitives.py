@@ -4,6 +4,8 @@ Every shape is a grid of vertices with u to the right and v down when seen from 
 counter-clockwise from the front, normals point outwards and the tangent frame is never mirrored (w = 1).
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -202,11 +204,12 @@ def transformed(section: Section, matrix: ArrayLike) -> Section:
 def merged(sections: list[Section]) -> Section:
     """One section with the triangles of all, which share the first one's material."""
     starts = np.cumsum([0] + [len(section.positions) for section in sections[:-1]])
+    attributes: dict[str, Any] = {
+        name: np.concatenate([getattr(section, name) for section in sections])
+        for name in ("positions", "normals", "tangents", "uv0", "uv1", "colors")
+    }
     return Section(
-        **{
-            name: np.concatenate([getattr(section, name) for section in sections])
-            for name in ("positions", "normals", "tangents", "uv0", "uv1", "colors")
-        },
+        **attributes,
         indices=np.concatenate([s.indices + np.uint32(start) for s, start in zip(sections, starts, strict=True)]),
         material=sections[0].material,
     )

@@ -1,0 +1,190 @@
+"""Animations: values that channels give to nodes over time (glTF 2.0, 3.11 and appendix C).
+
+Times are in seconds, rotations unit quaternions (x, y, z, w).
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.errors import SceneError
+
+if TYPE_CHECKING:
+    from pica.scene.model import Node
+
+Floats = NDArray[np.float64]
+Path = Literal["translation", "rotation", "scale", "weights"]
+Interpolation = Literal["STEP", "LINEAR", "CUBICSPLINE"]
+_PLACING: tuple[Path, ...] = ("translation", "rotation", "scale")
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Where a node stands relative to its parent, in the three parts that animations move."""
+
+    translation: Floats = field(default_factory=lambda: np.zeros(3))
+    """(3,) metres."""
+    rotation: Floats = field(default_factory=lambda: np.array([0.0, 0.0, 0.0, 1.0]))
+    """(4,) quaternion x, y, z, w, not zero."""
+    scale: Floats = field(default_factory=lambda: np.ones(3))
+    """(3,)"""
+
+    def matrix(self) -> Floats:
+        """(4, 4) node to parent."""
+        return compose(self.translation[None], self.rotation[None], self.scale[None])[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """What one value of one node is over time."""
+
+    node: "Node"
+    path: Path
+    times: Floats
+    """(keys,) seconds, ascending, at least one. Before the first and after the last the value stands still."""
+    values: Floats
+    """(keys, components); CUBICSPLINE: (keys, 3, components), incoming tangent, value, outgoing tangent."""
+    interpolation: Interpolation = "LINEAR"
+
+
+class Animation:
+    """Channels that play together. Raises SceneError for a channel that moves a node without a pose."""
+
+    def __init__(self, channels: Iterable[Channel], name: str = "") -> None:
+        self.name = name
+        self.channels = list(channels)
+        self.duration = max((float(channel.times[-1]) for channel in self.channels), default=0.0)
+        """Seconds until the last key; play `time % duration` for a loop."""
+        placing = (channel.node for channel in self.channels if channel.path in _PLACING)
+        self._nodes = list(dict.fromkeys(placing))
+        for node in self._nodes:
+            if node.pose is None:
+                raise SceneError(
+                    f"animation {name!r}: node {node.name!r} is placed by a matrix; give it a pose to move"
+                )
+        rows = {node: row for row, node in enumerate(self._nodes)}
+        alike: dict[tuple[Path, Interpolation, int], list[Channel]] = {}
+        for channel in self.channels:
+            alike.setdefault((channel.path, channel.interpolation, channel.values.shape[-1]), []).append(channel)
+        self._tracks = [_Track(channels, rows) for channels in alike.values()]
+
+    def apply(self, time: float) -> None:
+        """Give every node what its channels say at `time`; nodes that stand there already are left alone."""
+        parts = {path: np.array([getattr(node.pose, path) for node in self._nodes]) for path in _PLACING}
+        for track in self._tracks:
+            values = track.at(time)
+            if track.path != "weights":
+                parts[track.path][track.rows] = values
+                continue
+            for node, weights in zip(track.nodes, values, strict=True):
+                if not np.array_equal(node.weights if node.weights is not None else (), weights):
+                    node.weights = weights
+        if self._nodes:
+            self._place(Pose(**parts))
+
+    def _place(self, poses: Pose) -> None:
+        """Move the nodes to the poses, which hold one row a node."""
+        matrices = compose(poses.translation, poses.rotation, poses.scale)
+        moved = (matrices != np.stack([node.transform for node in self._nodes])).any((1, 2))
+        for row in np.flatnonzero(moved):
+            node = self._nodes[row]
+            node.pose = Pose(poses.translation[row], poses.rotation[row], poses.scale[row])
+            node.transform = matrices[row]
+
+
+def together(animations: Iterable[Animation]) -> Animation:
+    """All animations as one; where two move the same value of a node, the later one does."""
+    channels = {(channel.node, channel.path): channel for each in animations for channel in each.channels}
+    return Animation(channels.values())
+
+
+def compose(translation: Floats, rotation: Floats, scale: Floats) -> Floats:
+    """(count, 4, 4) translation * rotation * scale, from (count, 3), (count, 4) of any length but 0, and (count, 3)."""
+    x, y, z, w = _unit(rotation).T
+    # Shoemake 1985, "Animating Rotation with Quaternion Curves"
+    turned = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    matrices = np.zeros((len(rotation), 4, 4))
+    matrices[:, :3, :3] = turned.transpose(2, 0, 1) * scale[:, None, :]
+    matrices[:, :3, 3] = translation
+    matrices[:, 3, 3] = 1
+    return matrices
+
+
+class _Track:
+    """Channels of one path, interpolation and number of components: sampled in one go."""
+
+    def __init__(self, channels: list[Channel], rows: dict["Node", int]) -> None:
+        self.path, self._interpolation = channels[0].path, channels[0].interpolation
+        self.nodes = [channel.node for channel in channels]
+        self.rows = [rows[node] for node in self.nodes] if self.path != "weights" else []
+        self._times = np.concatenate([channel.times for channel in channels]).astype(np.float64)
+        self._values = np.concatenate([channel.values for channel in channels]).astype(np.float64)
+        if self.path == "rotation" and self._interpolation != "CUBICSPLINE":
+            self._values = _unit(self._values)
+        counts = np.array([len(channel.times) for channel in channels])
+        self._first = np.cumsum(counts) - counts
+        self._last = self._first + counts - 1
+
+    def at(self, time: float) -> Floats:
+        """(channels, components) at `time`."""
+        before, after = self._keys_around(time)
+        start, length = self._times[before], self._times[after] - self._times[before]
+        elapsed = np.where(length > 0, (time - start) / np.where(length > 0, length, 1), 1)
+        fraction = np.clip(elapsed, 0, 1)[:, None]
+        if self._interpolation == "CUBICSPLINE":
+            return self._spline(before, after, fraction, length[:, None])
+        if self._interpolation == "STEP":
+            fraction = np.floor(fraction)
+        if self.path == "rotation":
+            return _slerp(self._values[before], self._values[after], fraction)
+        return self._values[before] * (1 - fraction) + self._values[after] * fraction
+
+    def _keys_around(self, time: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """(channels,) the keys between which `time` lies, by bisection in all channels at once."""
+        before, after = self._first, self._last
+        while (after - before > 1).any():
+            middle = (before + after) // 2
+            passed = self._times[middle] <= time
+            before, after = np.where(passed, middle, before), np.where(passed, after, middle)
+        return before, after
+
+    def _spline(self, before: NDArray[np.intp], after: NDArray[np.intp], t: Floats, length: Floats) -> Floats:
+        # glTF 2.0, appendix C.5: a cubic Hermite spline whose tangents are scaled by the time between the keys
+        value, leaving = self._values[before, 1], self._values[before, 2] * length
+        next_value, arriving = self._values[after, 1], self._values[after, 0] * length
+        t2, t3 = t * t, t * t * t
+        result = (
+            (2 * t3 - 3 * t2 + 1) * value
+            + (t3 - 2 * t2 + t) * leaving
+            + (3 * t2 - 2 * t3) * next_value
+            + (t3 - t2) * arriving
+        )
+        if self.path != "rotation":
+            return result
+        return _unit(np.where(result.any(axis=1, keepdims=True), result, value))
+
+
+def _slerp(start: Floats, end: Floats, fraction: Floats) -> Floats:
+    """(count, 4) unit quaternions on the shorter arc from start to end."""
+    # glTF 2.0, appendix C.4
+    cosine = np.sum(start * end, axis=1, keepdims=True)
+    angle = np.arccos(np.minimum(np.abs(cosine), 1.0))
+    sine = np.sin(angle)
+    curved = sine > 1e-6  # else the arc is as good as straight
+    divisor = np.where(curved, sine, 1.0)
+    from_start = np.where(curved, np.sin(angle * (1 - fraction)) / divisor, 1 - fraction)
+    from_end = np.where(curved, np.sin(angle * fraction) / divisor, fraction)
+    return _unit(from_start * start + np.copysign(from_end, cosine) * end)
+
+
+def _unit(quaternions: Floats) -> Floats:
+    return quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)

@@ -1,0 +1,121 @@
+"""Skins and morph targets: how the vertices of a node's mesh move against each other (glTF 2.0, 3.7.2.2 and 3.7.3)."""
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.scene.normals import face_normals, perpendicular
+
+if TYPE_CHECKING:
+    from pica.scene.model import Node, Section
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(eq=False)
+class Skin:
+    """Joints that vertices follow. Make it when the joints hang in their tree, where they then stay.
+
+    Skinned vertices are relative to `root`, the joints' closest common ancestor, whose world matrix places them; the
+    skinned node's own is ignored (glTF 2.0, 3.7.3.3). So a figure that moves as a whole needs a new instance transform
+    but neither skinning nor a new bottom-level structure, and 32-bit positions stay exact far from the world's origin.
+    """
+
+    joints: list["Node"]
+    inverse_bind: Floats
+    """(joints, 4, 4) object space of the mesh to that of each joint, in the bind pose."""
+    name: str = ""
+    root: "Node | None" = field(init=False)
+    """None where the joints have no ancestor in common: vertices are in world space."""
+    links: "list[Node]" = field(init=False)
+    """The joints and what lies between them and the root, parents first: moving one of them moves vertices."""
+    _parent_rows: list[int] = field(init=False)
+    _joint_rows: list[int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        lines = [_line(joint) for joint in self.joints]
+        depth = 0
+        while all(len(line) > depth and line[depth] is lines[0][depth] for line in lines):
+            depth += 1
+        self.root = lines[0][depth - 1] if depth else None
+        self.links = list(dict.fromkeys(node for line in lines for node in line[depth:]))
+        rows: dict[Node | None, int] = {node: row for row, node in enumerate(self.links, start=1)}
+        self._parent_rows = [rows.get(node.parent, 0) for node in self.links]
+        self._joint_rows = [rows.get(joint, 0) for joint in self.joints]
+
+    @property
+    def world(self) -> Floats:
+        """(4, 4) the space of skinned vertices to the world."""
+        return np.eye(4) if self.root is None else self.root.world
+
+    def joint_matrices(self) -> Floats:
+        """(joints, 4, 4) M with: a vertex p of the mesh goes to sum(weight * M[joint]) p, relative to the root."""
+        to_root = np.empty((len(self.links) + 1, 4, 4))
+        to_root[0] = np.eye(4)
+        for row, (link, parent) in enumerate(zip(self.links, self._parent_rows, strict=True), start=1):
+            np.matmul(to_root[parent], link.transform, out=to_root[row])
+        return to_root[self._joint_rows] @ self.inverse_bind
+
+
+def deform(section: "Section", node: "Node") -> tuple[Floats, Floats, Floats]:
+    """Positions (vertices, 3), unit normals (vertices, 3) and tangents (vertices, 4) of a section as `node` poses it.
+
+    First morphed, then skinned; node.instance_transforms() places them in the world. Tangents are kept at a right
+    angle to the normals. What shaders compute is checked against this.
+    """
+    positions, normals, tangents = (
+        _morphed(base, offsets, node.weights)
+        for base, offsets in (
+            (section.positions, section.morph_positions),
+            (section.normals, section.morph_normals),
+            (section.tangents[:, :3], section.morph_tangents),
+        )
+    )
+    if node.skin is not None and section.joints is not None and section.weights is not None:
+        blended = _blended(node.skin.joint_matrices()[:, :3], section.joints, section.weights)
+        linear = blended[:, :, :3]
+        positions = np.einsum("vij,vj->vi", linear, positions) + blended[:, :, 3]
+        normals = np.einsum("vij,vj->vi", _cofactors(linear), normals)
+        tangents = np.einsum("vij,vj->vi", linear, tangents)
+    if section.flat:
+        normals[section.indices] = face_normals(positions, section.indices)[:, None]
+    normals = _unit(normals, section.normals)
+    tangents = tangents - normals * np.sum(normals * tangents, axis=1, keepdims=True)
+    tangents = _unit(tangents, perpendicular(normals))
+    return positions, normals, np.column_stack([tangents, section.tangents[:, 3]])
+
+
+def _line(node: "Node") -> list["Node"]:
+    """The node's ancestors from the top, and the node."""
+    line = [node]
+    while line[-1].parent is not None:
+        line.append(line[-1].parent)
+    return line[::-1]
+
+
+def _morphed(base: NDArray[np.float32], offsets: NDArray[np.float32] | None, weights: Floats | None) -> Floats:
+    # glTF 2.0, 3.7.2.2: base + sum(weight * offset)
+    start = base.astype(np.float64)
+    return start if offsets is None or weights is None else start + np.tensordot(weights, offsets, 1)
+
+
+def _blended(matrices: Floats, joints: NDArray[np.uint16], weights: NDArray[np.float32]) -> Floats:
+    """(vertices, 3, 4) sums of each vertex's joint matrices times its weights."""
+    total = np.zeros((len(joints), 3, 4))
+    for joint, weight in zip(joints.T, weights.T, strict=True):
+        total += weight[:, None, None] * matrices[joint]
+    return total
+
+
+def _cofactors(linear: Floats) -> Floats:
+    """(count, 3, 3) what turns normals where `linear` moves points: cof(A) (a x b) = (A a) x (A b)."""
+    x, y, z = linear[:, :, 0], linear[:, :, 1], linear[:, :, 2]
+    return np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=2)
+
+
+def _unit(vectors: Floats, spare: NDArray[np.float32]) -> Floats:
+    """The vectors at unit length; the spare ones where that is impossible."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(lengths > 0, vectors / np.where(lengths > 0, lengths, 1), spare)

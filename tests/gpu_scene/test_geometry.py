@@ -1,0 +1,103 @@
+"""Vertices and indices on the GPU."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pica.gpu_scene.geometry import VERTEX, GeometryBuffers, octahedral
+from pica.gpu_scene.scene import GpuScene
+from pica.scene.model import Mesh
+from pica.scene.procedural.placing import move
+from pica.scene.procedural.primitives import box, plane, sphere
+from tests.building import RASTER, RAYS, lambert, placed, render, scene_of, uniform
+from tests.rhi.kernels import read, run
+
+PACK = """
+import shaders.packing;
+StructuredBuffer<float3> normals;
+RWStructuredBuffer<uint> packed;
+RWStructuredBuffer<float3> unpacked;
+[shader("compute")] [numthreads(64, 1, 1)]
+void main(uint3 thread : SV_DispatchThreadID)
+{
+    packed[thread.x] = packNormal(normals[thread.x]);
+    unpacked[thread.x] = unpackNormal(packed[thread.x]);
+}
+"""
+
+
+def test_octahedral_agrees_with_the_shaders(device):
+    normals = np.random.default_rng(0).normal(size=(64 * 64, 3))
+    normals[:8] = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [1, 1, 0], [-1, 0, -1]]
+    normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
+    packed = device.structured("packed", np.zeros(len(normals), np.uint32))
+    unpacked = device.structured("unpacked", np.zeros_like(normals))
+    values = {"normals": device.structured("normals", normals), "packed": packed, "unpacked": unpacked}
+    run(device, PACK, len(normals), **values)
+    np.testing.assert_allclose(read(unpacked, np.float32).reshape(-1, 3), normals, atol=7e-5)
+    shaders = read(packed, np.uint32).view(np.int16).astype(int)
+    ours = octahedral(normals).view(np.int16).astype(int)
+    # Rounding may fall the other way where a number lies half way between two steps.
+    assert np.abs(shaders - ours).max() <= 1 and (shaders != ours).mean() < 0.01
+
+
+def test_indices_count_from_their_section(device):
+    first, second = box(1, lambert()), sphere(1, lambert(), 8)
+    buffers = GeometryBuffers(device, [Mesh([first]), Mesh([second])])
+    positions = read(buffers.positions, np.float32).reshape(-1, 3)
+    indices = read(buffers.indices, np.uint32)
+    found = [mesh.sections[0] for mesh in buffers.meshes.values()]
+    for section, there in zip((first, second), found, strict=True):
+        count = section.indices.size
+        own = indices[there.first_index : there.first_index + count] + there.first_vertex
+        np.testing.assert_array_equal(positions[own], section.positions[section.indices.ravel()])
+
+
+def test_vertices_keep_their_attributes(device):
+    section = sphere(1, lambert(), 12)
+    section.tangents[::2, 3] = -1
+    section.colors[:] = np.random.default_rng(1).random(section.colors.shape)
+    section.uv1 = section.uv0[:, ::-1] * 3 - 1
+    vertices = read(GeometryBuffers(device, [Mesh([section])]).vertices, VERTEX)
+    np.testing.assert_array_equal(vertices["normal"], octahedral(section.normals))
+    np.testing.assert_array_equal(vertices["tangent"] & 1, section.tangents[:, 3] < 0)
+    np.testing.assert_array_equal(vertices["tangent"] >> 1, octahedral(section.tangents[:, :3]) >> 1)
+    np.testing.assert_array_equal(vertices["uv0"], section.uv0)
+    np.testing.assert_array_equal(vertices["uv1"], section.uv1)
+    np.testing.assert_allclose(vertices["color"] / 65535, section.colors, atol=1e-5)
+
+
+def with_unused_vertices(section, count=500):
+    """The same triangles among vertices that nothing uses, before, between and after."""
+    old = len(section.positions)
+    places = np.sort(np.random.default_rng(2).choice(old + count, old, replace=False))
+    arrays = {}
+    for name in ("positions", "normals", "tangents", "uv0", "uv1", "colors"):
+        values = getattr(section, name)
+        arrays[name] = np.full((old + count, values.shape[1]), 7, np.float32)
+        arrays[name][places] = values
+    return replace(section, **arrays, indices=places.astype(np.uint32)[section.indices])
+
+
+@pytest.mark.parametrize("values", [RASTER, RAYS], ids=["raster", "rays"])
+def test_unused_vertices_change_nothing(device, values):
+    """Slang-RHI takes the number of vertices for that of indices where it is greater."""
+    sections = [box(0.7, lambert(0.8, 0.3, 0.2)), plane(3, 3, lambert(0.5))]
+    spots = [move(0, 0.35, 0), move(0, 0, 0)]
+    pictures = []
+    for change in (lambda section: section, with_unused_vertices):
+        nodes = [placed(change(section), spot) for section, spot in zip(sections, spots, strict=True)]
+        scene = scene_of(*nodes, environment=uniform(1, 1, 1))
+        assert len(sections[0].indices) * 3 < 500
+        pictures.append(render(device, scene, values=values))
+    assert (pictures[0].aov("instance") == 1).sum() > 50
+    np.testing.assert_array_equal(pictures[0].color, pictures[1].color)
+
+
+def test_sections_without_triangles_and_meshes_without_sections_are_left_out(device):
+    empty = plane(1, 1, lambert())
+    empty.indices = np.zeros((0, 3), np.uint32)
+    nodes = [placed(empty), placed([]), placed([empty, box(1, lambert()), empty])]
+    scene = GpuScene(device, scene_of(*nodes))
+    assert len(scene.records) == 1 and scene.instances["node"][scene.records["instance"][0]] == 3

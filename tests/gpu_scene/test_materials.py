@@ -1,0 +1,159 @@
+"""Materials and textures on the GPU."""
+
+import numpy as np
+import pytest
+
+from pica.gpu_scene.materials import MATERIAL, MaterialTable, average_emission
+from pica.scene.camera import Camera
+from pica.scene.material import Image, Material, Sampler, Texture, Wrap
+from pica.scene.procedural.placing import turn
+from pica.scene.procedural.primitives import plane
+from tests.building import checkered, lambert, orthographic, placed, render, scene_of
+from tests.rhi.kernels import read
+
+FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
+
+
+def packed(device, *materials):
+    table = MaterialTable(device, list(materials))
+    return table, read(table.buffer, MATERIAL)
+
+
+@pytest.fixture
+def created(device, monkeypatch):
+    """The sizes of the textures that are created."""
+    sizes = []
+    handle = device.handle
+
+    class Counting:
+        def __getattr__(self, name):
+            return getattr(handle, name)
+
+        def create_texture(self, **description):
+            sizes.append((description["width"], description["height"]))
+            return handle.create_texture(**description)
+
+    monkeypatch.setattr(device, "handle", Counting())
+    return sizes
+
+
+def test_an_image_used_twice_is_uploaded_once(device, created):
+    image, other = checkered(), checkered()
+    one = Material(base_color_texture=Texture(image), emissive_texture=Texture(image, uv_set=1))
+    two = Material(base_color_texture=Texture(image, Sampler(linear=False)))
+    three = Material(base_color_texture=Texture(other))
+    table, rows = packed(device, one, two, three)
+    assert len(created) == 2
+    handles = rows["base_color_texture"]["texture"]
+    assert handles[0] == handles[1] == rows["emissive_texture"]["texture"][0] != handles[2]
+    samplers = rows["base_color_texture"]["sampler"]
+    assert samplers[0] == samplers[2] != samplers[1]
+    assert table is not None
+
+
+def test_an_image_as_colour_and_as_data_is_two_textures(device, created):
+    image = checkered()
+    _, rows = packed(device, Material(base_color_texture=Texture(image), normal_texture=Texture(image)))
+    assert len(created) == 2
+    assert rows["base_color_texture"]["texture"][0] != rows["normal_texture"]["texture"][0]
+
+
+def test_what_is_absent_is_marked(device):
+    _, rows = packed(device, Material(), Material(occlusion_texture=Texture(checkered(cells=2))))
+    for name in MATERIAL.names:
+        if name.endswith("_texture"):
+            assert rows[name]["texels"][0] == 0
+    assert rows["occlusion_texture"]["texels"][1] == 16 * 16
+
+
+def picture_of(device, material, size=(64, 64), uv_scale=1.0, frames=1):
+    """The base colour of a wall of 2 x 2 metres that fills the picture."""
+    wall = plane(2, 2, material)
+    wall.uv0 = wall.uv0 * uv_scale
+    wall.uv1 = wall.uv0[:, ::-1].copy()
+    return render(device, scene_of(placed(wall, turn("x", 90))), frames, FRONT, size).aov("albedo")
+
+
+def ramp():
+    """32 x 32: red grows to the right, green grows down, both in steps of a texel."""
+    pixels = np.full((32, 32, 4), 255, np.uint8)
+    pixels[..., 0] = np.arange(32) * 8
+    pixels[..., 1] = np.arange(32)[:, None] * 8
+    return Image(pixels)
+
+
+def linear(srgb):
+    srgb = np.asarray(srgb) / 255
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
+def test_textures_lie_the_right_way_up_and_are_decoded(device):
+    albedo = picture_of(device, lambert(1, base_color_texture=Texture(ramp(), Sampler(linear=False))))
+    expected = linear(np.repeat(np.arange(32) * 8, 2))
+    np.testing.assert_allclose(albedo[..., 0], np.tile(expected, (64, 1)), atol=2e-3)
+    np.testing.assert_allclose(albedo[..., 1], np.tile(expected, (64, 1)).T, atol=2e-3)
+
+
+def test_second_coordinates_and_factor(device):
+    material = lambert(1, base_color_texture=Texture(ramp(), Sampler(linear=False), uv_set=1))
+    material.base_color = (0.5, 1, 1, 1)
+    albedo = picture_of(device, material)
+    expected = linear(np.repeat(np.arange(32) * 8, 2))
+    np.testing.assert_allclose(albedo[..., 0], 0.5 * np.tile(expected, (64, 1)).T, atol=2e-3)
+
+
+def test_texture_transform(device):
+    """u' = v, v' = 1 - u: a quarter turn."""
+    turned = Texture(ramp(), Sampler(linear=False), transform=(0, 1, 0, -1, 0, 1))
+    albedo = picture_of(device, lambert(1, base_color_texture=turned))
+    expected = linear(np.repeat(np.arange(32) * 8, 2))
+    np.testing.assert_allclose(albedo[..., 0], np.tile(expected, (64, 1)).T, atol=2e-3)
+    np.testing.assert_allclose(albedo[..., 1], np.tile(expected[::-1], (64, 1)), atol=2e-3)
+
+
+@pytest.mark.parametrize("wrap", Wrap)
+def test_wrapping(device, wrap):
+    texture = Texture(ramp(), Sampler(wrap, wrap, linear=False))
+    row = picture_of(device, lambert(1, base_color_texture=texture), uv_scale=2.0)[32, :, 0]
+    steps = np.arange(64)  # of texels
+    texel = {
+        Wrap.REPEAT: steps % 32,
+        Wrap.MIRRORED_REPEAT: np.where(steps < 32, steps, 63 - steps),
+        Wrap.CLAMP_TO_EDGE: np.minimum(steps, 31),
+    }[wrap]
+    np.testing.assert_allclose(row, linear(texel * 8), atol=2e-3)
+
+
+def test_small_texels_are_averaged(device):
+    """A fine board seen from afar is grey, without patterns: mip levels are made and chosen."""
+    pixels = np.full((256, 256, 4), 255, np.uint8)
+    pixels[..., :3] = (np.indices((256, 256)).sum(0) % 2 * 255)[..., None]
+    albedo = picture_of(device, lambert(1, base_color_texture=Texture(Image(pixels))), uv_scale=4.0)
+    np.testing.assert_allclose(albedo[8:-8, 8:-8], 0.5, atol=0.02)
+
+
+def test_level_of_detail_follows_the_distance(device):
+    """A texture whose mip levels have different colours: the level is the logarithm of texels per pixel."""
+    noise = np.random.default_rng(0).integers(0, 2, (256, 256, 1)) * np.full(4, 255)
+    noise[..., 3] = 255
+    material = lambert(1, base_color_texture=Texture(Image(noise.astype(np.uint8))))
+    wall = placed(plane(2, 2, material), turn("x", 90))
+    spread = []
+    for distance in (1.0, 2.0, 4.0, 8.0, 16.0):
+        camera = Camera.look_at((0, 0, distance), (0, 0, 0), fov=2 * np.degrees(np.arctan(0.5 / distance)))
+        size = round(128 / distance)  # pixels for one metre, 128 texels
+        spread.append(render(device, scene_of(wall), 1, camera, (size, size)).aov("albedo")[..., 0].std())
+    # Averages of 4 times as many texels spread half as much; one texel a pixel: 0.5, softened by the filter.
+    assert spread[0] > 0.3
+    ratios = np.array(spread[1:]) / spread[:-1]
+    assert (ratios < 0.75).all() and (ratios > 0.3).all(), spread
+
+
+def test_average_emission():
+    pixels = np.zeros((32, 32, 4), np.uint8)
+    pixels[:16] = 255
+    dark, lamp = Material(), Material(emission=(2, 2, 2))
+    assert average_emission(dark) == 0
+    assert average_emission(lamp) == pytest.approx(2)
+    assert average_emission(Material(emission=(2, 2, 2), emissive_texture=Texture(Image(pixels)))) == pytest.approx(1)
+    assert average_emission(Material(emission=(0, 1, 0))) == pytest.approx(0.7152)
