@@ -72,7 +72,7 @@ def read_exr_channels(path: str | Path) -> dict[str, NDArray[np.float32]]:
 def write_png(path: str | Path, pixels: NDArray[np.uint8]) -> None:
     """Write (height, width, 3) uint8 as PNG. Raises PicaError when the file cannot be written."""
     image = PIL.Image.fromarray(pixels)
-    _write_whole(Path(path), lambda temporary: image.save(temporary, "PNG"))
+    write_whole(Path(path), lambda temporary: image.save(temporary, "PNG"))
 
 
 def write_exr(path: str | Path, channels: Mapping[str, NDArray[np.floating]]) -> None:
@@ -82,7 +82,23 @@ def write_exr(path: str | Path, channels: Mapping[str, NDArray[np.floating]]) ->
     """
     pixels = np.stack([np.asarray(channel, np.float32) for channel in channels.values()], axis=-1)
     bitmap = slangpy.Bitmap(pixels, slangpy.Bitmap.PixelFormat.multi_channel, list(channels))
-    _write_whole(Path(path), lambda temporary: bitmap.write(temporary, slangpy.Bitmap.FileFormat.exr))
+    write_whole(Path(path), lambda temporary: bitmap.write(temporary, slangpy.Bitmap.FileFormat.exr))
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Have `write` make the file beside `path`, then rename it, so that a killed run leaves no half file.
+
+    Raises PicaError when the file cannot be written.
+    """
+    temporary = path.with_name(f".{path.stem}.{uuid4().hex[:8]}{path.suffix}")
+    try:
+        write(temporary)
+        os.replace(temporary, path)
+    except (OSError, RuntimeError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else _first_line(error)
+        raise PicaError(f"{path}: cannot be written ({reason})") from None
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def _eight_bits(image: PIL.Image.Image) -> NDArray[np.uint8]:
@@ -123,19 +139,6 @@ def _check_radiance_size(path: Path) -> None:
 def _channels(bitmap: slangpy.Bitmap) -> dict[str, NDArray[np.float32]]:
     pixels = np.array(bitmap, np.float32).reshape(bitmap.height, bitmap.width, -1)
     return {name: pixels[..., i] for i, name in enumerate(bitmap.channel_names)}
-
-
-def _write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Write beside the target and rename, so that a killed run leaves no half file."""
-    temporary = path.with_name(f".{path.stem}.{uuid4().hex[:8]}{path.suffix}")
-    try:
-        write(temporary)
-        os.replace(temporary, path)
-    except (OSError, RuntimeError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else _first_line(error)
-        raise PicaError(f"{path}: cannot be written ({reason})") from None
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _first_line(error: BaseException) -> str:

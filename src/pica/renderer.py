@@ -44,7 +44,7 @@ class Renderer:
         self.scene = scene
         self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
         tracer = PipelineTracer(device, self._gpu_scene.block) if settings.rays.scheduler == "buffers" else None
-        self._slots = LightSlots(device, self._gpu_scene, settings)
+        self._slots = LightSlots(device, settings)
         self._frames = FrameSequence(device, size, settings.seed)
         self.gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
         self.shadows = Shadows(device, size, tracer) if settings.shadows.mode != "off" else None
@@ -68,6 +68,7 @@ class Renderer:
         frame = self._frames.begin(camera)
         scene = self._gpu_scene
         moved = scene.update(frame) or frame.camera_moved
+        self._slots.update(scene.lights)
         gbuffer = self.gbuffer(frame, scene)
         visibility = self.shadows(frame, gbuffer, scene, self._slots) if self.shadows else None
         radiance = self.lighting(frame, gbuffer, scene, self._slots, visibility)

@@ -34,11 +34,11 @@ def test_a_moved_subtree_is_reported_once_and_then_forgotten():
     changes = scene.subscribe()
     parent.transform = move(x=1)
     parent.transform = move(x=2)
-    assert [node.name for node in changes.take()] == ["parent", "child"]
-    assert changes.take() == []
+    assert [node.name for node in changes.take().moved] == ["parent", "child"]
+    assert not changes.take().any()
     other.transform = move(x=1)
     child.transform = move(x=1)
-    assert {node.name for node in changes.take()} == {"other", "child"}
+    assert {node.name for node in changes.take().moved} == {"other", "child"}
 
 
 def test_nodes_added_later_report_too_and_subscribers_do_not_share():
@@ -47,8 +47,31 @@ def test_nodes_added_later_report_too_and_subscribers_do_not_share():
     first, second = scene.subscribe(), scene.subscribe()
     late = root.add(Node("late"))
     late.transform = move(x=1)
-    assert [node.name for node in first.take()] == ["late"]
-    assert [node.name for node in second.take()] == ["late"]
+    assert [node.name for node in first.take().moved] == ["late"]
+    assert [node.name for node in second.take().moved] == ["late"]
+
+
+def test_what_comes_and_goes_is_reported_with_all_below_it():
+    scene = Scene()
+    root = scene.add(Node("root"))
+    changes = scene.subscribe()
+    branch = root.add(Node("branch"))
+    leaf = branch.add(Node("leaf"))
+    assert changes.take().added == [branch, leaf]
+    leaf.transform = move(x=1)
+    scene.remove(branch)
+    taken = changes.take()
+    assert taken.removed == [branch, leaf] and taken.moved == [] and root.children == []
+    root.add(branch)
+    scene.remove(branch)
+    assert not changes.take().any()
+    scene.add(branch)
+    scene.remove(branch)
+    scene.add(branch)
+    taken = changes.take()
+    assert taken.added == [branch, leaf] and taken.removed == []
+    with pytest.raises(SceneError, match="stranger"):
+        scene.remove(Node("stranger"))
 
 
 def test_a_transform_is_a_copy_of_what_was_assigned():

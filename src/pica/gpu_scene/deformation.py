@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 
 from pica.gpu_scene.geometry import GeometryBuffers, PlacedSection
 from pica.gpu_scene.looseness import Looseness
-from pica.rhi.acceleration import DeformingRtGeometry
 from pica.rhi.device import Device
-from pica.rhi.passes import Recording
+from pica.rhi.passes import ComputePass, Recording
 from pica.scene.model import Node, Section
 
 # deform.slang: Shape
@@ -21,25 +20,21 @@ _CHECK_EVERY = 8
 class Deformation:
     """Keeps the vertices of a node that deforms its mesh, and their structures, up to date."""
 
-    def __init__(self, device: Device, node: Node, geometry: GeometryBuffers, rebuild_at: float) -> None:
-        """`rebuild_at`: cost of the refitted tree over its cost when built at which it is built anew."""
+    def __init__(
+        self, device: Device, deform: ComputePass, node: Node, geometry: GeometryBuffers, rebuild_at: float
+    ) -> None:
+        """`deform`: the pass of deform.slang. `rebuild_at`: GeometrySettings.rebuild_at."""
         self._node = node
         self._rebuild_at = rebuild_at
         mesh = geometry.mesh(node)
-        self._geometries = [p.geometry for p in mesh.parts if isinstance(p.geometry, DeformingRtGeometry)]
+        self._geometry = geometry
+        self._structures = [part.geometry for part in mesh.parts]
         joints = 0 if node.skin is None else len(node.skin.joints)
         self._matrices = device.structured("joint matrices", np.zeros((max(3 * joints, 1), 4), np.float32))
         targets = 0 if node.weights is None else len(node.weights)
         self._weights = device.structured("morph weights", np.zeros(max(targets, 1), np.float32))
-        self._deform = device.compute("gpu_scene/deform.slang")
+        self._deform = deform
         self._sections = [(p, _parameters(device, p, node)) for p in mesh.sections]
-        self._shared: dict[str, Any] = {
-            "matrices": self._matrices,
-            "weights": self._weights,
-            "positions": geometry.positions,
-            "previousPositions": geometry.previous_positions,
-            "vertices": geometry.vertices,
-        }
         self._looseness = Looseness([p.section for p in mesh.sections], node)
         self._refits: int | None = None
 
@@ -51,18 +46,25 @@ class Deformation:
         if self._node.weights is not None and len(self._node.weights):
             recording.encoder.upload_buffer_data(self._weights, 0, self._node.weights.astype(np.float32))
         for placed, parameters in self._sections:
-            self._deform(recording, (len(placed.section.positions), 1, 1), **parameters, **self._shared)
+            self._deform(
+                recording,
+                (len(placed.section.positions), 1, 1),
+                matrices=self._matrices,
+                weights=self._weights,
+                positions=self._geometry.positions,
+                previousPositions=self._geometry.previous_positions,
+                vertices=self._geometry.vertices,
+                **parameters,
+            )
 
     def update_structures(self, recording: Recording) -> None:
         """Record the refit or rebuild of the bottom level, after every node's vertices are in place."""
         rebuild = self._refits is None or (
             self._refits % _CHECK_EVERY == _CHECK_EVERY - 1 and self._looseness.now() > self._rebuild_at
         )
-        for geometry in self._geometries:
-            if rebuild:
-                geometry.build(recording.encoder)
-            else:
-                geometry.refit(recording.encoder)
+        for structure in self._structures:
+            update = structure.build if rebuild else structure.refit
+            update(recording.encoder, self._geometry.positions, self._geometry.indices)
         if rebuild:
             self._looseness.reset()
         self._refits = 0 if rebuild else (self._refits or 0) + 1

@@ -54,8 +54,9 @@ class DrawList:
 
 @dataclass
 class SectionDraws:
-    """Per record of the scene: (n,) each."""
+    """Per placed section: (n,) each."""
 
+    record: NDArray[np.int64]
     first_index: NDArray[np.uint32]
     index_count: NDArray[np.uint32]
     opaque: NDArray[np.bool_]
@@ -69,7 +70,7 @@ def draw_lists(device: Device, sections: SectionDraws) -> list[DrawList]:
     arguments["index_count"] = sections.index_count
     arguments["instances"] = 1
     arguments["first_index"] = sections.first_index
-    arguments["record"] = np.arange(len(arguments))
+    arguments["record"] = sections.record
     selections = {
         Facing.BOTH: sections.double_sided,
         Facing.FRONT: ~sections.double_sided & ~sections.mirrored,

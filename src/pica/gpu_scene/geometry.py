@@ -6,8 +6,9 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.rhi.acceleration import DeformingRtGeometry, ObjectFlags, RtGeometry, RtSection
+from pica.rhi.acceleration import ObjectFlags, RtGeometry, RtSection, build_compact
 from pica.rhi.device import Device
+from pica.rhi.tables import DeviceTable
 from pica.scene.material import AlphaMode
 from pica.scene.model import Mesh, Node, Section
 
@@ -31,66 +32,114 @@ class PlacedSection:
 class MeshPart:
     """The sections of a mesh that share a bottom-level structure, as all or none of them are culled."""
 
-    geometry: RtGeometry | DeformingRtGeometry
+    geometry: RtGeometry
     first_section: int
     flags: ObjectFlags
 
 
-@dataclass(frozen=True)
+@dataclass
 class GpuMesh:
-    """A mesh on the GPU: its sections in the order of their records, and its parts."""
+    """A mesh on the GPU: its sections in the order of their records, its parts, and how many nodes show it."""
 
+    mesh: Mesh
     sections: list[PlacedSection]
     parts: list[MeshPart]
+    users: int = 0
 
 
 class GeometryBuffers:
     """Vertices and indices of every mesh. Indices count from their section's first vertex.
 
-    A node that deforms its mesh has vertices and structures of its own, after all others.
+    Nodes that show the same mesh share it; a node that deforms its mesh has vertices and structures of its own.
     """
 
-    def __init__(self, device: Device, nodes: list[Node]) -> None:
-        shared = {id(node.mesh): node.mesh for node in nodes if node.mesh and not node.deforms}
-        self._keys: list[object] = [*shared.values(), *(node for node in nodes if node.deforms)]
-        ordered = [_ordered(key.mesh if isinstance(key, Node) else key) for key in self._keys]  # type: ignore[arg-type]
-        sections = [section for found in ordered for section in found]
-        positions = np.concatenate([section.positions for section in sections] or [np.zeros((1, 3), np.float32)])
-        vertices = np.concatenate([_packed(section) for section in sections] or [np.zeros(1, VERTEX)])
-        indices = np.concatenate([section.indices.reshape(-1) for section in sections] or [np.zeros(3, np.uint32)])
-        usage = (
-            spy.BufferUsage.shader_resource
-            | spy.BufferUsage.unordered_access
-            | spy.BufferUsage.acceleration_structure_build_input
-            | spy.BufferUsage.index_buffer
-        )
-        self.positions = device.structured("positions", positions, usage)
-        self.vertices = device.structured("vertices", vertices)
-        self.indices = device.structured("indices", indices, usage)
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        read_write = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
+        built_from = read_write | spy.BufferUsage.acceleration_structure_build_input
+        self._positions = DeviceTable(device, "positions", 12, built_from)
+        self._vertices = DeviceTable(device, "vertices", VERTEX.itemsize, read_write)
+        self._indices = DeviceTable(device, "indices", 4, built_from | spy.BufferUsage.index_buffer)
+        self._previous = DeviceTable(device, "previous positions", 12, read_write)
         self._meshes: dict[int, GpuMesh] = {}
-        first_vertex = first_index = first_previous = 0
-        previous: list[NDArray[np.float32]] = []
-        for key, found in zip(self._keys, ordered, strict=True):
-            deforms = isinstance(key, Node)
-            placed = []
-            for section in found:
-                place = first_vertex, first_index, first_previous if deforms else NOT_DEFORMED
-                placed.append(PlacedSection(section, *place))
-                first_vertex += len(section.positions)
-                first_index += section.indices.size
-                if deforms:
-                    first_previous += len(section.positions)
-                    previous.append(section.positions)
-            self._meshes[id(key)] = GpuMesh(placed, self._parts(device, placed, deforms))
-        self.previous_positions = device.structured(
-            "previous positions", np.concatenate(previous or [np.zeros((1, 3), np.float32)])
-        )
+        self._unbuilt: list[RtGeometry] = []
+
+    @property
+    def positions(self) -> spy.Buffer:
+        """float32 (vertices, 3), object space."""
+        return self._positions.buffer
+
+    @property
+    def vertices(self) -> spy.Buffer:
+        """VERTEX rows."""
+        return self._vertices.buffer
+
+    @property
+    def indices(self) -> spy.Buffer:
+        """uint32."""
+        return self._indices.buffer
+
+    @property
+    def previous_positions(self) -> spy.Buffer:
+        """float32 (vertices of deforming meshes, 3), where they were in the frame before."""
+        return self._previous.buffer
 
     def mesh(self, node: Node) -> GpuMesh:
-        """The node's own mesh where it deforms it, else the shared one."""
-        return self._meshes[id(node) if node.deforms else id(node.mesh)]
+        """The mesh that a node shows, after `acquire`."""
+        return self._meshes[_key(node)]
 
-    def _parts(self, device: Device, sections: list[PlacedSection], deforms: bool) -> list[MeshPart]:
+    def acquire(self, encoder: spy.CommandEncoder, node: Node) -> GpuMesh:
+        """The mesh of a node that comes; recorded for upload when nobody else shows it."""
+        key = _key(node)
+        if key not in self._meshes:
+            self._meshes[key] = self._upload(encoder, node)
+        self._meshes[key].users += 1
+        return self._meshes[key]
+
+    def release(self, node: Node) -> None:
+        """The node goes, and with its last node the mesh."""
+        key = _key(node)
+        mesh = self._meshes[key]
+        mesh.users -= 1
+        if mesh.users:
+            return
+        del self._meshes[key]
+        for placed in mesh.sections:
+            count = len(placed.section.positions)
+            self._positions.give_back(placed.first_vertex, count)
+            self._vertices.give_back(placed.first_vertex, count)
+            self._indices.give_back(placed.first_index, placed.section.indices.size)
+            if placed.first_previous != NOT_DEFORMED:
+                self._previous.give_back(placed.first_previous, count)
+        for part in mesh.parts:
+            part.geometry.forget()
+
+    def build(self, encoder: spy.CommandEncoder) -> None:
+        """Record the builds of the structures that are new and do not deform."""
+        for geometry in self._unbuilt:
+            geometry.build(encoder, self.positions, self.indices)
+        self._unbuilt = []
+
+    def build_compact(self) -> None:
+        """As `build`, at once and into as little memory as may be; waits for the GPU."""
+        build_compact(self._device, self._unbuilt, self.positions, self.indices)
+        self._unbuilt = []
+
+    def _upload(self, encoder: spy.CommandEncoder, node: Node) -> GpuMesh:
+        assert node.mesh is not None
+        placed = []
+        for section in _ordered(node.mesh):
+            first_vertex = self._positions.take(encoder, section.positions)
+            assert self._vertices.take(encoder, _packed(section)) == first_vertex  # taken and given back alike
+            first_index = self._indices.take(encoder, section.indices)
+            previous = self._previous.take(encoder, section.positions) if node.deforms else NOT_DEFORMED
+            placed.append(PlacedSection(section, first_vertex, first_index, previous))
+        mesh = GpuMesh(node.mesh, placed, self._parts(placed, node.deforms))
+        if not node.deforms:
+            self._unbuilt.extend(part.geometry for part in mesh.parts)
+        return mesh
+
+    def _parts(self, sections: list[PlacedSection], deforms: bool) -> list[MeshPart]:
         parts = []
         for double_sided in (False, True):
             run = [p for p in sections if p.section.material.double_sided == double_sided]
@@ -106,11 +155,14 @@ class GeometryBuffers:
                 )
                 for p in run
             ]
-            kind = DeformingRtGeometry if deforms else RtGeometry
-            geometry = kind(device, self.positions, self.indices, rt_sections)
             flags = ObjectFlags.CULL_DISABLE if double_sided else ObjectFlags.NONE
+            geometry = RtGeometry(self._device, rt_sections, deforms)
             parts.append(MeshPart(geometry, sections.index(run[0]), flags))
         return parts
+
+
+def _key(node: Node) -> int:
+    return id(node) if node.deforms else id(node.mesh)
 
 
 def _ordered(mesh: Mesh) -> list[Section]:

@@ -1,10 +1,13 @@
 """Materials and their textures on the GPU, textures by bindless handle and with mip levels."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.rhi.device import Device
+from pica.rhi.tables import HostTable
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
 
 # shaders/scene_types.slang: TextureSlot and Material
@@ -35,18 +38,50 @@ _WRAP = {
 }
 
 
-class MaterialTable:
-    """All materials in one buffer; an image used twice is uploaded once."""
+@dataclass
+class _ImageOnGpu:
+    """A texture, and the image that it was made of, whose id is its key."""
 
-    def __init__(self, device: Device, materials: list[Material]) -> None:
+    image: Image
+    texture: spy.Texture
+    view: spy.TextureView
+    users: int = 0
+
+
+class MaterialTable:
+    """The materials of what is shown; an image used twice is uploaded once, and goes with its last material."""
+
+    def __init__(self, device: Device) -> None:
         self._device = device
-        self._textures: dict[tuple[int, bool], spy.Texture] = {}
-        self._views: dict[tuple[int, bool], spy.TextureView] = {}
+        self.table = HostTable(device, "materials", MATERIAL)
+        self._users: dict[int, int] = {}
+        self._materials: dict[int, tuple[int, Material]] = {}
+        self._textures: dict[tuple[int, bool], _ImageOnGpu] = {}
         self._samplers: dict[Sampler, spy.Sampler] = {}
-        packed = np.zeros(len(materials), MATERIAL)
-        for index, material in enumerate(materials):
-            packed[index] = self._packed(material)
-        self.buffer = device.structured("materials", packed)
+
+    def acquire(self, material: Material) -> int:
+        """The row of a material that somebody starts to use."""
+        key = id(material)
+        if key not in self._materials:
+            row = self.table.take(1)
+            self._materials[key] = row, material
+            self.table.rows[row] = self._packed(material)
+        self._users[key] = self._users.get(key, 0) + 1
+        return self._materials[key][0]
+
+    def release(self, material: Material) -> None:
+        """Somebody stops using it."""
+        key = id(material)
+        self._users[key] -= 1
+        if self._users[key]:
+            return
+        row, _ = self._materials.pop(key)
+        del self._users[key]
+        self.table.give_back(row, 1)
+        for slot in _SLOTS:
+            texture: Texture | None = getattr(material, f"{slot}_texture")
+            if texture is not None:
+                self._release_image(texture.image, slot in _SRGB)
 
     def _packed(self, material: Material) -> NDArray[np.void]:
         packed = np.zeros((), MATERIAL)
@@ -76,27 +111,36 @@ class MaterialTable:
     def _texture(self, image: Image, srgb: bool) -> int:
         key = (id(image), srgb)
         if key not in self._textures:
-            height, width, _ = image.pixels.shape
-            levels = max(width, height).bit_length()
-            texture = self._device.handle.create_texture(
-                format=spy.Format.rgba8_unorm_srgb if srgb else spy.Format.rgba8_unorm,
-                width=width,
-                height=height,
-                mip_count=levels,
-                usage=spy.TextureUsage.shader_resource | spy.TextureUsage.render_target,
-                label=image.name,
-            )
-            self._device.count_memory(texture.memory_usage.device)
-            texture.copy_from_numpy(
-                np.require(image.pixels, requirements=["C", "W"])
-            )  # SlangPy refuses read-only arrays
-            if levels > 1:
-                encoder = self._device.handle.create_command_encoder()
-                encoder.generate_mips(texture)
-                self._device.handle.submit_command_buffer(encoder.finish())
-            self._textures[key] = texture
-            self._views[key] = texture.create_view()
-        return int(self._views[key].descriptor_handle_ro.value)
+            self._textures[key] = self._upload(image, srgb)
+        self._textures[key].users += 1
+        return int(self._textures[key].view.descriptor_handle_ro.value)
+
+    def _upload(self, image: Image, srgb: bool) -> "_ImageOnGpu":
+        height, width, _ = image.pixels.shape
+        levels = max(width, height).bit_length()
+        texture = self._device.handle.create_texture(
+            format=spy.Format.rgba8_unorm_srgb if srgb else spy.Format.rgba8_unorm,
+            width=width,
+            height=height,
+            mip_count=levels,
+            usage=spy.TextureUsage.shader_resource | spy.TextureUsage.render_target,
+            label=image.name,
+        )
+        self._device.count_memory(texture.memory_usage.device)
+        # SlangPy refuses read-only arrays.
+        texture.copy_from_numpy(np.require(image.pixels, requirements=["C", "W"]))
+        if levels > 1:
+            encoder = self._device.handle.create_command_encoder()
+            encoder.generate_mips(texture)
+            self._device.handle.submit_command_buffer(encoder.finish())
+        return _ImageOnGpu(image, texture, texture.create_view())
+
+    def _release_image(self, image: Image, srgb: bool) -> None:
+        on_gpu = self._textures[id(image), srgb]
+        on_gpu.users -= 1
+        if not on_gpu.users:
+            self._device.count_memory(-on_gpu.texture.memory_usage.device)
+            del self._textures[id(image), srgb]
 
     def _sampler(self, sampler: Sampler) -> spy.Sampler:
         if sampler not in self._samplers:

@@ -1,19 +1,22 @@
 """A scene's copy on the GPU: built once, then told what moved."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pica.gpu_scene.deformation import Deformation
 from pica.gpu_scene.draws import DrawList, SectionDraws, draw_lists
+from pica.gpu_scene.environment import environment_map
 from pica.gpu_scene.geometry import GeometryBuffers
-from pica.gpu_scene.lights import LightTable
-from pica.gpu_scene.materials import MaterialTable
+from pica.gpu_scene.lights import EmissiveSection, LightTable
+from pica.gpu_scene.materials import MaterialTable, average_emission
 from pica.rhi.acceleration import RtObject, RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
-from pica.scene.material import AlphaMode, Material
+from pica.rhi.tables import HostTable
+from pica.scene.material import AlphaMode
 from pica.scene.model import Node, Scene, Section
 
 # shaders/scene_types.slang: SectionRecord and Instance
@@ -31,74 +34,164 @@ NOT_EMISSIVE = 0xFFFFFFFF
 
 @dataclass
 class _Placement:
-    """Which of the scene's instances and objects belong to a node."""
+    """Which instances, records and objects belong to a node that shows a mesh."""
 
-    first_instance: int
-    count: int
-    first_object: int
-    parts: int
+    instances: range
+    records: range
+    objects: range
+    sections: list[Section]
 
 
 class GpuScene:
-    """Everything that shaders know of a scene, in one parameter block."""
+    """Everything that shaders know of a scene, in one parameter block.
+
+    Nodes that come, go, move or deform cost what they are; those that stand still cost nothing but the top level.
+    """
 
     def __init__(self, device: Device, scene: Scene, rebuild_at: float) -> None:
         """`rebuild_at`: GeometrySettings.rebuild_at."""
         self.source = scene
-        self._device = device
+        self._device, self._rebuild_at = device, rebuild_at
         self._changes = scene.subscribe()
-        self.nodes = [node for node in scene.nodes() if node.mesh is not None]
-        materials = _materials(self.nodes)
-        self.geometry = GeometryBuffers(device, self.nodes)
-        self._deformations = {
-            node: Deformation(device, node, self.geometry, rebuild_at) for node in self.nodes if node.deforms
-        }
-        self.materials = MaterialTable(device, list(materials.values()) or [Material()])
+        self.geometry = GeometryBuffers(device)
+        self.materials = MaterialTable(device)
+        self._instances = HostTable(device, "instances", INSTANCE)
+        self._records = HostTable(device, "records", RECORD)
+        self.rt_scene = RtScene(device)
+        self._deform = device.compute("gpu_scene/deform.slang")
+        self._deformations: dict[Node, Deformation] = {}
         self._placements: dict[Node, _Placement] = {}
-        self._place(materials)
-        self.lights = LightTable(device, scene, self.records, self.instances, self._sections)
-        self._instance_buffer = device.structured("instances", self.instances)
-        self.rt_scene = RtScene(device, self._objects, self.instances["to_world"][self._object_instances])
-        self.draws: list[DrawList] = draw_lists(device, self._section_draws())
-        self.block = device.parameter_block("shaders/scene.slang", "scene")
-        self.block.bind(
-            tlas=self.rt_scene.structure,
-            positions=self.geometry.positions,
-            previousPositions=self.geometry.previous_positions,
-            vertices=self.geometry.vertices,
-            indices=self.geometry.indices,
-            records=device.structured("records", self.records),
-            instances=self._instance_buffer,
-            materials=self.materials.buffer,
-            **self.lights.parameters,
-        )
+        self._record_sections: dict[int, Section] = {}
+        self._node_numbers = 0
         self._just_moved: list[Node] = []
-        self._just_deformed: list[Node] = list(self._deformations)
-        self._built = False
+        self._just_deformed: list[Node] = []
+        self.lights: LightTable
+        self.block = device.parameter_block("shaders/scene.slang", "scene")
+        self.block.bind(environment=environment_map(device, scene.environment))
+        with device.record() as recording:
+            for node in scene.nodes():
+                self._add(recording, node)
+        self.geometry.build_compact()
+        with device.record() as recording:
+            self._deform_all(recording, list(self._deformations))
+            self._place_objects(list(self._placements))
+            self._make_lights()
+            self._flush(recording)
+
+    @property
+    def records(self) -> NDArray[np.void]:
+        """RECORD rows; the G-buffer's ids count them."""
+        return self._records.rows
+
+    @property
+    def instances(self) -> NDArray[np.void]:
+        """INSTANCE rows, by a record's `instance`."""
+        return self._instances.rows
+
+    @cached_property
+    def draws(self) -> list[DrawList]:
+        """What raster draws; made when first asked for after a change."""
+        return draw_lists(self._device, self._section_draws())
 
     def update(self, recording: Recording) -> bool:
-        """Upload what moved since the last frame and rebuild the top level; True when anything did.
+        """Upload what changed since the last frame and rebuild the top level; True when anything did.
 
-        What moved in the frame before is uploaded once more, as it stands still now.
+        What moved or deformed in the frame before is brought up to date once more, as it stands still now.
         """
-        moved = [node for node in self._changes.take() if node in self._placements or node.light is not None]
+        changes = self._changes.take()
+        for node in changes.removed:
+            self._remove(node)
+        added = [node for node in changes.added if self._add(recording, node)]
+        self.geometry.build(recording.encoder)
+        moved = [node for node in changes.moved if node in self._placements]
         for node in dict.fromkeys((*self._just_moved, *moved)):
             if node in self._placements:
-                self._move(recording, node)
-        if any(node.light is not None for node in moved):
+                self._move(node)
+        deformed = [node for node in changes.deformed if node in self._deformations]
+        deformed += [node for node in added if node in self._deformations]
+        again = dict.fromkeys((*self._just_deformed, *deformed))
+        self._deform_all(recording, [node for node in again if node in self._deformations])
+        self._place_objects(added)
+        if any(node.light is not None or _shines(node) for node in (*changes.added, *changes.removed)):
+            self._make_lights()
+        elif any(node.light is not None for node in changes.moved):
             self.lights.update(recording.encoder)
-        deformed = [node for node in self._changes.take_deformed() if node in self._deformations]
-        self._deform(recording, list(dict.fromkeys((*self._just_deformed, *deformed))))
-        meshes_moved = [node for node in moved if node in self._placements]
-        if meshes_moved or deformed or self._just_deformed or not self._built:
-            recording.profiler.begin(recording.encoder, "top level")
-            self.rt_scene.build(recording.encoder)
-            recording.profiler.end(recording.encoder)
-            self._built = True
-        self._just_moved, self._just_deformed = meshes_moved, deformed
-        return bool(moved or deformed)
+        if changes.removed or added or moved or again:
+            self._flush(recording)
+        self._just_moved, self._just_deformed = moved, deformed
+        return changes.any()
 
-    def _deform(self, recording: Recording, nodes: list[Node]) -> None:
+    def _add(self, recording: Recording, node: Node) -> bool:
+        """Upload what a node shows; its objects follow once its structures are recorded. False: it shows nothing."""
+        self._node_numbers += 1
+        if node.mesh is None or not node.mesh.sections:
+            return False
+        mesh = self.geometry.acquire(recording.encoder, node)
+        transforms = node.instance_transforms()[:, :3]
+        count, sections = len(transforms), len(mesh.sections)
+        first_instance = self._instances.take(count)
+        first_record = self._records.take(count * sections)
+        first_object = self.rt_scene.slots.take(count * len(mesh.parts))
+        materials = [self.materials.acquire(placed.section.material) for placed in mesh.sections]
+        rows = self._instances.rows[first_instance : first_instance + count]
+        rows["to_world"] = rows["previous_to_world"] = transforms
+        rows["node"] = self._node_numbers
+        rows["first_record"] = first_record + sections * np.arange(count)
+        records = self._records.rows[first_record : first_record + count * sections].reshape(count, sections)
+        records["instance"] = first_instance + np.arange(count)[:, None]
+        records["material"] = materials
+        records["first_emissive"] = NOT_EMISSIVE
+        for name in ("first_index", "first_vertex", "first_previous"):
+            records[name] = [getattr(placed, name) for placed in mesh.sections]
+        placement = self._placements[node] = _Placement(
+            instances=range(first_instance, first_instance + count),
+            records=range(first_record, first_record + count * sections),
+            objects=range(first_object, first_object + count * len(mesh.parts)),
+            sections=[placed.section for placed in mesh.sections],
+        )
+        for index, record in enumerate(placement.records):
+            self._record_sections[record] = placement.sections[index % sections]
+        if node.deforms:
+            self._deformations[node] = Deformation(self._device, self._deform, node, self.geometry, self._rebuild_at)
+        self.__dict__.pop("draws", None)
+        return True
+
+    def _remove(self, node: Node) -> None:
+        placement = self._placements.pop(node, None)
+        if placement is None:
+            return
+        self.rt_scene.remove(placement.objects)
+        self._instances.give_back(placement.instances.start, len(placement.instances))
+        self._records.give_back(placement.records.start, len(placement.records))
+        for record in placement.records:
+            del self._record_sections[record]
+        for section in placement.sections:
+            self.materials.release(section.material)
+        self._deformations.pop(node, None)
+        self.geometry.release(node)
+        self.__dict__.pop("draws", None)
+
+    def _move(self, node: Node) -> None:
+        placement = self._placements[node]
+        rows = self._instances.rows[placement.instances.start : placement.instances.stop]
+        mirrored = _mirrored(rows["to_world"])
+        rows["previous_to_world"] = rows["to_world"]
+        rows["to_world"] = node.instance_transforms()[:, :3]
+        self._instances.touch(placement.instances.start, len(rows))
+        self.rt_scene.move(placement.objects, np.repeat(rows["to_world"], len(placement.objects) // len(rows), axis=0))
+        if (mirrored != _mirrored(rows["to_world"])).any():
+            self.__dict__.pop("draws", None)
+
+    def _place_objects(self, nodes: list[Node]) -> None:
+        for node in nodes:
+            placement, parts = self._placements[node], self.geometry.mesh(node).parts
+            for index, slot in enumerate(placement.objects):
+                instance = self._instances.rows[placement.instances.start + index // len(parts)]
+                part = parts[index % len(parts)]
+                placed = RtObject(part.geometry, int(instance["first_record"]) + part.first_section, part.flags)
+                self.rt_scene.place(slot, placed, instance["to_world"])
+
+    def _deform_all(self, recording: Recording, nodes: list[Node]) -> None:
         """All vertices first, then all structures: one wait between the two, not one a node."""
         for node in nodes:
             self._deformations[node](recording)
@@ -108,58 +201,47 @@ class GpuScene:
                 self._deformations[node].update_structures(recording)
             recording.profiler.end(recording.encoder)
 
-    def _move(self, recording: Recording, node: Node) -> None:
-        placement = self._placements[node]
-        rows = self.instances[placement.first_instance : placement.first_instance + placement.count]
-        mirrored = _mirrored(rows["to_world"])
-        rows["previous_to_world"] = rows["to_world"]
-        rows["to_world"] = node.instance_transforms()[:, :3]
-        recording.encoder.upload_buffer_data(
-            self._instance_buffer, placement.first_instance * INSTANCE.itemsize, rows.view(np.uint8)
-        )
-        for index in range(placement.count * placement.parts):
-            transform = rows["to_world"][index // placement.parts]
-            self.rt_scene.move(recording.encoder, placement.first_object + index, transform)
-        if (mirrored != _mirrored(rows["to_world"])).any():
-            self.draws = draw_lists(self._device, self._section_draws())
+    def _make_lights(self) -> None:
+        shining = [
+            EmissiveSection(record, section, self.instances[self.records[record]["instance"]]["to_world"])
+            for record, section in self._record_sections.items()
+            if average_emission(section.material) > 0
+        ]
+        self.lights = LightTable(self._device, self.source, shining)
+        for shone in shining:
+            self._records.rows[shone.record]["first_emissive"] = self.lights.first_emissive[shone.record]
+            self._records.touch(shone.record)
 
-    def _place(self, materials: dict[int, Material]) -> None:
-        """Number the instances, their records and their ray tracing objects."""
-        material_index = {key: index for index, key in enumerate(materials)}
-        instances: list[tuple[NDArray[np.float64], NDArray[np.float64], int, int]] = []
-        objects: list[RtObject] = []
-        object_instances: list[int] = []
-        records: list[tuple[int, int, int, int, int, int]] = []
-        self._sections: list[Section] = []
-        for number, node in enumerate(self.source.nodes(), start=1):
-            if node.mesh is None:
-                continue
-            mesh = self.geometry.mesh(node)
-            transforms = node.instance_transforms()[:, :3]
-            self._placements[node] = _Placement(len(instances), len(transforms), len(objects), len(mesh.parts))
-            for transform in transforms:
-                for part in mesh.parts:
-                    objects.append(RtObject(part.geometry, len(records) + part.first_section, part.flags))
-                    object_instances.append(len(instances))
-                first_record = len(records)
-                for placed in mesh.sections:
-                    material = material_index[id(placed.section.material)]
-                    places = placed.first_index, placed.first_vertex
-                    records.append((*places, material, len(instances), NOT_EMISSIVE, placed.first_previous))
-                    self._sections.append(placed.section)
-                instances.append((transform, transform, number, first_record))
-        self.instances: NDArray[np.void] = np.array(instances, INSTANCE)
-        self.records: NDArray[np.void] = np.array(records, RECORD)
-        self._objects, self._object_instances = objects, np.array(object_instances, np.int64)
+    def _flush(self, recording: Recording) -> None:
+        """Upload the tables, build the top level, and let the block know where everything is now."""
+        for table in (self._instances, self._records, self.materials.table):
+            table.flush(recording.encoder)
+        recording.profiler.begin(recording.encoder, "top level")
+        self.rt_scene.build(recording.encoder)
+        recording.profiler.end(recording.encoder)
+        self.block.bind(
+            tlas=self.rt_scene.structure,
+            positions=self.geometry.positions,
+            previousPositions=self.geometry.previous_positions,
+            vertices=self.geometry.vertices,
+            indices=self.geometry.indices,
+            records=self._records.buffer,
+            instances=self._instances.buffer,
+            materials=self.materials.table.buffer,
+            **self.lights.parameters,
+        )
 
     def _section_draws(self) -> SectionDraws:
-        materials = [section.material for section in self._sections]
+        records = np.fromiter(self._record_sections, np.int64, len(self._record_sections))
+        sections = list(self._record_sections.values())
+        materials = [section.material for section in sections]
         return SectionDraws(
-            first_index=self.records["first_index"],
-            index_count=np.array([section.indices.size for section in self._sections], np.uint32),
+            record=records,
+            first_index=self.records["first_index"][records],
+            index_count=np.array([section.indices.size for section in sections], np.uint32),
             opaque=np.array([m.alpha_mode is AlphaMode.OPAQUE for m in materials], bool),
             double_sided=np.array([m.double_sided for m in materials], bool),
-            mirrored=_mirrored(self.instances["to_world"])[self.records["instance"]],
+            mirrored=_mirrored(self.instances["to_world"])[self.records["instance"][records]],
         )
 
 
@@ -167,6 +249,5 @@ def _mirrored(transforms: NDArray[np.float32]) -> NDArray[np.bool_]:
     return np.asarray(np.linalg.det(transforms[:, :, :3].astype(np.float64)) < 0)
 
 
-def _materials(nodes: list[Node]) -> dict[int, Material]:
-    sections = (section for node in nodes if node.mesh for section in node.mesh.sections)
-    return {id(section.material): section.material for section in sections}
+def _shines(node: Node) -> bool:
+    return node.mesh is not None and any(average_emission(section.material) > 0 for section in node.mesh.sections)

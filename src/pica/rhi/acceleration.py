@@ -2,15 +2,19 @@
 
 from dataclasses import dataclass
 from enum import IntFlag
+from typing import Any
 
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.rhi.device import Device
+from pica.rhi.tables import HostTable
 
 # VkAccelerationStructureInstanceKHR: transform, custom index and mask, hit group offset and flags, address.
 INSTANCE = np.dtype([("transform", "f4", (3, 4)), ("id_and_mask", "u4"), ("group_and_flags", "u4"), ("handle", "u8")])
+
+_BOTTOM = spy.AccelerationStructureKind.bottom_level
 
 
 class ObjectFlags(IntFlag):
@@ -38,51 +42,104 @@ class RtSection:
 
 
 class RtGeometry:
-    """One bottom-level structure, made of sections that index shared vertex and index buffers."""
+    """One bottom-level structure, made of sections that index shared vertex and index buffers.
 
-    def __init__(self, device: Device, positions: spy.Buffer, indices: spy.Buffer, sections: list[RtSection]) -> None:
+    A deforming one can be refitted: the same tree with new boxes, several times faster than a build.
+    """
+
+    def __init__(self, device: Device, sections: list[RtSection], deforms: bool = False) -> None:
+        self._device, self._sections, self._deforms = device, sections, deforms
         flags = spy.AccelerationStructureBuildFlags
-        desc = spy.AccelerationStructureBuildDesc(
+        self._flags = flags.prefer_fast_trace | (flags.allow_update if deforms else flags.allow_compaction)
+        self._buffers: tuple[spy.Buffer, spy.Buffer] | None = None
+        self._descs: list[spy.AccelerationStructureBuildDesc] = []
+        self._scratch: spy.Buffer | None = None
+        self._size = 0
+        self.structure: spy.AccelerationStructure
+
+    def build(
+        self,
+        encoder: spy.CommandEncoder,
+        positions: spy.Buffer,
+        indices: spy.Buffer,
+        queries: list[spy.AccelerationStructureQueryDesc] | None = None,
+    ) -> None:
+        """Record a build from the vertices as they are; the first one must come before any refit."""
+        self._use(positions, indices)
+        if not self._size:
+            sizes = self._device.handle.get_acceleration_structure_sizes(self._descs[0])
+            self._size = sizes.acceleration_structure_size
+            scratch = max(sizes.scratch_size, sizes.update_scratch_size, 4)
+            self._scratch = self._device.buffer("geometry scratch", size=scratch)
+            self._device.count_memory(self._size)
+            self.structure = self._device.handle.create_acceleration_structure(kind=_BOTTOM, size=self._size)
+        assert self._scratch is not None
+        encoder.build_acceleration_structure(
+            desc=self._descs[0], dst=self.structure, src=None, scratch_buffer=self._scratch, queries=queries or []
+        )
+        if not self._deforms:
+            self._device.count_memory(-self._scratch.size)
+            self._scratch = None
+
+    def refit(self, encoder: spy.CommandEncoder, positions: spy.Buffer, indices: spy.Buffer) -> None:
+        """Record a refit to the vertices as they are."""
+        self._use(positions, indices)
+        assert self._scratch is not None
+        encoder.build_acceleration_structure(
+            desc=self._descs[1], dst=self.structure, src=self.structure, scratch_buffer=self._scratch
+        )
+
+    def compact(self, encoder: spy.CommandEncoder, size: int) -> None:
+        """Record the move into a structure of `size` bytes, as a query after the build has told it."""
+        if not 0 < size < self._size:
+            return
+        loose, self.structure = (
+            self.structure,
+            self._device.handle.create_acceleration_structure(kind=_BOTTOM, size=size),
+        )
+        encoder.copy_acceleration_structure(self.structure, loose, spy.AccelerationStructureCopyMode.compact)
+        self._device.count_memory(size - self._size)
+        self._size = size
+
+    def forget(self) -> None:
+        """Book the memory as given back; the structure goes when its last user does."""
+        self._device.count_memory(-self._size - (self._scratch.size if self._scratch else 0))
+
+    def _use(self, positions: spy.Buffer, indices: spy.Buffer) -> None:
+        if self._buffers is not None and self._buffers[0] is positions and self._buffers[1] is indices:
+            return
+        self._buffers = positions, indices
+        inputs = _inputs(positions, indices, self._sections)
+        modes = spy.AccelerationStructureBuildMode
+        self._descs = [
+            spy.AccelerationStructureBuildDesc({"inputs": inputs, "flags": self._flags, "mode": mode})
+            for mode in (modes.build, modes.update)
+        ]
+
+
+def build_compact(device: Device, geometries: list[RtGeometry], positions: spy.Buffer, indices: spy.Buffer) -> None:
+    """Build structures that will not change and move each into as little memory as it needs. Waits for the GPU."""
+    if not geometries:
+        return
+    pool = device.handle.create_query_pool(spy.QueryType.acceleration_structure_compacted_size, len(geometries))
+    pool.reset()
+    encoder = device.handle.create_command_encoder()
+    for index, geometry in enumerate(geometries):
+        query = spy.AccelerationStructureQueryDesc(
             {
-                "inputs": _inputs(positions, indices, sections),
-                "flags": flags.prefer_fast_trace | flags.allow_compaction,
+                "query_type": spy.QueryType.acceleration_structure_compacted_size,
+                "query_pool": pool,
+                "first_query_index": index,
             }
         )
-        self.structure = _compacted(device, desc)
-
-
-class DeformingRtGeometry:
-    """A bottom-level structure whose vertices move: refitted, or rebuilt in place when that has become too loose."""
-
-    def __init__(self, device: Device, positions: spy.Buffer, indices: spy.Buffer, sections: list[RtSection]) -> None:
-        flags = spy.AccelerationStructureBuildFlags
-        inputs = _inputs(positions, indices, sections)
-        modes = spy.AccelerationStructureBuildMode
-        self._build, self._update = (
-            spy.AccelerationStructureBuildDesc(
-                {"inputs": inputs, "flags": flags.allow_update | flags.prefer_fast_trace, "mode": mode}
-            )
-            for mode in (modes.build, modes.update)
-        )
-        sizes = device.handle.get_acceleration_structure_sizes(self._build)
-        scratch = max(sizes.scratch_size, sizes.update_scratch_size, 4)
-        self._scratch = device.buffer("geometry scratch", size=scratch)
-        device.count_memory(sizes.acceleration_structure_size)
-        self.structure = device.handle.create_acceleration_structure(
-            kind=spy.AccelerationStructureKind.bottom_level, size=sizes.acceleration_structure_size
-        )
-
-    def build(self, encoder: spy.CommandEncoder) -> None:
-        """Record a build from the vertices as they are; the first one must come before any refit."""
-        encoder.build_acceleration_structure(
-            desc=self._build, dst=self.structure, src=None, scratch_buffer=self._scratch
-        )
-
-    def refit(self, encoder: spy.CommandEncoder) -> None:
-        """Record a refit: the same tree with new boxes, several times faster than a build."""
-        encoder.build_acceleration_structure(
-            desc=self._update, dst=self.structure, src=self.structure, scratch_buffer=self._scratch
-        )
+        geometry.build(encoder, positions, indices, [query])
+    device.handle.submit_command_buffer(encoder.finish())
+    device.handle.wait_for_idle()
+    encoder = device.handle.create_command_encoder()
+    for index, geometry in enumerate(geometries):
+        geometry.compact(encoder, pool.get_result(index))
+    device.handle.submit_command_buffer(encoder.finish())
+    device.handle.wait_for_idle()
 
 
 def _inputs(
@@ -106,45 +163,11 @@ def _inputs(
     ]
 
 
-def _compacted(device: Device, desc: spy.AccelerationStructureBuildDesc) -> spy.AccelerationStructure:
-    sizes = device.handle.get_acceleration_structure_sizes(desc)
-    scratch = device.handle.create_buffer(size=max(sizes.scratch_size, 4), usage=spy.BufferUsage.unordered_access)
-    kind = spy.AccelerationStructureKind.bottom_level
-    built = device.handle.create_acceleration_structure(kind=kind, size=sizes.acceleration_structure_size)
-    pool = device.handle.create_query_pool(spy.QueryType.acceleration_structure_compacted_size, 1)
-    pool.reset()
-    encoder = device.handle.create_command_encoder()
-    query = spy.AccelerationStructureQueryDesc(
-        {
-            "query_type": spy.QueryType.acceleration_structure_compacted_size,
-            "query_pool": pool,
-            "first_query_index": 0,
-        }
-    )
-    encoder.build_acceleration_structure(desc=desc, dst=built, src=None, scratch_buffer=scratch, queries=[query])
-    device.handle.submit_command_buffer(encoder.finish())
-    device.handle.wait_for_idle()
-    size = pool.get_result(0)
-    temporary = sizes.acceleration_structure_size + sizes.scratch_size
-    device.count_memory(temporary)
-    if not 0 < size < sizes.acceleration_structure_size:
-        device.count_memory(-sizes.scratch_size)
-        return built
-    device.count_memory(size)
-    device.count_memory(-temporary)
-    compact = device.handle.create_acceleration_structure(kind=kind, size=size)
-    encoder = device.handle.create_command_encoder()
-    encoder.copy_acceleration_structure(compact, built, spy.AccelerationStructureCopyMode.compact)
-    device.handle.submit_command_buffer(encoder.finish())
-    device.handle.wait_for_idle()
-    return compact
-
-
 @dataclass(frozen=True)
 class RtObject:
     """One placed geometry: which, where, and what rays see of it."""
 
-    geometry: RtGeometry | DeformingRtGeometry
+    geometry: RtGeometry
     first_record: int
     """Record of its first section; InstanceID() in shaders."""
     flags: ObjectFlags = ObjectFlags.NONE
@@ -152,49 +175,73 @@ class RtObject:
 
 
 class RtScene:
-    """The top-level structure over all objects. Moving some rewrites their 64 bytes and rebuilds the top level only."""
+    """The top-level structure over all objects, kept in numbered slots. Empty slots are met by no ray."""
 
-    def __init__(self, device: Device, objects: list[RtObject], transforms: NDArray[np.float32]) -> None:
-        """`transforms`: (objects, 3, 4) object to world."""
+    def __init__(self, device: Device) -> None:
         self._device = device
-        self._geometries = {id(o.geometry): o.geometry for o in objects}  # a top level does not keep its parts alive
-        self._records = np.zeros(max(len(objects), 1), INSTANCE)
-        handles = {key: _handle(geometry.structure) for key, geometry in self._geometries.items()}
-        for index, placed in enumerate(objects):
-            record = self._records[index]
-            record["id_and_mask"] = placed.first_record | placed.mask << 24
-            record["group_and_flags"] = int(placed.flags) << 24
-            record["handle"] = handles[id(placed.geometry)]
-        if len(objects):
-            self._records["transform"] = transforms
         usage = spy.BufferUsage.shader_resource | spy.BufferUsage.acceleration_structure_build_input
-        self._instances = device.buffer("rt instances", data=self._records.view(np.uint8), usage=usage)
-        self._desc = spy.AccelerationStructureBuildDesc(
+        self.slots = HostTable(device, "rt objects", INSTANCE, usage)
+        self._objects: dict[int, RtObject] = {}  # a top level does not keep its parts alive
+        self._built: tuple[spy.Buffer, spy.AccelerationStructureBuildDesc, spy.Buffer] | None = None
+        self._size = 0
+        self.structure: spy.AccelerationStructure
+
+    def place(self, slot: int, placed: RtObject, transform: NDArray[Any]) -> None:
+        """Put an object into a slot, (3, 4) object to world."""
+        row = self.slots.rows[slot]
+        row["id_and_mask"] = placed.first_record | placed.mask << 24
+        row["group_and_flags"] = int(placed.flags) << 24
+        row["handle"] = _handle(placed.geometry.structure)
+        row["transform"] = transform
+        self._objects[slot] = placed
+        self.slots.touch(slot)
+
+    def move(self, slots: range, transforms: NDArray[Any]) -> None:
+        """Place the objects of slots anew, (n, 3, 4) object to world; takes effect with the next `build`."""
+        self.slots.rows["transform"][slots.start : slots.stop] = transforms
+        self.slots.touch(slots.start, len(slots))
+
+    def remove(self, slots: range) -> None:
+        """Empty slots and give them back."""
+        for slot in slots:
+            del self._objects[slot]
+        self.slots.give_back(slots.start, len(slots))
+
+    def build(self, encoder: spy.CommandEncoder) -> None:
+        """Record the upload of what changed and the build of the top level; `structure` may be a new one after it."""
+        self.slots.flush(encoder)
+        if self._built is None or self._built[0] is not self.slots.buffer:
+            self._prepare()
+        assert self._built is not None
+        encoder.build_acceleration_structure(
+            desc=self._built[1], dst=self.structure, src=None, scratch_buffer=self._built[2]
+        )
+
+    def _prepare(self) -> None:
+        # As many instances as the buffer holds: rows that nobody uses are zero, which Vulkan counts as inactive.
+        desc = spy.AccelerationStructureBuildDesc(
             {
                 "inputs": [
                     spy.AccelerationStructureBuildInputInstances(
-                        {"instance_buffer": self._instances, "instance_stride": 64, "instance_count": len(objects)}
+                        {
+                            "instance_buffer": self.slots.buffer,
+                            "instance_stride": INSTANCE.itemsize,
+                            "instance_count": len(self.slots.rows),
+                        }
                     )
                 ]
             }
         )
-        sizes = device.handle.get_acceleration_structure_sizes(self._desc)
-        self._scratch = device.buffer("rt scene scratch", size=max(sizes.scratch_size, 4))
-        device.count_memory(sizes.acceleration_structure_size)
-        self.structure = device.handle.create_acceleration_structure(
-            kind=spy.AccelerationStructureKind.top_level, size=sizes.acceleration_structure_size
+        sizes = self._device.handle.get_acceleration_structure_sizes(desc)
+        if self._built is not None:
+            self._device.count_memory(-self._size - self._built[2].size)
+        scratch = self._device.buffer("rt scene scratch", size=max(sizes.scratch_size, 4))
+        self._size = sizes.acceleration_structure_size
+        self._device.count_memory(self._size)
+        self.structure = self._device.handle.create_acceleration_structure(
+            kind=spy.AccelerationStructureKind.top_level, size=self._size
         )
-
-    def move(self, encoder: spy.CommandEncoder, index: int, transform: NDArray[np.float32]) -> None:
-        """Place object `index` anew, (3, 4) object to world; takes effect with the next `build`."""
-        self._records[index]["transform"] = transform
-        encoder.upload_buffer_data(self._instances, 64 * index, self._records[index : index + 1].view(np.uint8))
-
-    def build(self, encoder: spy.CommandEncoder) -> None:
-        """Record the build of the top level from the objects as they stand."""
-        encoder.build_acceleration_structure(
-            desc=self._desc, dst=self.structure, src=None, scratch_buffer=self._scratch
-        )
+        self._built = self.slots.buffer, desc, scratch
 
 
 def _handle(structure: spy.AccelerationStructure) -> int:

@@ -56,8 +56,8 @@ class Parameters:
 class ParameterBlock(Parameters):
     """A `ParameterBlock` of a shader module, filled once and shared by every pass that declares it."""
 
-    def __init__(self, device: spy.Device, module: str, name: str) -> None:
-        self._program = program = device.link_program([device.load_module(module)], [])  # the object does not keep it
+    def __init__(self, device: spy.Device, program: spy.ShaderProgram, module: str, name: str) -> None:
+        """`program` must live as long as the device: see Device.parameter_block."""
         layout = next((p for p in parameters_of(program) if p.name == name), None)
         if layout is None or layout.type_layout.kind not in _BLOCKS:
             raise BindingError(f"{module}: no parameter block {name!r}")

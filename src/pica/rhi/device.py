@@ -71,6 +71,7 @@ class Device:
             raise DeviceError(
                 f"device {adapter.name!r} cannot be opened: {str(error).splitlines()[0]}; {HELP}"
             ) from None
+        self._block_programs: dict[str, spy.ShaderProgram] = {}
         self.info: DeviceInfo = describe(self.handle, adapter)
         if self.info.missing:
             raise DeviceError(f"device {self.name!r} lacks {', '.join(self.info.missing)}; {HELP}")
@@ -151,7 +152,10 @@ class Device:
 
     def parameter_block(self, module: str, name: str) -> ParameterBlock:
         """The block `name` that `module` (a path below the package) declares."""
-        return ParameterBlock(self.handle, module, name)
+        # Slang-RHI remembers a block's layout by its address, which another program's may take once this one is freed.
+        if module not in self._block_programs:
+            self._block_programs[module] = self._program(module, [])
+        return ParameterBlock(self.handle, self._block_programs[module], module, name)
 
     def compute(self, module: str, entry: str = "main", name: str | None = None) -> ComputePass:
         """A compute pass from a file below the package; `name` is what the profiler calls it."""

@@ -85,22 +85,51 @@ class Mesh:
         return max((len(positions) for positions in targets if positions is not None), default=0)
 
 
+@dataclass
+class Changes:
+    """What became of a scene's nodes; each node once a list."""
+
+    added: "list[Node]"
+    removed: "list[Node]"
+    moved: "list[Node]"
+    """With all below them."""
+    deformed: "list[Node]"
+    """Their vertices moved against each other, by weights or by joints."""
+
+    def any(self) -> bool:
+        """Whether there was any change."""
+        return bool(self.added or self.removed or self.moved or self.deformed)
+
+
 class ChangeSet:
-    """The nodes that moved, and those whose mesh deformed, since somebody last asked; made by Scene.subscribe."""
+    """Collects changes for somebody who follows a scene; made by Scene.subscribe."""
 
     def __init__(self) -> None:
+        self.added: dict[Node, None] = {}
+        self.removed: dict[Node, None] = {}
         self.moved: dict[Node, None] = {}
         self.deformed: dict[Node, None] = {}
 
-    def take(self) -> list["Node"]:
-        """The moved nodes, children included, and forget them."""
-        moved, self.moved = list(self.moved), {}
-        return moved
+    def add(self, node: "Node") -> None:
+        """A node has come; one that goes and comes back counts as both."""
+        self.added[node] = None
 
-    def take_deformed(self) -> list["Node"]:
-        """The nodes whose vertices moved against each other, by weights or by joints, and forget them."""
-        deformed, self.deformed = list(self.deformed), {}
-        return deformed
+    def remove(self, node: "Node") -> None:
+        """A node has gone."""
+        if node in self.added and node not in self.removed:
+            del self.added[node]
+        else:
+            self.removed[node] = None
+            self.added.pop(node, None)
+        self.moved.pop(node, None)
+        self.deformed.pop(node, None)
+
+    def take(self) -> Changes:
+        """The changes since the last call, and forget them."""
+        changes = Changes(list(self.added), list(self.removed), list(self.moved), list(self.deformed))
+        for collected in (self.added, self.removed, self.moved, self.deformed):
+            collected.clear()
+        return changes
 
 
 @dataclass(eq=False)
@@ -200,6 +229,8 @@ class Node:
         for node in child.walk():
             node._world = None
             node._listeners = self._listeners
+            for listener in self._listeners or ():
+                listener.add(node)
         return child
 
     def walk(self) -> Iterator["Node"]:
@@ -235,7 +266,21 @@ class Scene:
         self.roots.append(node)
         for below in node.walk():
             below._listeners = self._listeners
+            for listener in self._listeners:
+                listener.add(below)
         return node
+
+    def remove(self, node: Node) -> None:
+        """Take a node out, with all below it. Raises SceneError when it is not in this scene."""
+        siblings = self.roots if node.parent is None else node.parent.children
+        if node._listeners is not self._listeners or node not in siblings:
+            raise SceneError(f"remove: node {node.name!r} is not in the scene")
+        siblings.remove(node)
+        node.parent = None
+        for below in node.walk():
+            below._listeners = None
+            for listener in self._listeners:
+                listener.remove(below)
 
     def nodes(self) -> Iterator[Node]:
         """Every node, parents before children."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pica.gpu_scene.scene import GpuScene
+from pica.gpu_scene.lights import LightTable
 from pica.rhi.device import Device
 from pica.settings import Settings
 
@@ -10,22 +10,30 @@ from pica.settings import Settings
 class LightSlots:
     """A slot for each of the strongest lights, one for all others, the emissive triangles, the environment."""
 
-    def __init__(self, device: Device, scene: GpuScene, settings: Settings) -> None:
-        lights = scene.lights
-        single = min(lights.light_count, settings.shadows.max_lights)
+    def __init__(self, device: Device, settings: Settings) -> None:
+        self._device, self._settings = device, settings
+        self._lights: LightTable | None = None
+        self.count = 0
+        self.block = device.parameter_block("effects/lighting/light_slots.slang", "lightSlots")
+
+    def update(self, lights: LightTable) -> None:
+        """Follow the scene's lights; does nothing while they are the same."""
+        if lights is self._lights:
+            return
+        self._lights = lights
+        single = min(lights.light_count, self._settings.shadows.max_lights)
         ranges = [(light, 1) for light in range(single)]
         if lights.light_count > single:
             ranges.append((single, lights.light_count - single))
         if lights.emissive_light is not None:
             ranges.append((lights.emissive_light, 1))
-        environment = lights.environment_light if settings.lighting.environment == "sampled" else None
+        environment = lights.environment_light if self._settings.lighting.environment == "sampled" else None
         if environment is not None:
             ranges.append((environment, 1))
         self.count = len(ranges)
-        self.block = device.parameter_block("effects/lighting/light_slots.slang", "lightSlots")
         self.block.bind(
-            ranges=device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
+            ranges=self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
             count=self.count,
-            hard=int(settings.shadows.mode == "hard"),
+            hard=int(self._settings.shadows.mode == "hard"),
             needMaterial=int(environment is not None),
         )
