@@ -104,9 +104,7 @@ class GpuScene:
         added = [node for node in changes.added if self._add(recording, node)]
         self.geometry.build(recording.encoder)
         moved = [node for node in changes.moved if node in self._placements]
-        for node in dict.fromkeys((*self._just_moved, *moved)):
-            if node in self._placements:
-                self._move(node)
+        self._move([node for node in dict.fromkeys((*self._just_moved, *moved)) if node in self._placements])
         deformed = [node for node in changes.deformed if node in self._deformations]
         deformed += [node for node in added if node in self._deformations]
         again = dict.fromkeys((*self._just_deformed, *deformed))
@@ -171,15 +169,22 @@ class GpuScene:
         self.geometry.release(node)
         self.__dict__.pop("draws", None)
 
-    def _move(self, node: Node) -> None:
-        placement = self._placements[node]
-        rows = self._instances.rows[placement.instances.start : placement.instances.stop]
-        mirrored = _mirrored(rows["to_world"])
-        rows["previous_to_world"] = rows["to_world"]
-        rows["to_world"] = node.instance_transforms()[:, :3]
-        self._instances.touch(placement.instances.start, len(rows))
-        self.rt_scene.move(placement.objects, np.repeat(rows["to_world"], len(placement.objects) // len(rows), axis=0))
-        if (mirrored != _mirrored(rows["to_world"])).any():
+    def _move(self, nodes: list[Node]) -> None:
+        """All at once: a hundred small NumPy calls cost more than their arithmetic."""
+        placements = [self._placements[node] for node in nodes]
+        if not placements:
+            return
+        now = np.concatenate([node.instance_transforms()[:, :3] for node in nodes]).astype(np.float32)
+        counts = np.array([len(p.instances) for p in placements])
+        parts = np.array([len(p.objects) for p in placements]) // np.maximum(counts, 1)
+        instances = _numbers(np.array([p.instances.start for p in placements]), counts)
+        objects = _numbers(np.array([p.objects.start for p in placements]), counts * parts)
+        before = self.instances["to_world"][instances]
+        self.instances["previous_to_world"][instances] = before
+        self.instances["to_world"][instances] = now
+        self._instances.touch(instances)
+        self.rt_scene.move(objects, np.repeat(now, np.repeat(parts, counts), axis=0))
+        if (_mirrored(before) != _mirrored(now)).any():
             self.__dict__.pop("draws", None)
 
     def _place_objects(self, nodes: list[Node]) -> None:
@@ -210,7 +215,7 @@ class GpuScene:
         self.lights = LightTable(self._device, self.source, shining)
         for shone in shining:
             self._records.rows[shone.record]["first_emissive"] = self.lights.first_emissive[shone.record]
-            self._records.touch(shone.record)
+            self._records.touch(np.array([shone.record]))
 
     def _flush(self, recording: Recording) -> None:
         """Upload the tables, build the top level, and let the block know where everything is now."""
@@ -243,6 +248,12 @@ class GpuScene:
             double_sided=np.array([m.double_sided for m in materials], bool),
             mirrored=_mirrored(self.instances["to_world"])[self.records["instance"][records]],
         )
+
+
+def _numbers(starts: NDArray[np.int64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """start, start + 1, … of each run, one after the other."""
+    before = np.cumsum(counts) - counts
+    return np.repeat(starts - before, counts) + np.arange(counts.sum())
 
 
 def _mirrored(transforms: NDArray[np.float32]) -> NDArray[np.bool_]:

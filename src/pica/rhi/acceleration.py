@@ -194,12 +194,12 @@ class RtScene:
         row["handle"] = _handle(placed.geometry.structure)
         row["transform"] = transform
         self._objects[slot] = placed
-        self.slots.touch(slot)
+        self.slots.touch(np.array([slot]))
 
-    def move(self, slots: range, transforms: NDArray[Any]) -> None:
+    def move(self, slots: NDArray[np.int64], transforms: NDArray[Any]) -> None:
         """Place the objects of slots anew, (n, 3, 4) object to world; takes effect with the next `build`."""
-        self.slots.rows["transform"][slots.start : slots.stop] = transforms
-        self.slots.touch(slots.start, len(slots))
+        self.slots.rows["transform"][slots] = transforms
+        self.slots.touch(slots)
 
     def remove(self, slots: range) -> None:
         """Empty slots and give them back."""

@@ -48,7 +48,7 @@ class HostTable:
     def __init__(self, device: Device, label: str, row: np.dtype[Any], usage: spy.BufferUsage = _READ_WRITE) -> None:
         self._device, self._label, self._usage = device, label, usage
         self._runs = Runs()
-        self._touched: list[tuple[int, int]] = []
+        self._touched: list[NDArray[np.int64]] = []
         self.rows: NDArray[Any] = np.zeros(1, row)
         self.buffer = device.structured(label, self.rows, usage)
 
@@ -64,18 +64,18 @@ class HostTable:
             more = np.zeros(max(first + count, 2 * len(self.rows)) - len(self.rows), self.rows.dtype)
             self.rows = np.concatenate([self.rows, more])
         self.rows[first : first + count] = 0
-        self.touch(first, count)
+        self.touch(np.arange(first, first + count))
         return first
 
     def give_back(self, first: int, count: int) -> None:
         """Free rows; they become zero."""
         self.rows[first : first + count] = 0
-        self.touch(first, count)
+        self.touch(np.arange(first, first + count))
         self._runs.give_back(first, count)
 
-    def touch(self, first: int, count: int = 1) -> None:
+    def touch(self, rows: NDArray[np.int64]) -> None:
         """These rows have changed."""
-        self._touched.append((first, first + count))
+        self._touched.append(rows)
 
     def flush(self, encoder: spy.CommandEncoder) -> None:
         """Upload what changed; a table that has outgrown its buffer gets a new one."""
@@ -86,20 +86,17 @@ class HostTable:
             self._device.count_memory(-self.buffer.size)
             self.buffer = self._device.structured(self._label, self.rows, self._usage)
         else:
-            for first, end in _joined(self._touched, gap=1024 // size):
-                encoder.upload_buffer_data(self.buffer, first * size, self.rows[first:end].view(np.uint8))
+            raw = self.rows.view(np.uint8).reshape(len(self.rows), size)
+            for run in _runs(np.concatenate(self._touched), gap=1024 // size):
+                first, end = int(run[0]), int(run[-1]) + 1
+                encoder.upload_buffer_data(self.buffer, first * size, raw[first:end])
         self._touched = []
 
 
-def _joined(ranges: list[tuple[int, int]], gap: int) -> list[tuple[int, int]]:
-    """The ranges in order, those joined that touch or nearly do: an upload costs more than a few rows."""
-    joined: list[tuple[int, int]] = []
-    for first, end in sorted(ranges):
-        if joined and first <= joined[-1][1] + gap:
-            joined[-1] = joined[-1][0], max(end, joined[-1][1])
-        else:
-            joined.append((first, end))
-    return joined
+def _runs(rows: NDArray[np.int64], gap: int) -> list[NDArray[np.int64]]:
+    """The rows in order, split where more than `gap` lie between two: an upload costs more than a few rows."""
+    ordered = np.unique(rows)
+    return [run for run in np.split(ordered, np.flatnonzero(np.diff(ordered) > gap) + 1) if len(run)]
 
 
 class DeviceTable:
