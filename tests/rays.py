@@ -4,7 +4,9 @@ import numpy as np
 
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
-from pica.rhi.schedulers import PipelineTracer
+from pica.rhi.schedulers import PipelineTracer, RayQueue
+from pica.scene.model import Scene
+from pica.settings import Settings
 
 CAMERA, SURFACE, SHADOW = range(3)
 """RayType of rhi/ray_effect.slang."""
@@ -27,13 +29,18 @@ def fields_of(layout) -> list[tuple[str, int, int]]:
     return [(field.name, field.offset, field.type_layout.size) for field in layout.fields]
 
 
+def gpu_scene(device: Device, scene: Scene) -> GpuScene:
+    return GpuScene(device, scene, Settings().geometry.rebuild_at)
+
+
 class RayCaster:
     """Casts rays at a scene and says what they meet."""
 
-    def __init__(self, device: Device, scene) -> None:
+    def __init__(self, device: Device, scene: Scene, tracer=None) -> None:
+        """`tracer`: makes another tracer for this caster."""
         self.device = device
-        self.scene = GpuScene(device, scene)
-        self.tracer = PipelineTracer(device, self.scene.block)
+        self.scene = gpu_scene(device, scene)
+        self.tracer = tracer(self) if tracer else PipelineTracer(device, self.scene)
         self.update()
 
     def update(self) -> None:
@@ -49,6 +56,9 @@ class RayCaster:
         rays["minimum"], rays["maximum"], rays["type"], rays["seed"] = minimum, maximum, kind, seeds
         source = self.device.structured("rays", rays)
         target = self.device.structured("hits", np.zeros(len(rays), HIT))
+        shadows = len(rays) if kind == SHADOW else 0
+        places = self.device.structured("queue", np.arange(len(rays), dtype=np.uint32))
+        self.device.handle.wait_for_idle()
         with self.device.record() as recording:
-            self.tracer(recording, len(rays), source, target)
+            self.tracer(recording, RayQueue(source, target, places, len(rays) - shadows, shadows))
         return target.to_numpy().view(np.uint8).reshape(-1).view(HIT)

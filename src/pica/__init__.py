@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from pica.scene.camera import Camera
     from pica.scene.environment import Environment
     from pica.scene.loading import load
+    from pica.scene.material import Material
+    from pica.scene.material_types import register_material
     from pica.scene.model import Scene
     from pica.settings import Settings
 
@@ -27,12 +29,14 @@ __all__ = [
     "Camera",
     "Environment",
     "Frame",
+    "Material",
     "PathTracer",
     "Renderer",
     "Scene",
     "Settings",
     "errors",
     "load",
+    "register_material",
     "scenes",
 ]
 
@@ -40,11 +44,13 @@ _HOME = {
     "Camera": "pica.scene.camera",
     "Environment": "pica.scene.environment",
     "Frame": "pica.output",
+    "Material": "pica.scene.material",
     "PathTracer": "pica.path_tracer.path_tracer",
     "Renderer": "pica.renderer",
     "Scene": "pica.scene.model",
     "Settings": "pica.settings",
     "load": "pica.scene.loading",
+    "register_material": "pica.scene.material_types",
 }
 _MODULES = ("errors", "scenes")
 

@@ -13,6 +13,10 @@ class DeviceError(PicaError):
     """No usable graphics device, or the device lacks something that was asked for."""
 
 
+class MaterialTypeError(PicaError):
+    """A material type that cannot be used, or parameters that do not fit it. Names the type, the file and the fault."""
+
+
 class SettingsError(PicaError, ValueError):
     """A setting that does not exist or is out of range. Names the setting, the value and the range."""
 

@@ -16,7 +16,7 @@ from pica.frame.snapshot import checked_size, copies, rgb
 from pica.gpu_scene.scene import GpuScene
 from pica.output import Frame
 from pica.rhi.device import Device
-from pica.rhi.schedulers import PipelineTracer
+from pica.rhi.tracers import choose_tracer
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.settings import Settings
@@ -43,7 +43,7 @@ class Renderer:
         self.device = device = device if isinstance(device, Device) else Device(device)
         self.scene = scene
         self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
-        tracer = PipelineTracer(device, self._gpu_scene.block) if settings.rays.scheduler == "buffers" else None
+        tracer = choose_tracer(device, settings.rays, self._gpu_scene)
         self._slots = LightSlots(device, settings)
         self._frames = FrameSequence(device, size, settings.seed)
         self.gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)

@@ -50,8 +50,12 @@ class GeometrySettings(_Checked):
 class RaysSettings(_Checked):
     """How rays are traced."""
 
-    scheduler: Literal["pipeline", "buffers"] = "pipeline"
-    """pipeline: ray generation shaders; buffers: rays and hits go through buffers, for tracers outside of shaders."""
+    scheduler: Literal["auto", "pipeline", "buffers"] = "auto"
+    """pipeline: ray generation shaders; buffers: rays and hits go through buffers, which tracers outside of shaders
+    need; auto: buffers where the tracer is Embree, else pipeline."""
+    tracer: Literal["auto", "device", "embree"] = "auto"
+    """What traces ray buffers. device: its own ray tracing pipeline; embree: Embree on the processor, from the extra
+    pica[cpu]; auto: Embree where the device runs on the processor too and Embree is installed."""
 
 
 @dataclass(frozen=True)

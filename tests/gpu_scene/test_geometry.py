@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pica.gpu_scene.geometry import VERTEX, GeometryBuffers, octahedral
-from pica.gpu_scene.scene import GpuScene
-from pica.scene.model import Mesh
+from pica.gpu_scene.geometry import VERTEX, octahedral
+from pica.scene.camera import Camera
 from pica.scene.procedural.placing import move
 from pica.scene.procedural.primitives import box, plane, sphere
 from tests.building import RASTER, RAYS, lambert, placed, render, scene_of, uniform
+from tests.rays import gpu_scene
 from tests.rhi.kernels import read, run
 
 PACK = """
@@ -42,15 +42,13 @@ def test_octahedral_agrees_with_the_shaders(device):
     assert np.abs(shaders - ours).max() <= 1 and (shaders != ours).mean() < 0.01
 
 
-def test_indices_count_from_their_section(device):
+def test_records_find_the_corners_of_their_section(device):
     first, second = box(1, lambert()), sphere(1, lambert(), 8)
-    buffers = GeometryBuffers(device, [Mesh([first]), Mesh([second])])
-    positions = read(buffers.positions, np.float32).reshape(-1, 3)
-    indices = read(buffers.indices, np.uint32)
-    found = [mesh.sections[0] for mesh in buffers.meshes.values()]
-    for section, there in zip((first, second), found, strict=True):
-        count = section.indices.size
-        own = indices[there.first_index : there.first_index + count] + there.first_vertex
+    scene = gpu_scene(device, scene_of(placed(first), placed(second)))
+    positions = read(scene.geometry.positions, np.float32).reshape(-1, 3)
+    indices = read(scene.geometry.indices, np.uint32)
+    for section, record in zip((first, second), scene.records, strict=True):
+        own = indices[record["first_index"] :][: section.indices.size] + record["first_vertex"]
         np.testing.assert_array_equal(positions[own], section.positions[section.indices.ravel()])
 
 
@@ -59,7 +57,8 @@ def test_vertices_keep_their_attributes(device):
     section.tangents[::2, 3] = -1
     section.colors[:] = np.random.default_rng(1).random(section.colors.shape)
     section.uv1 = section.uv0[:, ::-1] * 3 - 1
-    vertices = read(GeometryBuffers(device, [Mesh([section])]).vertices, VERTEX)
+    scene = gpu_scene(device, scene_of(placed(section)))
+    vertices = read(scene.geometry.vertices, VERTEX)[: len(section.positions)]
     np.testing.assert_array_equal(vertices["normal"], octahedral(section.normals))
     np.testing.assert_array_equal(vertices["tangent"] & 1, section.tangents[:, 3] < 0)
     np.testing.assert_array_equal(vertices["tangent"] >> 1, octahedral(section.tangents[:, :3]) >> 1)
@@ -98,6 +97,7 @@ def test_unused_vertices_change_nothing(device, values):
 def test_sections_without_triangles_and_meshes_without_sections_are_left_out(device):
     empty = plane(1, 1, lambert())
     empty.indices = np.zeros((0, 3), np.uint32)
-    nodes = [placed(empty), placed([]), placed([empty, box(1, lambert()), empty])]
-    scene = GpuScene(device, scene_of(*nodes))
-    assert len(scene.records) == 1 and scene.instances["node"][scene.records["instance"][0]] == 3
+    nodes = [placed(empty), placed([]), placed([empty, plane(3, 3, lambert()), empty])]
+    camera = Camera.look_at((0, 2, 0.5), (0, 0, 0))
+    for values in (RASTER, RAYS):
+        assert (render(device, scene_of(*nodes), camera=camera, values=values).aov("instance") == 3).all()

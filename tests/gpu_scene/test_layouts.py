@@ -12,7 +12,8 @@ from pica.gpu_scene.materials import MATERIAL, SLOT
 from pica.gpu_scene.scene import INSTANCE, NOT_EMISSIVE, RECORD
 from pica.rhi.acceleration import INSTANCE as RT_INSTANCE
 from pica.rhi.binding import parameters_of
-from tests.rays import fields_of
+from tests.building import scene_of
+from tests.rays import fields_of, gpu_scene
 from tests.rhi.kernels import read, run
 
 OTHER_NAMES = {"to_world": "objectToWorld", "previous_to_world": "previousObjectToWorld"}
@@ -74,6 +75,6 @@ def test_flags_and_constants_agree(device):
     source = "import shaders.scene;\nRWStructuredBuffer<uint> values;\n[shader(\"compute\")] [numthreads(1, 1, 1)]\n"
     source += "void main() { " + " ".join(f"values[{i}] = {name};" for i, name in enumerate(names)) + " }"
     values = device.structured("values", np.zeros(len(names), np.uint32))
-    run(device, source, 1, values=values)
+    run(device, source, 1, values=values, scene=gpu_scene(device, scene_of()))
     ours = [NOT_EMISSIVE, materials._MASK, materials._BLEND, materials._DOUBLE_SIDED, materials._UNLIT]
     assert read(values, np.uint32).tolist() == ours

@@ -1,5 +1,8 @@
 """The binding checker: nothing unbound, nothing misspelt."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import slangpy as spy
@@ -99,3 +102,24 @@ def test_shader_that_does_not_compile_names_its_file(device):
 
     with pytest.raises(DeviceError, match=r"effects/nothing\.slang"):
         device.compute("effects/nothing.slang")
+
+
+MANY_BLOCKS = """
+import random
+from pica.rhi.device import Device
+device, alive = Device(), []
+blocks = [("shaders/scene.slang", "scene"), ("frame/gbuffer.slang", "gbuffer"), ("shaders/frame.slang", "frame")]
+for _ in range(1000):
+    block = device.parameter_block(*random.choice(blocks))
+    assert all(block._cursor[name] for name in block._names)
+    alive.append(block)
+    if len(alive) > 4:
+        alive.pop(random.randrange(5))
+print("fine")
+"""
+
+
+def test_blocks_stay_whole_when_others_go():
+    """Slang-RHI knew block layouts by address only; a freed program's address led to a wrong one, or to a crash."""
+    done = subprocess.run([sys.executable, "-c", MANY_BLOCKS], capture_output=True, text=True, timeout=120)
+    assert done.stdout == "fine\n", done.stderr[-500:]

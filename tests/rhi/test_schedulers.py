@@ -8,7 +8,8 @@ from pica.errors import BindingError
 from pica.rhi.schedulers import ray_effect
 from tests.building import CAMERA, SIZE, render, settings, still_life, trace
 
-BUFFERS = {"rays.scheduler": "buffers"}
+PIPELINE = {"rays.scheduler": "pipeline"}
+BUFFERS = {"rays.scheduler": "buffers", "rays.tracer": "device"}
 
 
 def assert_same(first: pica.Frame, second: pica.Frame) -> None:
@@ -21,14 +22,14 @@ def assert_same(first: pica.Frame, second: pica.Frame) -> None:
 @pytest.mark.parametrize("mode", ["soft", "hard"])
 def test_hybrid_pictures_are_equal(device, mode):
     values = {"visibility.primary": "rays", "shadows.mode": mode}
-    pipeline, buffers = (render(device, still_life(), 3, CAMERA, values=values | more) for more in ({}, BUFFERS))
+    pipeline, buffers = (render(device, still_life(), 3, CAMERA, values=values | more) for more in (PIPELINE, BUFFERS))
     assert pipeline.color.mean() > 0.1
     assert_same(pipeline, buffers)
     assert "primary_rays kernels" in buffers.timings or "shadow_rays kernels" in buffers.timings
 
 
 def test_path_traced_pictures_are_equal(device):
-    pipeline, buffers = (trace(device, still_life(), 3, CAMERA, values=more) for more in ({}, BUFFERS))
+    pipeline, buffers = (trace(device, still_life(), 3, CAMERA, values=more) for more in (PIPELINE, BUFFERS))
     assert pipeline.color.mean() > 0.1
     assert_same(pipeline, buffers)
 
@@ -36,7 +37,7 @@ def test_path_traced_pictures_are_equal(device):
 def test_buffers_follow_a_moving_scene(device):
     """The tracer behind the buffers sees the top level of the frame, not of the one before."""
     pictures = []
-    for more in ({}, BUFFERS):
+    for more in (PIPELINE, BUFFERS):
         scene = still_life()
         renderer = pica.Renderer(scene, SIZE, settings({"visibility.primary": "rays"} | more), device)
         renderer.render(2, CAMERA)

@@ -1,7 +1,6 @@
-"""`pica render`: one picture of a scene."""
+"""`pica render`: a picture of a scene, or a sequence of them."""
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,15 +8,24 @@ import typer
 
 from pica.cli import options
 from pica.cli.report import print_json, progress
+from pica.cli.sequence import FILM, PICTURES, Sequence, find_animation, is_sequence
 from pica.errors import PicaError
 
 if TYPE_CHECKING:
-    from pica import Camera, Frame, Scene
+    from pica import Camera, Frame, PathTracer, Renderer, Scene
 
 
 def render(
     scene: options.SceneName,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The .png or .exr to write.")],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="The .png, .exr or .mp4 to write; frames/%04d.png or .exr for numbered pictures.",
+        ),
+    ],
     size: options.Size = "1280x720",
     frames: options.Frames = 16,
     preset: Annotated[str, typer.Option(metavar="NAME", help="Named settings: hybrid or raster.")] = "hybrid",
@@ -43,42 +51,89 @@ def render(
     samples: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="Paths per pixel with --path-traced, 256 unless told.")
     ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(metavar="S", help="Length of a sequence; without it, until the animation ends.")
+    ] = None,
+    fps: Annotated[
+        float | None, typer.Option(metavar="N", help="Pictures a second of a sequence, 30 unless told.")
+    ] = None,
+    start: Annotated[
+        float | None, typer.Option(metavar="S", help="The time of the (first) picture, 0 unless told.")
+    ] = None,
+    animation: Annotated[
+        str | None, typer.Option(metavar="NAME|N", help="The animation to play; without it, all together.")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Keep the pictures that a run cut short has made; render those missing.")
+    ] = False,
     device: Annotated[str | None, typer.Option(metavar="NAME", help="Part of the device's name.")] = None,
     json: options.Json = False,
 ) -> None:
-    """Render SCENE to a picture file."""
+    """Render SCENE to a picture file, or its movement to a film or to numbered pictures."""
     import pica
 
-    options.check_output(output, (".png", ".exr"))
-    width, height = options.parse_size(size)
+    pixels = options.parse_size(size)
+    sequence = None
+    if is_sequence(output):
+        sequence = Sequence(output, pixels, start or 0.0, 30.0 if fps is None else fps, seconds, animation)
+        if sequence.is_film and aov:
+            raise PicaError(f"{output}: a film holds no buffers; --aov needs pictures, such as frames/%04d.exr")
+    else:
+        options.check_output(output, (*PICTURES, FILM))
+        if seconds is not None or fps is not None or resume:
+            raise PicaError(f"{output}: --seconds, --fps and --resume are for out.mp4 or pictures such as out/%04d.png")
     settings = pica.Settings.preset(preset).with_values(parse_values(values or []))
     if samples is not None and not path_traced:
         raise PicaError("--samples is for --path-traced; without it, use --frames")
 
-    start = time.perf_counter()
+    began = time.perf_counter()
     content = options.load_scene(scene, env)
-    view = choose_camera(content, camera, eye, target, fov)
-    loaded = time.perf_counter()
-    work: Callable[..., Frame]
-    if path_traced:
-        tracer = pica.PathTracer(content, size=(width, height), settings=settings, device=device)
-        counts, work, device_name = {"samples": samples or 256}, tracer.render, tracer.device_name
-    else:
-        renderer = pica.Renderer(content, size=(width, height), settings=settings, device=device)
-        counts, work, device_name = {"frames": frames}, renderer.render, renderer.device_name
-    with progress("Rendering") as advance:
-        frame = work(**counts, camera=view, progress=advance)
-    rendered = time.perf_counter()
-    files = save(frame, output, aov)
+    if sequence or start is not None or animation is not None:
+        content.animate(start or 0.0, find_animation(content, animation))
+    times = sequence.times(content) if sequence else []
+    missing = sequence.missing(len(times)) if sequence and resume else list(range(len(times)))
+    framed = None
 
-    count = ", ".join(f"{number} {name}" for name, number in counts.items())
-    if json:
-        result: dict[str, Any] = {"scene": scene, "device": device_name, "size": [width, height], **counts}
-        result["timings"] = frame.timings
-        result["seconds"] = {"load": loaded - start, "render": rendered - loaded}
-        print_json(result | {"files": [str(file) for file in files]})
+    def view() -> "Camera | None":
+        """The camera, where the scene has it at this time."""
+        return choose_camera(content, camera, eye, target, fov) or framed
+
+    if view() is None and sequence and not content.cameras():
+        framed = sequence.framing(content, times)
+    loaded = time.perf_counter()
+    renderer: Renderer | PathTracer
+    if path_traced:
+        renderer = pica.PathTracer(content, pixels, settings=settings, device=device)
+        kind, count = "samples", samples or 256
     else:
-        print(f"{', '.join(map(str, files))}: {width}x{height}, {count}, {rendered - loaded:.1f} s on {device_name}")
+        renderer = pica.Renderer(content, pixels, settings=settings, device=device)
+        kind, count = "frames", frames
+    result: dict[str, Any] = {"scene": scene, "device": renderer.device_name, "size": list(pixels), kind: count}
+    said = f"{'x'.join(map(str, pixels))}, {count} {kind}"
+    if sequence:
+        result["timings"] = sequence.render(
+            content,
+            times,
+            missing,
+            shoot=lambda whole: renderer.render(count if whole else 1, camera=view()),
+            save=lambda frame, file: save(frame, file, aov),
+        )
+        result |= {"fps": sequence.fps, "start": sequence.start, "pictures": len(times), "rendered": len(missing)}
+        said = f"{len(missing)} of {len(times)} pictures rendered, {said}"
+        files = [output]
+    else:
+        with progress("Rendering") as advance:
+            frame = renderer.render(count, camera=view(), progress=advance)
+        result["timings"] = frame.timings
+        files = save(frame, output, aov)
+    done = time.perf_counter()
+
+    result["seconds"] = {"load": loaded - began, "render": done - loaded}
+    result["files"] = [str(file) for file in files]
+    if json:
+        print_json(result)
+    else:
+        print(f"{', '.join(result['files'])}: {said}, {done - loaded:.1f} s on {renderer.device_name}")
 
 
 def parse_values(texts: list[str]) -> dict[str, str]:
@@ -126,8 +181,8 @@ def save(frame: "Frame", output: Path, aovs: list[str] | None) -> list[Path]:
     if output.suffix.lower() == ".exr":
         frame.save(output, aovs=aovs)
         return [output]
-    frame.save(output)
     extra = {name: output.with_name(f"{output.stem}.{name}{output.suffix}") for name in aovs or []}
     for name, path in extra.items():
         frame.save_aov(name, path)
+    frame.save(output)  # last: where it lies, all that belongs to it does
     return [output, *extra.values()]

@@ -1,4 +1,4 @@
-"""A scene at equal steps of time, as numbered pictures or as a film; a killed run can be gone on with."""
+"""A scene at equal steps of time, as numbered pictures or as a film; a run that was cut short can be resumed."""
 
 import math
 import re
@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +24,8 @@ FILM = ".mp4"
 PICTURES = (".png", ".exr")
 MOST_PICTURES = 1_000_000
 _NUMBER = re.compile(r"%(0\d+)?d")
+_FRAMED = 16
+"""Moments at which a scene without a camera is looked at, to find one that shows all of its movement."""
 
 
 def is_sequence(output: Path) -> bool:
@@ -33,46 +35,145 @@ def is_sequence(output: Path) -> bool:
 
 @dataclass(frozen=True)
 class Sequence:
-    """The pictures of a sequence: when they are and where they go."""
+    """The pictures of a scene over time: when they are, and the files they go to.
+
+    The pictures of a film are kept as .png files in a folder beside it until the film is whole.
+    """
 
     output: Path
     """out.mp4, or numbered pictures such as frames/%04d.exr."""
+    size: tuple[int, int]
     start: float
     """Seconds, the time of the first picture."""
     fps: float
     seconds: float | None
-    """None: as long as the animation goes on after `start`."""
-    animation: int | str | None
-    """As Scene.animate takes it."""
+    """None: until the animation ends."""
+    animation: str | None
+    """Its name or its number; None: all together."""
 
-    def check(self, size: tuple[int, int], aovs: list[str] | None) -> None:
-        """Raise PicaError for what can be known to be wrong before the scene is read."""
+    def __post_init__(self) -> None:
         if not 0 < self.fps <= 1000:
             raise PicaError(f"--fps {self.fps:g}: must be above 0 and at most 1000")
         if self.seconds is not None and not 0 < self.seconds < math.inf:
             raise PicaError(f"--seconds {self.seconds:g}: must be above 0")
-        if self.output.suffix.lower() == FILM:
+        if self.is_film:
             from pica.video import check_size
 
             options.check_output(self.output, (FILM,))
-            check_size(self.output, *size)
-            if aovs:
-                raise PicaError(f"{self.output}: a film has no buffers; --aov needs pictures, such as frames/%04d.exr")
-            return
-        if self.output.suffix.lower() not in PICTURES:
+            check_size(self.output, *self.size)
+        elif self.output.suffix.lower() not in PICTURES:
             raise PicaError(f"cannot write {self.output}: the name must end in .png, .exr or .mp4")
-        if str(self.output).count("%") != 1:
-            raise PicaError(f"cannot write {self.output}: the name must hold one %d, such as %04d, and no other %")
+        elif str(self.output).count("%") != 1:
+            raise PicaError(f"cannot write {self.output}: the name needs one %d, such as %04d, and no other %")
+
+    @property
+    def is_film(self) -> bool:
+        """Whether the pictures become one file."""
+        return self.output.suffix.lower() == FILM
+
+    @property
+    def _folder(self) -> Path:
+        return self.output.with_name(f"{self.output.name}.frames") if self.is_film else self.output.parent
+
+    def file(self, number: int) -> Path:
+        """Where picture `number`, from 0, goes."""
+        return self._folder / (f"{number:06d}.png" if self.is_film else self.output.name % number)
 
     def times(self, scene: "Scene") -> list[float]:
-        """When each picture is, in seconds. Raises PicaError for a length that cannot be told or is too long."""
+        """When each picture is, in seconds. Raises PicaError when there is no telling how long, or too many."""
         seconds = self.seconds
+        if not scene.animations:
+            warnings.warn(f"{self.output}: the scene has no animation, so nothing moves", stacklevel=2)
         if seconds is None:
-            scene.animate(self.start, self.animation)  # names the animations there are when this one is not
-            seconds = scene.animation_duration(self.animation) - self.start
+            chosen = find_animation(scene, self.animation)
+            durations = (each.duration for n, each in enumerate(scene.animations) if chosen in (None, n, each.name))
+            seconds = max(durations, default=0.0) - self.start
             if seconds <= 0:
-                raise PicaError("--seconds is needed: no animation goes on after --start")
-        count = max(round(seconds * self.fps), 1)
+                raise PicaError("--seconds is needed: there is no animation that goes on after the start")
+        count = max(round(min(seconds * self.fps, 2 * MOST_PICTURES)), 1)
         if count > MOST_PICTURES:
-            raise PicaError(f"{seconds:g} seconds at {self.fps:g} a second are over {MOST_PICTURES} pictures")
+            raise PicaError(f"--seconds {seconds:g} with --fps {self.fps:g}: over {MOST_PICTURES} pictures")
         return [self.start + number / self.fps for number in range(count)]
+
+    def framing(self, scene: "Scene", times: list[float]) -> "Camera":
+        """A camera that shows the whole scene at all times; leaves the scene at the first of them."""
+        import pica
+
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for time in reversed(times[:: math.ceil(len(times) / _FRAMED)]):
+            scene.animate(time, find_animation(scene, self.animation))
+            corners = scene.bounds()
+            low, high = np.minimum(low, corners[0]), np.maximum(high, corners[1])
+        return pica.Camera.framing(low, high, self.size[0] / self.size[1])
+
+    def missing(self, count: int) -> list[int]:
+        """Which of `count` pictures an earlier run has not made. Raises PicaError if it made them in another size."""
+        if self.is_film and self.output.exists() and not self._folder.exists():
+            from pica.video import describe
+
+            return [] if describe(self.output) == (count, *self.size) else list(range(count))
+        missing = [number for number in range(count) if not self.file(number).exists()]
+        made = next((number for number in range(count) if self.file(number).exists()), None)
+        if made is not None:
+            from pica.pictures import read_radiance
+
+            height, width = read_radiance(self.file(made)).shape[:2]
+            if (width, height) != self.size:
+                raise PicaError(f"--resume: {self.file(made)} is {width}x{height}, not {self.size[0]}x{self.size[1]}")
+        return missing
+
+    def render(
+        self,
+        scene: "Scene",
+        times: list[float],
+        missing: list[int],
+        shoot: Callable[[bool], "Frame"],
+        save: Callable[["Frame", Path], object],
+    ) -> dict[str, float]:
+        """Make the missing pictures and the film of them; the timings of the last.
+
+        `shoot(True)` renders the scene as it is now, `shoot(False)` in a hurry, for the history only.
+        """
+        timings: dict[str, float] = {}
+        if not missing and self.is_film and not self._folder.exists():
+            return timings
+        chosen = find_animation(scene, self.animation)
+        before = -1
+        self._folder.mkdir(parents=True, exist_ok=True)
+        with progress("Rendering") as advance:
+            for done, number in enumerate(missing, start=len(times) - len(missing)):
+                if number != before + 1:  # motion and all else that looks back need the picture before this one
+                    scene.animate(times[number - 1], chosen)
+                    shoot(False)
+                advance(done, len(times))
+                scene.animate(times[number], chosen)
+                frame = shoot(True)
+                save(frame, self.file(number))
+                if len(missing) == len(times) and number == 0:
+                    for stale in missing[1:]:  # of another run, which this one must not be resumed with
+                        self.file(stale).unlink(missing_ok=True)
+                advance(done + 1, len(times))
+                before, timings = number, frame.timings
+        if self.is_film:
+            self._encode(len(times))
+        return timings
+
+    def _encode(self, count: int) -> None:
+        from pica.pictures import read_image
+        from pica.video import write_video
+
+        with progress("Encoding") as advance:
+
+            def pictures() -> "Iterator[NDArray[np.uint8]]":
+                for number in range(count):
+                    yield read_image(self.file(number), str(self.file(number)))[..., :3]
+                    advance(number + 1, count)
+
+            write_video(self.output, pictures(), self.fps)
+        shutil.rmtree(self._folder)
+
+
+def find_animation(scene: "Scene", text: str | None) -> int | str | None:
+    """What Scene.animate calls the animation that `text` names or numbers."""
+    names = {animation.name for animation in scene.animations}
+    return int(text) if text is not None and text.isdecimal() and text not in names else text

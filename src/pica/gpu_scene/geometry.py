@@ -1,6 +1,7 @@
-"""All meshes in a few shared buffers, and one bottom-level structure per mesh and sidedness."""
+"""All meshes in a few shared buffers, and one bottom-level structure per mesh, sidedness and material type."""
 
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 import slangpy as spy
@@ -30,11 +31,12 @@ class PlacedSection:
 
 @dataclass(frozen=True)
 class MeshPart:
-    """The sections of a mesh that share a bottom-level structure, as all or none of them are culled."""
+    """The sections of a mesh that share a bottom-level structure: they are culled alike and of one material type."""
 
     geometry: RtGeometry
     first_section: int
     flags: ObjectFlags
+    material_type: str
 
 
 @dataclass
@@ -141,10 +143,8 @@ class GeometryBuffers:
 
     def _parts(self, sections: list[PlacedSection], deforms: bool) -> list[MeshPart]:
         parts = []
-        for double_sided in (False, True):
-            run = [p for p in sections if p.section.material.double_sided == double_sided]
-            if not run:
-                continue
+        for (double_sided, material_type), group in groupby(sections, lambda placed: _part_key(placed.section)):
+            run = list(group)
             rt_sections = [
                 RtSection(
                     first_vertex=p.first_vertex,
@@ -157,7 +157,7 @@ class GeometryBuffers:
             ]
             flags = ObjectFlags.CULL_DISABLE if double_sided else ObjectFlags.NONE
             geometry = RtGeometry(self._device, rt_sections, deforms)
-            parts.append(MeshPart(geometry, sections.index(run[0]), flags))
+            parts.append(MeshPart(geometry, sections.index(run[0]), flags, material_type))
         return parts
 
 
@@ -166,9 +166,13 @@ def _key(node: Node) -> int:
 
 
 def _ordered(mesh: Mesh) -> list[Section]:
-    """The sections that have triangles, those of one sidedness together, so that each part is one run of records."""
+    """The sections that have triangles, those of one part together, so that each part is one run of records."""
     filled = [_without_unused(section) for section in mesh.sections if len(section.indices)]
-    return sorted(filled, key=lambda section: section.material.double_sided)
+    return sorted(filled, key=_part_key)
+
+
+def _part_key(section: Section) -> tuple[bool, str]:
+    return section.material.double_sided, section.material.type
 
 
 def _without_unused(section: Section) -> Section:

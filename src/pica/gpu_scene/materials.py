@@ -7,6 +7,7 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.rhi.device import Device
+from pica.rhi.material_types import MAX_PARAMETERS, STANDARD_ONLY, MaterialTypeSet
 from pica.rhi.tables import HostTable
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
 
@@ -28,7 +29,10 @@ MATERIAL = np.dtype(
         ("alpha_cutoff", "f4"),
         ("flags", "u4"),
         *((f"{slot}_texture", SLOT) for slot in _SLOTS),
-    ]
+        ("type", "u4"),
+        ("parameters", "u4", MAX_PARAMETERS),
+    ],
+    align=True,
 )
 _MASK, _BLEND, _DOUBLE_SIDED, _UNLIT = 1, 2, 4, 8
 _WRAP = {
@@ -58,6 +62,12 @@ class MaterialTable:
         self._materials: dict[int, tuple[int, Material]] = {}
         self._textures: dict[tuple[int, bool], _ImageOnGpu] = {}
         self._samplers: dict[Sampler, spy.Sampler] = {}
+        self._types: MaterialTypeSet = ()
+
+    @property
+    def types(self) -> MaterialTypeSet:
+        """The material types that were ever in use; a type's place is its number in shaders and its hit group."""
+        return self._types or STANDARD_ONLY
 
     def acquire(self, material: Material) -> int:
         """The row of a material that somebody starts to use."""
@@ -95,6 +105,11 @@ class MaterialTable:
             | _DOUBLE_SIDED * material.double_sided
             | _UNLIT * material.unlit
         )
+        material_type = self._device.material_types[material.type]
+        packed["parameters"] = material_type.packed(material.name, material.parameters)
+        if material.type not in self._types:
+            self._types += (material.type,)
+        packed["type"] = self._types.index(material.type)
         for slot in _SLOTS:
             texture: Texture | None = getattr(material, f"{slot}_texture")
             if texture is None:

@@ -14,6 +14,7 @@ from pica.gpu_scene.lights import EmissiveSection, LightTable
 from pica.gpu_scene.materials import MaterialTable, average_emission
 from pica.rhi.acceleration import RtObject, RtScene
 from pica.rhi.device import Device
+from pica.rhi.material_types import MaterialTypeSet
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
 from pica.scene.material import AlphaMode
@@ -88,6 +89,11 @@ class GpuScene:
         """INSTANCE rows, by a record's `instance`."""
         return self._instances.rows
 
+    @property
+    def material_types(self) -> MaterialTypeSet:
+        """The material types in use; programs that evaluate materials are built for them."""
+        return self.materials.types
+
     @cached_property
     def draws(self) -> list[DrawList]:
         """What raster draws; made when first asked for after a change."""
@@ -114,7 +120,7 @@ class GpuScene:
             self._make_lights()
         elif any(node.light is not None for node in changes.moved):
             self.lights.update(recording.encoder)
-        if changes.removed or added or moved or again:
+        if changes.removed or added or moved or self._just_moved or again:
             self._flush(recording)
         self._just_moved, self._just_deformed = moved, deformed
         return changes.any()
@@ -193,7 +199,12 @@ class GpuScene:
             for index, slot in enumerate(placement.objects):
                 instance = self._instances.rows[placement.instances.start + index // len(parts)]
                 part = parts[index % len(parts)]
-                placed = RtObject(part.geometry, int(instance["first_record"]) + part.first_section, part.flags)
+                placed = RtObject(
+                    part.geometry,
+                    int(instance["first_record"]) + part.first_section,
+                    self.material_types.index(part.material_type),
+                    part.flags,
+                )
                 self.rt_scene.place(slot, placed, instance["to_world"])
 
     def _deform_all(self, recording: Recording, nodes: list[Node]) -> None:

@@ -13,7 +13,8 @@ from pica.frame.snapshot import checked_size, copies, rgb
 from pica.gpu_scene.scene import GpuScene
 from pica.output import Frame
 from pica.rhi.device import Device
-from pica.rhi.schedulers import PipelineTracer, ray_effect
+from pica.rhi.schedulers import ray_effect
+from pica.rhi.tracers import choose_tracer
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.settings import Settings
@@ -44,7 +45,7 @@ class PathTracer:
         self.scene = scene
         self._max_depth = max_depth or NO_LIMIT
         self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
-        tracer = PipelineTracer(device, self._gpu_scene.block) if settings.rays.scheduler == "buffers" else None
+        tracer = choose_tracer(device, settings.rays, self._gpu_scene)
         self._frames = FrameSequence(device, size, settings.seed)
         self._sum = device.texture("radiance sum", spy.Format.rgba32_float, size)
         self._mean = device.texture("radiance", spy.Format.rgba32_float, size)

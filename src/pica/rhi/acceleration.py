@@ -1,5 +1,6 @@
 """Acceleration structures as seed 000, 19.2 splits them: RtGeometry, RtObject, RtScene."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntFlag
 from typing import Any
@@ -48,10 +49,13 @@ class RtGeometry:
     """
 
     def __init__(self, device: Device, sections: list[RtSection], deforms: bool = False) -> None:
-        self._device, self._sections, self._deforms = device, sections, deforms
+        self._device, self.sections, self.deforms = device, sections, deforms
         flags = spy.AccelerationStructureBuildFlags
         self._flags = flags.prefer_fast_trace | (flags.allow_update if deforms else flags.allow_compaction)
-        self._buffers: tuple[spy.Buffer, spy.Buffer] | None = None
+        self.buffers: tuple[spy.Buffer, spy.Buffer] | None = None
+        """Positions and indices that the structure was last built from or refitted to."""
+        self.builds = self.refits = 0
+        """How many were recorded."""
         self._descs: list[spy.AccelerationStructureBuildDesc] = []
         self._scratch: spy.Buffer | None = None
         self._size = 0
@@ -66,6 +70,7 @@ class RtGeometry:
     ) -> None:
         """Record a build from the vertices as they are; the first one must come before any refit."""
         self._use(positions, indices)
+        self.builds += 1
         if not self._size:
             sizes = self._device.handle.get_acceleration_structure_sizes(self._descs[0])
             self._size = sizes.acceleration_structure_size
@@ -77,13 +82,14 @@ class RtGeometry:
         encoder.build_acceleration_structure(
             desc=self._descs[0], dst=self.structure, src=None, scratch_buffer=self._scratch, queries=queries or []
         )
-        if not self._deforms:
+        if not self.deforms:
             self._device.count_memory(-self._scratch.size)
             self._scratch = None
 
     def refit(self, encoder: spy.CommandEncoder, positions: spy.Buffer, indices: spy.Buffer) -> None:
         """Record a refit to the vertices as they are."""
         self._use(positions, indices)
+        self.refits += 1
         assert self._scratch is not None
         encoder.build_acceleration_structure(
             desc=self._descs[1], dst=self.structure, src=self.structure, scratch_buffer=self._scratch
@@ -106,10 +112,10 @@ class RtGeometry:
         self._device.count_memory(-self._size - (self._scratch.size if self._scratch else 0))
 
     def _use(self, positions: spy.Buffer, indices: spy.Buffer) -> None:
-        if self._buffers is not None and self._buffers[0] is positions and self._buffers[1] is indices:
+        if self.buffers is not None and self.buffers[0] is positions and self.buffers[1] is indices:
             return
-        self._buffers = positions, indices
-        inputs = _inputs(positions, indices, self._sections)
+        self.buffers = positions, indices
+        inputs = _inputs(positions, indices, self.sections)
         modes = spy.AccelerationStructureBuildMode
         self._descs = [
             spy.AccelerationStructureBuildDesc({"inputs": inputs, "flags": self._flags, "mode": mode})
@@ -170,6 +176,8 @@ class RtObject:
     geometry: RtGeometry
     first_record: int
     """Record of its first section; InstanceID() in shaders."""
+    hit_group: int = 0
+    """Which of a pipeline's hit groups its hits are for."""
     flags: ObjectFlags = ObjectFlags.NONE
     mask: int = 0xFF
 
@@ -181,30 +189,43 @@ class RtScene:
         self._device = device
         usage = spy.BufferUsage.shader_resource | spy.BufferUsage.acceleration_structure_build_input
         self.slots = HostTable(device, "rt objects", INSTANCE, usage)
-        self._objects: dict[int, RtObject] = {}  # a top level does not keep its parts alive
+        self.objects: dict[int, RtObject] = {}  # a top level does not keep its parts alive
+        self._watchers: list[set[int]] = []
         self._built: tuple[spy.Buffer, spy.AccelerationStructureBuildDesc, spy.Buffer] | None = None
         self._size = 0
         self.structure: spy.AccelerationStructure
+
+    def watch(self) -> set[int]:
+        """A set that gathers the slots which are filled, moved or emptied; whoever asked for it takes them out."""
+        self._watchers.append(set(self.objects))
+        return self._watchers[-1]
+
+    def _tell(self, slots: Iterable[int]) -> None:
+        for watcher in self._watchers:
+            watcher.update(slots)
 
     def place(self, slot: int, placed: RtObject, transform: NDArray[Any]) -> None:
         """Put an object into a slot, (3, 4) object to world."""
         row = self.slots.rows[slot]
         row["id_and_mask"] = placed.first_record | placed.mask << 24
-        row["group_and_flags"] = int(placed.flags) << 24
+        row["group_and_flags"] = placed.hit_group | int(placed.flags) << 24
         row["handle"] = _handle(placed.geometry.structure)
         row["transform"] = transform
-        self._objects[slot] = placed
+        self.objects[slot] = placed
+        self._tell([slot])
         self.slots.touch(np.array([slot]))
 
     def move(self, slots: NDArray[np.int64], transforms: NDArray[Any]) -> None:
         """Place the objects of slots anew, (n, 3, 4) object to world; takes effect with the next `build`."""
         self.slots.rows["transform"][slots] = transforms
         self.slots.touch(slots)
+        self._tell(slots.tolist())
 
     def remove(self, slots: range) -> None:
         """Empty slots and give them back."""
+        self._tell(slots)
         for slot in slots:
-            del self._objects[slot]
+            del self.objects[slot]
         self.slots.give_back(slots.start, len(slots))
 
     def build(self, encoder: spy.CommandEncoder) -> None:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pica.errors import DeviceError
 from pica.rhi.adapters import HELP, DeviceInfo, choose, describe
 from pica.rhi.binding import ParameterBlock
+from pica.rhi.material_types import STANDARD_ONLY, MaterialTypes, MaterialTypeSet
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
 
@@ -100,6 +101,11 @@ class Device:
         """GPU times of the passes on this device."""
         return Profiler(self.handle)
 
+    @cached_property
+    def material_types(self) -> MaterialTypes:
+        """The material types that this device has compiled."""
+        return MaterialTypes(self.handle)
+
     @contextmanager
     def record(self) -> Iterator[DeviceRecording]:
         """Record work outside of any frame; it is submitted at the end of the block."""
@@ -157,17 +163,30 @@ class Device:
             self._block_programs[module] = self._program(module, [])
         return ParameterBlock(self.handle, self._block_programs[module], module, name)
 
-    def compute(self, module: str, entry: str = "main", name: str | None = None) -> ComputePass:
-        """A compute pass from a file below the package; `name` is what the profiler calls it."""
-        return ComputePass(self.handle, name or Path(module).stem, self._program(module, [entry]))
+    def compute(
+        self, module: str, entry: str = "main", name: str | None = None, types: MaterialTypeSet = STANDARD_ONLY
+    ) -> ComputePass:
+        """A compute pass from a file below the package; `name` is what the profiler calls it.
 
-    def raster(self, module: str, entries: tuple[str, str], state: RasterState, name: str | None = None) -> RasterPass:
-        """A raster pass from the vertex and fragment entry points of a file."""
-        return RasterPass(self.handle, name or Path(module).stem, self._program(module, list(entries)), state)
+        `types`: the material types that it meets, where it evaluates any.
+        """
+        return ComputePass(self.handle, name or Path(module).stem, self._program(module, [entry], types))
 
-    def _program(self, module: str, entries: list[str]) -> spy.ShaderProgram:
+    def raster(
+        self,
+        module: str,
+        entries: tuple[str, str],
+        state: RasterState,
+        name: str | None = None,
+        types: MaterialTypeSet = STANDARD_ONLY,
+    ) -> RasterPass:
+        """A raster pass from the vertex and fragment entry points of a file; `types` as for `compute`."""
+        return RasterPass(self.handle, name or Path(module).stem, self._program(module, list(entries), types), state)
+
+    def _program(self, module: str, entries: list[str], types: MaterialTypeSet = STANDARD_ONLY) -> spy.ShaderProgram:
         try:
             loaded = self.handle.load_module(module)
-            return self.handle.link_program([loaded], [loaded.entry_point(entry) for entry in entries])
+            modules = [loaded, *self.material_types.linked(types)]
+            return self.handle.link_program(modules, [loaded.entry_point(entry) for entry in entries])
         except (RuntimeError, spy.SlangCompileError) as error:
             raise DeviceError(f"{module}: {error}") from error

@@ -1,12 +1,13 @@
 """Two ways to run one ray effect: as a ray tracing pipeline, or as ray buffers around a tracer.
 
 An effect is a Slang struct that implements IRayEffect (ray_effect.slang). Its entry points are the same few
-lines for every effect, so they are written here once.
+lines for every effect, so they are written here once; so are the hit shaders of a material type.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import slangpy as spy
@@ -14,29 +15,38 @@ import slangpy as spy
 from pica.errors import BindingError
 from pica.rhi.binding import ParameterBlock, ProgramParameters, parameters_of
 from pica.rhi.device import Device
+from pica.rhi.host_memory import HostBuffer
+from pica.rhi.material_types import STANDARD_ONLY, ForTypes, MaterialType, MaterialTypeSet
 from pica.rhi.passes import Recording
 
 Wants = Literal["hit", "surface"]
 _EFFECT_MODULE = "rhi/ray_effect.slang"
 _GROUP = 8
+_LINE = 64
 _ENTRIES = """
 import rhi.ray_effect;
 import {module};
 RWStructuredBuffer<Ray> rays;
 RWStructuredBuffer<{effect}.State> states;
-RWStructuredBuffer<uint> going;
 StructuredBuffer<Hit> hits;
+StructuredBuffer<uint> queue;
+RWStructuredBuffer<uint> next;
+RWStructuredBuffer<uint> counts;
 uniform uint2 grid;
+uniform uint2 waiting;
 [shader("compute")] [numthreads({group}, {group}, 1)]
 void start(uint3 thread : SV_DispatchThreadID)
 {{
-    if (all(thread.xy < grid)) runStart<{effect}>(thread.xy, thread.y * grid.x + thread.x, rays, states, going);
+    if (all(thread.xy < grid)) runStart<{effect}>(thread.xy, grid, rays, states, next, counts);
 }}
-[shader("compute")] [numthreads({group}, {group}, 1)]
+[shader("compute")] [numthreads({line}, 1, 1)]
 void advance(uint3 thread : SV_DispatchThreadID)
 {{
-    if (all(thread.xy < grid))
-        runAdvance<{effect}, Wants.{wants}>(thread.xy, thread.y * grid.x + thread.x, hits, rays, states, going);
+    if (thread.x < waiting.x + waiting.y)
+    {{
+        uint index = queue[placeInQueue(thread.x, waiting, grid)];
+        runAdvance<{effect}, Wants.{wants}>(index, grid, hits, rays, states, next, counts);
+    }}
 }}
 """
 _RAY_GENERATION = """
@@ -45,32 +55,102 @@ import {module};
 [shader("raygeneration")]
 void main() {{ runPipeline<{effect}, Wants.{wants}>(DispatchRaysIndex().xy); }}
 """
+_ANY_HIT = """
+import rhi.ray_effect;
+import {alias};
+[shader("anyhit")]
+void any_{name}(inout {payload} payload, BuiltInTriangleIntersectionAttributes attributes)
+{{
+    ignoreUncovered<{struct}>(attributes.barycentrics, payload.seed);
+}}
+"""
+_CLOSEST_HIT = """
+[shader("closesthit")]
+void closest_{name}(inout PackedSurface payload, BuiltInTriangleIntersectionAttributes attributes)
+{{
+    payload = closestSurface<{struct}>(attributes.barycentrics);
+}}
+"""
 
 
-class _RayPipeline:
-    """A ray generation shader with the hit shaders that go with what it wants."""
+class SceneOnDevice(Protocol):
+    """What a ray effect must know of the scene that it traces."""
 
-    def __init__(self, device: Device, name: str, generation: spy.SlangModule, wants: Wants) -> None:
-        self.name = name
+    @property
+    def block(self) -> ParameterBlock:
+        """The parameter block `scene`."""
+
+    @property
+    def material_types(self) -> MaterialTypeSet:
+        """The material types in use, in the order of the hit groups that its objects name."""
+
+
+class _RayProgram:
+    """A ray generation shader linked with the hit shaders of some material types: one hit group a type."""
+
+    def __init__(
+        self, device: Device, name: str, generation: spy.SlangModule, wants: Wants, types: MaterialTypeSet
+    ) -> None:
         shaders = device.handle.load_module(_EFFECT_MODULE)
-        closest, any_hit, miss = f"{wants}Closest", f"{wants}Any", f"{wants}Miss"
-        entries = [generation.entry_point("main"), *(shaders.entry_point(e) for e in (closest, any_hit, miss))]
-        program = device.handle.link_program([generation, shaders], entries)
-        group = spy.HitGroupDesc(hit_group_name="hit", closest_hit_entry_point=closest, any_hit_entry_point=any_hit)
+        miss = f"{wants}Miss"
+        modules = [generation, shaders, *device.material_types.linked(types)]
+        entries = [generation.entry_point("main"), shaders.entry_point(miss)]
+        if wants == "hit":
+            entries.append(shaders.entry_point("hitClosest"))
+        groups = []
+        for material_type in (device.material_types[name] for name in types):
+            module = _hit_shaders(device, material_type, wants)
+            modules.append(module)
+            any_hit, closest = f"any_{material_type.name}", f"closest_{material_type.name}"
+            entries.append(module.entry_point(any_hit))
+            if wants == "surface":
+                entries.append(module.entry_point(closest))
+            groups.append(
+                spy.HitGroupDesc(
+                    hit_group_name=material_type.name,
+                    closest_hit_entry_point=closest if wants == "surface" else "hitClosest",
+                    any_hit_entry_point=any_hit,
+                )
+            )
+        program = device.handle.link_program(modules, entries)
         self.pipeline = device.handle.create_ray_tracing_pipeline(
-            program=program, hit_groups=[group], max_recursion=1, max_ray_payload_size=64
+            program=program, hit_groups=groups, max_recursion=1, max_ray_payload_size=64
         )
         self.table = device.handle.create_shader_table(
-            program=program, ray_gen_entry_points=["main"], miss_entry_points=[miss], hit_group_names=["hit"]
+            program=program, ray_gen_entry_points=["main"], miss_entry_points=[miss], hit_group_names=list(types)
         )
         self.parameters = ProgramParameters(device.handle, name, program)
 
+
+def _types_of(values: dict[str, Any]) -> MaterialTypeSet:
+    scene: SceneOnDevice | None = values.get("scene")
+    return STANDARD_ONLY if scene is None else scene.material_types
+
+
+def _hit_shaders(device: Device, material_type: MaterialType, wants: Wants) -> spy.SlangModule:
+    source, payload = _ANY_HIT, "HitPayload"
+    if wants == "surface":
+        source, payload = _ANY_HIT + _CLOSEST_HIT, "PackedSurface"
+    text = source.format(
+        alias=material_type.alias, name=material_type.name, struct=material_type.struct, payload=payload
+    )
+    return device.handle.load_module_from_source(f"{wants}_{material_type.alias}", text)
+
+
+class _RayPipeline:
+    """A ray generation shader with the hit shaders that go with what it wants and with the scene's material types."""
+
+    def __init__(self, device: Device, name: str, generation: spy.SlangModule, wants: Wants) -> None:
+        self.name = name
+        self._program = ForTypes(lambda types: _RayProgram(device, name, generation, wants, types))
+
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
-        self.parameters.bind(**values)
-        self.parameters.check()
+        program = self._program(_types_of(values))
+        program.parameters.bind(**values)
+        program.parameters.check()
         recording.profiler.begin(recording.encoder, self.name)
         encoder = recording.encoder.begin_ray_tracing_pass()
-        encoder.bind_pipeline(self.pipeline, self.table, self.parameters.root)
+        encoder.bind_pipeline(program.pipeline, program.table, program.parameters.root)
         encoder.dispatch_rays(0, (grid[0], grid[1], 1))
         encoder.end()
         recording.profiler.end(recording.encoder)
@@ -87,21 +167,54 @@ class PipelineEffect(_RayPipeline):
         )
 
 
-Tracer = Callable[[Recording, int, spy.Buffer, spy.Buffer], None]
-"""Fills the buffer of hits from the first `count` rays of the buffer of rays."""
+@dataclass(frozen=True)
+class RayQueue:
+    """Rays that wait to be traced: those for a nearest surface first in `places`, shadow rays from its end."""
+
+    rays: spy.Buffer
+    """40 bytes each (Ray in ray_effect.slang)."""
+    hits: spy.Buffer
+    """20 bytes each (Hit), at the ray's place."""
+    places: spy.Buffer
+    """Places in both, 32-bit."""
+    nearest: int
+    shadows: int
+
+
+Tracer = Callable[[Recording, RayQueue], None]
+"""Fills the hits of the rays in the queue."""
 
 
 class PipelineTracer:
     """Traces ray buffers with the device's own ray tracing pipeline."""
 
-    def __init__(self, device: Device, scene: ParameterBlock) -> None:
+    def __init__(self, device: Device, scene: SceneOnDevice) -> None:
         module = device.handle.load_module("rhi/trace_rays.slang")
         self._pipeline = _RayPipeline(device, "trace_rays", module, "hit")
         self._scene = scene
 
-    def __call__(self, recording: Recording, count: int, rays: spy.Buffer, hits: spy.Buffer) -> None:
-        """Record the tracing of `count` rays."""
-        self._pipeline(recording, (count, 1), scene=self._scene, rays=rays, hits=hits)
+    def __call__(self, recording: Recording, queue: RayQueue) -> None:
+        """Record the tracing of the rays in the queue."""
+        self._pipeline(
+            recording,
+            (queue.nearest + queue.shadows, 1),
+            scene=self._scene,
+            rays=queue.rays,
+            hits=queue.hits,
+            queue=queue.places,
+            waiting=spy.uint2(queue.nearest, queue.shadows),
+            capacity=queue.places.size // 4,
+        )
+
+
+class _Kernel:
+    """One of an effect's two steps as a compute pipeline that knows some material types."""
+
+    def __init__(self, device: Device, name: str, module: spy.SlangModule, entry: str, types: MaterialTypeSet) -> None:
+        modules = [module, *device.material_types.linked(types)]
+        program = device.handle.link_program(modules, [module.entry_point(entry)])
+        self.pipeline = device.handle.create_compute_pipeline(program)
+        self.parameters = ProgramParameters(device.handle, f"{name} {entry}", program)
 
 
 class BufferEffect:
@@ -111,20 +224,20 @@ class BufferEffect:
         self.name = name = Path(module).stem
         self._device = device
         self._tracer = tracer
-        source = _ENTRIES.format(module=_import_path(module), effect=effect, wants=wants, group=_GROUP)
+        source = _ENTRIES.format(module=_import_path(module), effect=effect, wants=wants, group=_GROUP, line=_LINE)
         loaded = device.handle.load_module_from_source(f"{name}_{effect}_buffers", source)
-        self._pipelines, self._parameters = [], []
-        for entry in ("start", "advance"):
-            program = device.handle.link_program([loaded], [loaded.entry_point(entry)])
-            self._pipelines.append(device.handle.create_compute_pipeline(program))
-            self._parameters.append(ProgramParameters(device.handle, f"{name} {entry}", program))
+        self._kernels = ForTypes(
+            lambda types: [_Kernel(device, name, loaded, entry, types) for entry in ("start", "advance")]
+        )
+        layout = device.handle.link_program([loaded], [])
         self._strides = {
             parameter.name: parameter.type_layout.element_type_layout.stride
-            for parameter in parameters_of(program)
-            if parameter.name in ("rays", "states", "hits")
+            for parameter in parameters_of(layout)
+            if parameter.name in ("rays", "states", "hits", "queue", "next")
         }
         self._count = 0
-        self._going = device.buffer("going", data=np.zeros(1, np.uint32), struct_size=4)
+        self._counts = device.buffer("ray counts", data=np.zeros(2, np.uint32), struct_size=4)
+        self._host_counts = HostBuffer(device, self._counts)
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
         """Run the effect to its end. How many steps that takes is known only as they run, so each is submitted."""
@@ -135,29 +248,35 @@ class BufferEffect:
                 name: self._device.buffer(name, size=count * stride, struct_size=stride)
                 for name, stride in self._strides.items()
             }
-        values |= {"going": self._going, **self._buffers}
-        self._step(0, recording, grid, values)
-        while self._submit(recording):
-            self._tracer(recording, count, self._buffers["rays"], self._buffers["hits"])
-            self._step(1, recording, grid, values)
+        start, advance = self._kernels(_types_of(values))
+        values |= {"counts": self._counts, "grid": spy.uint2(*grid), "waiting": spy.uint2(0, 0), **self._buffers}
+        self._step(start, recording, (*grid, 1), values)
+        while any(waiting := self._submit(recording)):
+            values["queue"], values["next"] = values["next"], values["queue"]
+            values["waiting"] = spy.uint2(*waiting)
+            self._tracer(recording, RayQueue(values["rays"], values["hits"], values["queue"], *waiting))
+            self._step(advance, recording, (sum(waiting), 1, 1), values)
 
-    def _step(self, which: int, recording: Recording, grid: tuple[int, int], values: dict[str, Any]) -> None:
-        parameters = self._parameters[which]
-        parameters.bind(**values, grid=spy.uint2(*grid))
-        parameters.check()
-        recording.encoder.clear_buffer(self._going)
+    def _step(
+        self, kernel: _Kernel, recording: Recording, threads: tuple[int, int, int], values: dict[str, Any]
+    ) -> None:
+        kernel.parameters.bind(**values)
+        kernel.parameters.check()
+        recording.encoder.clear_buffer(self._counts)
         recording.profiler.begin(recording.encoder, f"{self.name} kernels")
         encoder = recording.encoder.begin_compute_pass()
-        encoder.bind_pipeline(self._pipelines[which], parameters.root)
-        encoder.dispatch((grid[0], grid[1], 1))
+        encoder.bind_pipeline(kernel.pipeline, kernel.parameters.root)
+        encoder.dispatch(threads)
         encoder.end()
         recording.profiler.end(recording.encoder)
 
-    def _submit(self, recording: Recording) -> bool:
-        """Submit what is recorded so far and tell whether rays are left."""
-        self._device.handle.submit_command_buffer(recording.encoder.finish())
+    def _submit(self, recording: Recording) -> tuple[int, int]:
+        """Submit what is recorded so far and tell how many rays wait: for a nearest surface, and shadow rays."""
+        submission = self._device.handle.submit_command_buffer(recording.encoder.finish())
         recording.encoder = self._device.handle.create_command_encoder()
-        return bool(self._going.to_numpy().view(np.uint32)[0])
+        self._device.handle.wait_for_submit(submission)
+        nearest, shadows = self._host_counts.read().view(np.uint32)
+        return int(nearest), int(shadows)
 
 
 RayEffect = PipelineEffect | BufferEffect

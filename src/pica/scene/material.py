@@ -1,5 +1,6 @@
 """Materials as glTF 2.0 describes them, and the textures that they read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -7,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.scene.light import WHITE, Color
+from pica.scene.material_types import STANDARD
 
 
 class AlphaMode(Enum):
@@ -96,4 +98,8 @@ class Material:
     """Linear, in alpha."""
     specular_color_texture: Texture | None = None
     """sRGB."""
+    type: str = STANDARD
+    """"standard", or the name that register_material gave to a type of your own."""
+    parameters: dict[str, float | Sequence[float]] = field(default_factory=dict)
+    """The numbers that a type of your own wants, by the names in its `struct Parameters`."""
     extras: dict[str, object] = field(default_factory=dict)

@@ -9,6 +9,7 @@ from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.draws import CULL, FRONT, DrawKind
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
+from pica.rhi.material_types import ForTypes
 from pica.rhi.passes import RasterPass, RasterState
 from pica.rhi.schedulers import Tracer, ray_effect
 
@@ -19,7 +20,7 @@ class RasterVisibility:
     """Writes which triangle each pixel sees, by rasterization. One indirect draw per kind of section."""
 
     def __init__(self, device: Device, size: Size) -> None:
-        self._passes: dict[DrawKind, RasterPass] = {}
+        self._passes: dict[DrawKind, ForTypes[RasterPass]] = {}
         self._device = device
         self._depth = device.texture(
             "raster depth",
@@ -41,7 +42,7 @@ class RasterVisibility:
         frame.profiler.begin(frame.encoder, "raster")
         with frame.encoder.begin_render_pass(self._targets) as encoder:
             for draws in scene.draws:
-                self._pass(draws.kind).bind(encoder, scene=scene, frame=frame)
+                self._pass(draws.kind)(scene.material_types).bind(encoder, scene=scene, frame=frame)
                 encoder.set_render_state(self._state)
                 encoder.draw_indexed_indirect(draws.count, draws.arguments)
         frame.profiler.end(frame.encoder)
@@ -61,11 +62,13 @@ class RasterVisibility:
             }
         )
 
-    def _pass(self, kind: DrawKind) -> RasterPass:
+    def _pass(self, kind: DrawKind) -> ForTypes[RasterPass]:
         if kind not in self._passes:
-            fragment = "opaqueMain" if kind.opaque else "coveredMain"
+            shaders = "vertexMain", "opaqueMain" if kind.opaque else "coveredMain"
             state = RasterState((spy.Format.rg32_uint,), CULL[kind.facing], FRONT[kind.facing])
-            self._passes[kind] = self._device.raster(f"{_FOLDER}/raster.slang", ("vertexMain", fragment), state)
+            self._passes[kind] = ForTypes(
+                lambda types: self._device.raster(f"{_FOLDER}/raster.slang", shaders, state, types=types)
+            )
         return self._passes[kind]
 
 
@@ -88,7 +91,7 @@ class GBufferEffect:
             if self.primary == "rays"
             else None
         )
-        self._resolve = device.compute(f"{_FOLDER}/resolve.slang")
+        self._resolve = ForTypes(lambda types: device.compute(f"{_FOLDER}/resolve.slang", types=types))
 
     def __call__(self, frame: FrameContext, scene: GpuScene) -> GBuffer:
         """The G-buffer of this frame."""
@@ -97,5 +100,5 @@ class GBufferEffect:
             self._raster(frame, scene, textures["visibility"])
         if self._rays is not None:
             self._rays(frame, frame.size, scene=scene, frame=frame, visibility=textures["visibility"])
-        self._resolve(frame, frame.grid, scene=scene, frame=frame, **textures)
+        self._resolve(scene.material_types)(frame, frame.grid, scene=scene, frame=frame, **textures)
         return self._buffer

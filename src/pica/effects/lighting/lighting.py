@@ -8,6 +8,7 @@ from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
+from pica.rhi.material_types import ForTypes
 from pica.settings import LightingSettings
 
 
@@ -19,7 +20,9 @@ class DirectLighting:
         self._no_shadows = device.texture("no shadows", spy.Format.rg32_uint, (1, 1))
         self._use_prefiltered = settings.environment == "prefiltered"
         self._prefiltered = PrefilteredEnvironment(device, scene, wanted=self._use_prefiltered)
-        self._direct = device.compute("effects/lighting/direct.slang", name="lighting")
+        self._direct = ForTypes(
+            lambda types: device.compute("effects/lighting/direct.slang", name="lighting", types=types)
+        )
 
     def __call__(
         self,
@@ -30,7 +33,7 @@ class DirectLighting:
         visibility: spy.Texture | None,
     ) -> spy.Texture:
         """The lit picture of this frame; without `visibility` nothing casts a shadow."""
-        self._direct(
+        self._direct(scene.material_types)(
             frame,
             frame.grid,
             frame=frame,

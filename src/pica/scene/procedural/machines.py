@@ -1,6 +1,6 @@
 """The toy world's machines. Each stands on y = 0 and faces +Z.
 
-What will move later is a node of its own with the pivot where it turns: rams, drums, gears and fans.
+What moves is a node of its own with the pivot where it turns: rams, drums, gears and fans.
 `press` and `oven` straddle a conveyor that runs along X.
 """
 
@@ -14,6 +14,12 @@ from pica.scene.procedural.primitives import box, cylinder, filleted, frustum, l
 
 MACHINE_RADIUS = 0.82
 """Metres of floor round a free-standing machine's origin that it needs."""
+CHIMNEY = (-0.66, 0.75, -0.3)
+"""Where the oven's chimney ends, metres from its middle and, along Y, from its roof."""
+OVEN_ROOF = 0.46
+"""Metres from the belt to the oven's roof."""
+PAD_HEIGHT = 0.12
+"""Metres from the floor to the top of a kicker's pad at rest."""
 
 
 def press(palette: Palette, accent: Material, belt_height: float) -> Node:
@@ -43,7 +49,7 @@ def oven(palette: Palette, accent: Material, belt_height: float) -> Node:
     """A tunnel with a warm glow inside and a chimney."""
     node = Node("oven")
     inside, wall, length = 0.5, 0.15, 1.1
-    roof = belt_height + 0.46
+    roof = belt_height + OVEN_ROOF
     parts = []
     for side in (-1, 1):
         parts.append(at(box((length, roof, wall * 2), accent, 0.1), move(0, roof / 2, side * (inside + wall))))
@@ -70,7 +76,7 @@ def hopper(palette: Palette, accent: Material, belt_height: float) -> Node:
     node = Node("hopper")
     spout = belt_height + 0.42
     funnel = lathe(
-        [(0.5, 1.0), (0.55, 0.92), (0.55, 0.62), (0.17, 0.16), (0.15, 0), (0.1, 0), (0.12, 0.18), (0.48, 0.64)],
+        [(0.5, 1.0), (0.55, 0.92), (0.55, 0.62), (0.27, 0.16), (0.25, 0), (0.2, 0), (0.22, 0.18), (0.48, 0.64)],
         accent, 0.04, 48, closed=True,
     )  # fmt: skip
     parts = [at(funnel, move(0, spout, 0)), at(torus(0.545, 0.035, palette.white, 48), move(0, spout + 0.62, 0))]
@@ -80,9 +86,22 @@ def hopper(palette: Palette, accent: Material, belt_height: float) -> Node:
         parts += [at(part, turn("y", angle + 45)) for part in (pipe(leg, 0.045, palette.steel, 16), foot)]
     place(node, "body", mesh("hopper body", parts))
     orange = mesh("hopper orange", [sphere(0.12, palette.orange, 24)])
-    heap = [(0.0, 0.98, 0.0), *((0.28 * np.cos(a), 0.88, 0.28 * np.sin(a)) for a in np.radians(range(10, 370, 60)))]
-    for i, (x, y, z) in enumerate(heap):
-        place(node, f"orange {i}", orange, move(x, spout + y, z))
+    for i, angle in enumerate(np.radians(range(10, 370, 45))):  # a ring, so that what flies in can sink
+        place(node, f"orange {i}", orange, move(0.34 * np.cos(angle), spout + 0.78, 0.34 * np.sin(angle)))
+    return node
+
+
+def kicker(palette: Palette, accent: Material) -> Node:
+    """A pad on a piston that throws what falls on it."""
+    node = Node("kicker")
+    foot = lathe([(0, 0.03), (0.19, 0.03), (0.22, 0), (0, 0)], palette.dark, 0.012, 32)
+    sleeve = at(ring(0.052, 0.08, 0.05, palette.rubber, 0.008, 24), move(0, 0.04, 0))
+    place(node, "base", mesh("kicker base", [foot, sleeve]))
+    pad = [
+        at(cylinder(0.19, 0.024, accent, 0.01, 32), move(0, -0.012, 0)),
+        at(cylinder(0.05, 0.08, palette.steel, 0.005, 16), move(0, -0.05, 0)),
+    ]
+    place(node, "pad", mesh("kicker pad", pad), move(0, PAD_HEIGHT, 0))
     return node
 
 

@@ -1,6 +1,6 @@
 """The toy world's robots. Each stands on y = 0, looks along +Z and is under a metre tall.
 
-What will move later is a node of its own with the pivot where it turns: heads, arms, wheels and legs.
+What moves is a node of its own with the pivot where it turns: heads, arms, wheels, legs and feet.
 """
 
 from pica.scene.material import Material
@@ -9,8 +9,15 @@ from pica.scene.procedural.palette import Palette
 from pica.scene.procedural.placing import at, mesh, move, place, stretch, turn
 from pica.scene.procedural.primitives import box, cylinder, filleted, frustum, lathe, pipe, ring, sphere, torus
 
-ROBOT_RADIUS = 0.42
+ROBOT_RADIUS = 0.46
 """Metres of floor round a robot's origin that it needs."""
+WHEEL_RADIUS, WHEEL_TRACK = 0.18, 0.295
+"""Metres; the track is from the robot's middle to each wheel's."""
+BALL_RADIUS = 0.206
+ANKLE = 0.09
+"""Metres from a walker's sole to where its leg goes in."""
+LEGS = (("front left", 1, 1), ("front right", -1, 1), ("back left", 1, -1), ("back right", -1, -1))
+"""A walker's legs and on which side along (x, z) they are."""
 
 
 def roller(palette: Palette, accent: Material) -> Node:
@@ -42,8 +49,8 @@ def roller(palette: Palette, accent: Material) -> Node:
         for i in range(5)
     ]
     wheel = mesh("roller wheel", [*tyre, hub, *bolts])
-    for name, x in (("left wheel", 0.295), ("right wheel", -0.295)):
-        place(robot, name, wheel, move(x, 0.18, 0.03))
+    for name, x in (("left wheel", WHEEL_TRACK), ("right wheel", -WHEEL_TRACK)):
+        place(robot, name, wheel, move(x, WHEEL_RADIUS, 0.03))
     _arms(robot, palette, accent, shoulder=(0.27, 0.56, 0.0), reach=0.24)
     return robot
 
@@ -68,16 +75,13 @@ def walker(palette: Palette, accent: Material) -> Node:
     ]
     place(robot, "eye", mesh("walker eye", parts), move(0, 0.52, 0.23))
 
-    leg = mesh(
-        "walker leg",
-        [
-            at(sphere(0.075, palette.steel, 20), move(0, 0, 0)),
-            at(frustum(0.05, 0.062, 0.14, palette.white, 0.01, 20), move(0, -0.11, 0)),
-            at(lathe([(0, 0.09), (0.06, 0.09), (0.1, 0), (0, 0)], palette.dark, 0.03, 24), move(0, -0.26, 0.015)),
-        ],
-    )
-    for name, x, z in (("front left", 1, 1), ("front right", -1, 1), ("back left", 1, -1), ("back right", -1, -1)):
-        place(robot, f"{name} leg", leg, move(x * 0.19, 0.262, z * 0.16))
+    thigh = frustum(0.04, 0.06, 0.19, palette.white, 0.01, 20)
+    leg = mesh("walker leg", [sphere(0.075, palette.steel, 20), at(thigh, move(0, -0.115, 0))])
+    sole = lathe([(0, 0.09), (0.06, 0.09), (0.095, 0), (0, 0)], palette.dark, 0.03, 24)
+    foot = mesh("walker foot", [at(sole, move(0, 0.002, 0))])
+    for name, x, z in LEGS:
+        place(robot, f"{name} leg", leg, move(x * 0.19, 0.262, z * 0.18))
+        place(robot, f"{name} foot", foot, move(x * 0.19, 0, z * 0.18))
     return robot
 
 
@@ -85,7 +89,7 @@ def balancer(palette: Palette, accent: Material) -> Node:
     """A bell on a ball with goggle eyes."""
     robot = Node("balancer")
     ball = [sphere(0.19, palette.rubber, 32), at(torus(0.188, 0.016, accent, 32), turn("z", 90))]
-    place(robot, "ball", mesh("balancer ball", ball), move(0, 0.206, 0))
+    place(robot, "ball", mesh("balancer ball", ball), move(0, BALL_RADIUS, 0))
     bell = lathe(
         [(0, 0.84), (0.17, 0.84), (0.19, 0.6), (0.27, 0.24), (0.235, 0.24), (0.16, 0.5), (0, 0.5)], accent, 0.05, 32
     )

@@ -1,0 +1,32 @@
+"""Buffers as NumPy arrays: in place where the device's memory is the host's, else through copies."""
+
+import ctypes
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.rhi.device import Device
+
+
+class HostBuffer:
+    """A buffer as the host sees it. The device must be idle while the host reads or writes.
+
+    lavapipe's buffers lie in the process's own memory and their device address is a pointer, so nothing is copied.
+    """
+
+    def __init__(self, device: Device, buffer: spy.Buffer) -> None:
+        self._buffer = buffer
+        self._shared: NDArray[np.uint8] | None = None
+        if "llvmpipe" in device.name:
+            memory = (ctypes.c_uint8 * buffer.size).from_address(buffer.device_address)
+            self._shared = np.ctypeslib.as_array(memory)
+
+    def read(self) -> NDArray[np.uint8]:
+        """What the buffer holds, (bytes,)."""
+        return self._buffer.to_numpy().view(np.uint8).reshape(-1) if self._shared is None else self._shared
+
+    def write(self, data: NDArray[np.uint8]) -> None:
+        """Hand back what was read and changed, (bytes,)."""
+        if self._shared is None:
+            self._buffer.copy_from_numpy(data)

@@ -1,0 +1,230 @@
+"""Material types as Slang modules: one alias for each, and one module that stands for all that a scene uses.
+
+The file of a type is compiled as it is; what is generated round it only says its name (shaders/material_types.slang).
+"""
+
+import hashlib
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.errors import MaterialTypeError
+from pica.scene.material_types import STANDARD, MaterialSource, material_source
+
+MaterialTypeSet = tuple[str, ...]
+"""Names of the types that a program knows, by the number that materials carry (`Material.type` in shaders)."""
+STANDARD_ONLY: MaterialTypeSet = (STANDARD,)
+MAX_PARAMETERS = 16
+"""32-bit numbers of a material's own; scene_types.slang: MATERIAL_PARAMETERS."""
+
+_INTERFACE = "shaders/material_type.slang"
+_STANDARD_SOURCE = """
+module {alias};
+import shaders.standard_material;
+public typealias {type} = StandardMaterial;
+"""
+_ALIAS = """
+module {alias};
+import {module};
+public typealias {type} = {struct};
+"""
+_ALL = """
+module {name};
+import shaders.material_type;
+{imports}
+public struct AllTypes : IMaterialType
+{{
+    public override static float coverage(MaterialInput input)
+    {{
+        switch (input.material.type) {{ {coverage} }}
+    }}
+    public override static float3 emission(MaterialInput input)
+    {{
+        switch (input.material.type) {{ {emission} }}
+    }}
+    public static void evaluate(MaterialInput input, inout Surface surface)
+    {{
+        switch (input.material.type) {{ {evaluate} }}
+    }}
+}}
+export struct MaterialTypes : IMaterialType = AllTypes;
+"""
+_SCALARS = {
+    spy.TypeReflection.ScalarType.float32: np.dtype("f4"),
+    spy.TypeReflection.ScalarType.int32: np.dtype("i4"),
+    spy.TypeReflection.ScalarType.uint32: np.dtype("u4"),
+}
+
+
+@dataclass(frozen=True)
+class MaterialType:
+    """A compiled material type."""
+
+    name: str
+    alias: str
+    """The module to import for it."""
+    parameters: np.dtype[Any]
+    """What `Material.parameters` must give, as a structured type of MAX_PARAMETERS numbers at most."""
+
+    @property
+    def struct(self) -> str:
+        """What the alias module calls it."""
+        return f"MaterialType_{self.name}"
+
+    def packed(self, what: str, values: dict[str, Any]) -> NDArray[np.uint32]:
+        """Parameters as (MAX_PARAMETERS,) numbers. Raises MaterialTypeError for a name or a shape that does not fit."""
+        expected = self.parameters.names or ()
+        given, known = set(values), set(expected)
+        if given != known:
+            fault = f"lacks {_listed(known - given)}" if known - given else f"has no {_listed(given - known)}"
+            raise MaterialTypeError(
+                f"material {what!r} of type {self.name!r} {fault}; its parameters are {_listed(known) or 'none'}"
+            )
+        row = np.zeros((), self.parameters)
+        for name in expected:
+            try:
+                row[name] = np.asarray(values[name]).reshape(row[name].shape)
+            except (ValueError, TypeError):
+                shape = f"{row[name].size} numbers" if row[name].size > 1 else "a number"
+                message = f"material {what!r}: parameter {name!r} is {values[name]!r}, but must be {shape}"
+                raise MaterialTypeError(message) from None
+        numbers = np.zeros(MAX_PARAMETERS, np.uint32)
+        numbers[: row.nbytes // 4] = np.frombuffer(row.tobytes(), np.uint32)
+        return numbers
+
+
+_Built = TypeVar("_Built")
+
+
+class ForTypes(Generic[_Built]):
+    """A pass or pipeline that is built for the material types in use, and anew when they change."""
+
+    def __init__(self, build: Callable[[MaterialTypeSet], _Built]) -> None:
+        self._build = build
+        self._types: MaterialTypeSet = ()
+
+    def __call__(self, types: MaterialTypeSet) -> _Built:
+        """What goes with these types. What was built before goes once no frame under way uses it."""
+        if types != self._types:
+            self._built, self._types = self._build(types), types
+        return self._built
+
+
+class MaterialTypes:
+    """The material types of one device, compiled when first asked for."""
+
+    def __init__(self, device: spy.Device) -> None:
+        self._device = device
+        self._types: dict[str, MaterialType] = {}
+        self._modules: dict[MaterialTypeSet, spy.SlangModule] = {}
+
+    def __getitem__(self, name: str) -> MaterialType:
+        """Raises MaterialTypeError when the type's file has a fault."""
+        if name not in self._types:
+            self._types[name] = self._standard() if name == STANDARD else self._compiled(material_source(name))
+        return self._types[name]
+
+    def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
+        """What to link with a program so that it knows these types."""
+        if types == STANDARD_ONLY:
+            return []
+        if types not in self._modules:
+            self._modules[types] = self._all(types)
+        return [self._modules[types]]
+
+    def _standard(self) -> MaterialType:
+        alias = f"material_alias_{STANDARD}"
+        made = MaterialType(STANDARD, alias, np.dtype([]))
+        self._device.load_module_from_source(alias, _STANDARD_SOURCE.format(alias=alias, type=made.struct))
+        return made
+
+    def _compiled(self, source: MaterialSource) -> MaterialType:
+        # The session remembers modules by name, so a name stands for one source only.
+        digest = hashlib.sha256(f"{source.path}\n{source.text}".encode()).hexdigest()[:12]
+        module, alias = f"material_{source.name}_{digest}", f"material_alias_{source.name}_{digest}"
+        try:
+            loaded = self._device.load_module_from_source(module, source.text, source.path)
+        except (RuntimeError, spy.SlangCompileError) as error:
+            raise MaterialTypeError(f"material type {source.name!r}: {_first_error(source, str(error))}") from None
+        struct = self._implementation(source, loaded)
+        parameters = _parameters(source, loaded.layout.find_type_by_name(f"{struct}.Parameters"))
+        made = MaterialType(source.name, alias, parameters)
+        try:
+            text = _ALIAS.format(alias=alias, module=module, type=made.struct, struct=struct)
+            self._device.load_module_from_source(alias, text)
+        except (RuntimeError, spy.SlangCompileError):
+            fault = f"struct {struct} is not visible; mark it public or leave out the file's `module` line"
+            raise MaterialTypeError(f"material type {source.name!r}: {source.path}: {fault}") from None
+        return made
+
+    def _implementation(self, source: MaterialSource, loaded: spy.SlangModule) -> str:
+        """The name of the one struct that implements the interface."""
+        layout = loaded.layout
+        interface = layout.find_type_by_name("IMaterialType")
+        structs = loaded.module_decl.children_of_kind(spy.DeclReflection.Kind.struct)
+        found = [
+            struct.name
+            for struct in structs
+            if interface is not None and layout.is_sub_type(layout.find_type_by_name(struct.name), interface)
+        ]
+        if len(found) != 1:
+            fault = f"{len(found)} structs implement IMaterialType ({_INTERFACE}), not one"
+            if not found:
+                fault = f"no struct implements IMaterialType ({_INTERFACE})"
+            raise MaterialTypeError(f"material type {source.name!r}: {source.path}: {fault}")
+        return found[0]
+
+    def _all(self, types: MaterialTypeSet) -> spy.SlangModule:
+        made = [self[name] for name in types]
+        name = "material_types_" + hashlib.sha256(" ".join(m.alias for m in made).encode()).hexdigest()[:12]
+
+        def switch(call: str) -> str:
+            labels = [*(f"case {index}:" for index in range(len(made) - 1)), "default:"]
+            return " ".join(f"{label} {call.format(m.struct)}" for label, m in zip(labels, made, strict=True))
+
+        text = _ALL.format(
+            name=name,
+            imports="\n".join(f"import {m.alias};" for m in made),
+            coverage=switch("return {}.coverage(input);"),
+            emission=switch("return {}.emission(input);"),
+            evaluate=switch("{}.evaluate(input, surface); return;"),
+        )
+        return self._device.load_module_from_source(name, text)
+
+
+def _parameters(source: MaterialSource, struct: spy.TypeReflection | None) -> np.dtype[Any]:
+    fields = []
+    for field in struct.fields if struct is not None else []:
+        kind = field.type.kind
+        plain = kind in (spy.TypeReflection.Kind.scalar, spy.TypeReflection.Kind.vector)
+        if not plain or field.type.scalar_type not in _SCALARS:
+            fault = f"parameter {field.name!r} is not a float, int or uint, nor a vector of them"
+            raise MaterialTypeError(f"material type {source.name!r}: {source.path}: {fault}")
+        count = field.type.col_count if kind == spy.TypeReflection.Kind.vector else 1
+        fields.append((field.name, _SCALARS[field.type.scalar_type], (count,) if count > 1 else ()))
+    made = np.dtype(fields)
+    if made.itemsize > 4 * MAX_PARAMETERS:
+        fault = f"Parameters are {made.itemsize // 4} numbers, more than {MAX_PARAMETERS}"
+        raise MaterialTypeError(f"material type {source.name!r}: {source.path}: {fault}")
+    return made
+
+
+def _first_error(source: MaterialSource, diagnostics: str) -> str:
+    """Slang's first error as 'file:line: fault'."""
+    title = re.search(r"error\[\w+\]: (.*)", diagnostics)
+    place = re.search(r"--> (.*):(\d+):\d+", diagnostics)
+    detail = re.search(r"\| +\^+ (.*)", diagnostics)
+    if title is None or place is None:
+        return f"{source.path}: {' '.join(diagnostics.split())}"
+    # SlangPy puts a line of its own before source that it is given as text.
+    line = int(place[2]) - (place[1] == str(source.path))
+    return f"{place[1]}:{line}: {(detail or title)[1].strip()}"
+
+
+def _listed(names: set[str]) -> str:
+    return ", ".join(repr(name) for name in sorted(names))

@@ -1,0 +1,270 @@
+"""Sequences. Most run on a renderer that answers at once and paints where the box is."""
+
+import json
+import math
+from types import SimpleNamespace
+
+import av
+import numpy as np
+import pytest
+from PIL import Image
+
+import pica
+from pica.scene.animation import Animation, Channel, Pose
+from pica.scene.camera import Camera
+from pica.scene.material import Material
+from pica.scene.model import Mesh, Node
+from pica.scene.procedural.primitives import box
+from tests.assets import ASSETS, needs_assets
+from tests.cli.conftest import fake_frame
+
+SMALL = ("--size", "8x4", "--fps", "10")
+
+
+class Painter:
+    """Stands for Renderer and PathTracer: the level of its pictures is where the box is, 0 to 1."""
+
+    device_name = "fake device"
+    calls: list[SimpleNamespace] = []  # noqa: RUF012
+    stop_at: float | None = None
+
+    def __init__(self, scene, size, settings=None, device=None):
+        self.scene, self.size = scene, size
+
+    def render(self, count, camera=None, progress=None):
+        x = next(node.world[0, 3] for node in self.scene.nodes() if node.name == "box")
+        if Painter.stop_at is not None and x >= Painter.stop_at:
+            raise KeyboardInterrupt
+        camera = camera or self.scene.default_camera(2.0)
+        Painter.calls.append(
+            SimpleNamespace(kind=type(self).__name__, x=round(float(x), 6), count=count, camera=camera)
+        )
+        return fake_frame(*self.size, level=x)
+
+
+class PathPainter(Painter):
+    pass
+
+
+@pytest.fixture
+def scene(monkeypatch):
+    """A box that goes from x = 0 to 1 m in 1 s ("go"), and waits at 0 ("wait"); scenes are loaded as this one."""
+
+    def load(path, environment=None):
+        scene = pica.Scene("moving")
+        moving = scene.add(Node("box", mesh=Mesh([box((0.2, 0.2, 0.2), Material())]), pose=Pose()))
+        go = Channel(moving, "translation", np.array([0.0, 1.0]), np.array([[0.0, 0, 0], [1.0, 0, 0]]))
+        wait = Channel(moving, "translation", np.array([0.0, 0.5]), np.zeros((2, 3)))
+        scene.animations = [Animation([wait], "wait"), Animation([go], "go")]
+        if path == "still.glb":
+            scene.animations = []
+        if path == "filmed.glb":
+            moving.add(Node("eye", camera=Camera(np.eye(4), name="eye")))
+        return scene
+
+    monkeypatch.setitem(vars(pica), "load", load)
+    monkeypatch.setitem(vars(pica), "Renderer", Painter)
+    monkeypatch.setitem(vars(pica), "PathTracer", PathPainter)
+    monkeypatch.setattr(Painter, "calls", [])
+    monkeypatch.setattr(Painter, "stop_at", None)
+    return Painter
+
+
+def places(painter):
+    return [(call.x, call.count) for call in painter.calls]
+
+
+def names(folder):
+    return sorted(file.name for file in folder.iterdir())
+
+
+def levels(film):
+    with av.open(film) as container:
+        return [round(frame.to_ndarray(format="rgb24").mean() / 255, 1) for frame in container.decode(video=0)]
+
+
+def test_numbered_pictures_at_their_times(run, scene, tmp_path):
+    code, out, _ = run(
+        "render", "m.glb", "-o", tmp_path / "new" / "%03d.exr", *SMALL, "--seconds", "0.4", "--start", "0.2"
+    )
+    assert code == 0
+    assert "4 of 4 pictures rendered, 8x4, 16 frames" in out
+    assert names(tmp_path / "new") == ["000.exr", "001.exr", "002.exr", "003.exr"]
+    assert places(scene) == [(0.2, 16), (0.3, 16), (0.4, 16), (0.5, 16)]
+
+
+def test_a_film_leaves_nothing_beside_it(run, scene, tmp_path):
+    code, out, _ = run("render", "m.glb", "-o", tmp_path / "out.mp4", *SMALL, "--seconds", "0.5", "--json")
+    result = json.loads(out)
+    assert code == 0
+    assert result.pop("seconds").keys() == {"load", "render"}
+    assert result == {
+        "scene": "m.glb",
+        "device": "fake device",
+        "size": [8, 4],
+        "frames": 16,
+        "fps": 10.0,
+        "start": 0.0,
+        "pictures": 5,
+        "rendered": 5,
+        "timings": {"gbuffer": 1.5},
+        "files": [str(tmp_path / "out.mp4")],
+    }
+    assert names(tmp_path) == ["out.mp4"]
+    assert levels(tmp_path / "out.mp4") == [0.0, 0.1, 0.2, 0.3, 0.4]
+
+
+def test_without_seconds_until_the_animation_ends(run, scene, tmp_path):
+    run("render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--start", "0.7")
+    run("render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--animation", "0")
+    assert places(scene) == [(0.7, 16), (0.8, 16), (0.9, 16), *[(0.0, 16)] * 5]
+
+
+@pytest.mark.parametrize(("name", "x"), [("go", 0.25), ("1", 0.25), ("wait", 0.0), ("0", 0.0)])
+def test_animations_by_name_or_number_and_one_picture_at_a_time(run, scene, tmp_path, name, x):
+    code, _, err = run("render", "m.glb", "-o", tmp_path / "o.png", "--animation", name, "--start", "0.25")
+    assert code == 0, err
+    assert places(scene) == [(x, 16)]
+
+
+def test_path_traced(run, scene, tmp_path):
+    more = ["--seconds", "0.2", "--path-traced", "--samples", "7"]
+    run("render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, *more)
+    assert [(call.kind, call.x, call.count) for call in scene.calls] == [
+        ("PathPainter", 0.0, 7),
+        ("PathPainter", 0.1, 7),
+    ]
+
+
+def test_buffers_beside_each_picture(run, scene, tmp_path):
+    run("render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.2", "--aov", "normal")
+    assert names(tmp_path) == ["0.normal.png", "0.png", "1.normal.png", "1.png"]
+
+
+def test_a_camera_without_a_place_shows_all_the_movement_and_stands_still(run, scene, tmp_path):
+    run("render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "1")
+    first, *others = [call.camera for call in scene.calls]
+    assert all(camera is first for camera in others)
+    for x in (0.0, 0.9):
+        right, up, back, _ = np.linalg.inv(first.transform) @ (x, 0, 0, 1)
+        edge = -back * math.tan(first.vertical_fov / 2)
+        assert abs(up) < edge and abs(right) < 2 * edge
+
+
+def test_a_camera_that_is_animated_moves(run, scene, tmp_path):
+    for more in ([], ["--camera", "eye"]):
+        scene.calls.clear()
+        run("render", "filmed.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.3", *more)
+        assert [round(call.camera.transform[0, 3], 6) for call in scene.calls] == [0.0, 0.1, 0.2]
+
+
+def test_resume_renders_what_is_missing_after_a_look_at_the_picture_before(run, scene, tmp_path):
+    arguments = ["render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.7"]
+    run(*arguments)
+    kept = (tmp_path / "3.png").stat().st_mtime_ns
+    for number in (0, 2, 5, 6):
+        (tmp_path / f"{number}.png").unlink()
+    scene.calls.clear()
+    assert "4 of 7 pictures rendered" in run(*arguments, "--resume")[1]
+    assert places(scene) == [(0.0, 16), (0.1, 1), (0.2, 16), (0.4, 1), (0.5, 16), (0.6, 16)]
+    assert names(tmp_path) == [f"{number}.png" for number in range(7)]
+    assert (tmp_path / "3.png").stat().st_mtime_ns == kept
+    assert [round(np.array(Image.open(tmp_path / f"{n}.png")).mean() / 255, 1) for n in (2, 3)] == [0.2, 0.3]
+
+
+def test_a_film_cut_short_is_resumed(run, scene, tmp_path, monkeypatch):
+    arguments = ["render", "m.glb", "-o", tmp_path / "out.mp4", *SMALL, "--seconds", "0.6"]
+    monkeypatch.setattr(Painter, "stop_at", 0.35)
+    code = run(*arguments)[0]
+    assert (code, names(tmp_path)) == (130, ["out.mp4.frames"])
+    assert len(names(tmp_path / "out.mp4.frames")) == 4
+    monkeypatch.setattr(Painter, "stop_at", None)
+    scene.calls.clear()
+    assert run(*arguments, "--resume")[0] == 0
+    assert places(scene) == [(0.3, 1), (0.4, 16), (0.5, 16)]
+    assert levels(tmp_path / "out.mp4") == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
+    assert names(tmp_path) == ["out.mp4"]
+
+
+def test_a_film_that_is_whole_is_left_alone_unless_another_length_is_asked(run, scene, tmp_path):
+    arguments = ["render", "m.glb", "-o", tmp_path / "out.mp4", *SMALL]
+    run(*arguments, "--seconds", "0.3")
+    scene.calls.clear()
+    assert "0 of 3 pictures rendered" in run(*arguments, "--seconds", "0.3", "--resume")[1]
+    assert names(tmp_path) == ["out.mp4"] and not scene.calls
+    run(*arguments, "--seconds", "0.4", "--resume")
+    assert levels(tmp_path / "out.mp4") == [0.0, 0.1, 0.2, 0.3]
+
+
+def test_a_new_run_cut_short_does_not_mix_with_an_old_one(run, scene, tmp_path, monkeypatch):
+    arguments = ["render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.5"]
+    run(*arguments)
+    monkeypatch.setattr(Painter, "stop_at", 0.15)
+    run(*arguments)
+    assert names(tmp_path) == ["0.png", "1.png"]
+
+
+def test_nothing_moves_is_a_warning(run, scene, tmp_path):
+    code, _, err = run("render", "still.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.2")
+    assert (code, names(tmp_path)) == (0, ["0.png", "1.png"])
+    assert "the scene has no animation, so nothing moves" in err
+
+
+@pytest.mark.parametrize(
+    ("output", "arguments", "says"),
+    [
+        ("o.png", ["--seconds", "1"], "--seconds, --fps and --resume are for out.mp4 or pictures such as"),
+        ("o.png", ["--fps", "30"], "--seconds, --fps and --resume are for"),
+        ("o.png", ["--resume"], "--seconds, --fps and --resume are for"),
+        ("o.mp4", ["--fps", "0"], "--fps 0: must be above 0 and at most 1000"),
+        ("o.mp4", ["--fps", "-5"], "--fps -5: must be"),
+        ("o.mp4", ["--fps", "nan"], "--fps nan: must be"),
+        ("o.mp4", ["--seconds", "0"], "--seconds 0: must be above 0"),
+        ("o.mp4", ["--seconds", "inf"], "--seconds inf: must be"),
+        ("o.mp4", ["--seconds", "1e300"], "over 1000000 pictures"),
+        ("o.mp4", ["--start", "1"], "--seconds is needed"),
+        ("o.mp4", ["--start", "nan"], "nan is not a number of seconds"),
+        ("o.mp4", ["--animation", "jump"], "no animation 'jump'; the scene has 0 'wait', 1 'go'"),
+        ("o.mp4", ["--animation", "2"], "no animation 2"),
+        ("o.mp4", ["--size", "9x4"], "a film needs an even width and height, not 9x4"),
+        ("o.mp4", ["--aov", "normal"], "a film holds no buffers"),
+        ("nowhere/o.mp4", [], "there is no folder"),
+        ("%d.jpg", [], "must end in .png, .exr or .mp4"),
+        ("%d%d.png", [], "needs one %d"),
+        ("%d.png", ["--aov", "nonsense"], "no AOV 'nonsense'"),
+        ("%d.png", ["--camera", "top"], "no camera 'top'"),
+    ],
+)
+def test_bad_input_is_one_line_and_no_file(run, scene, tmp_path, output, arguments, says):
+    code, out, err = run("render", "m.glb", "-o", tmp_path / output, "--size", "8x4", *arguments)
+    said = [line for line in err.splitlines() if line.startswith("pica:")]
+    assert (code, out, len(said)) == (2, "", 1)
+    assert says in said[0]
+    assert not list(tmp_path.iterdir())
+
+
+def test_resuming_in_another_size_is_refused(run, scene, tmp_path):
+    arguments = ["render", "m.glb", "-o", tmp_path / "%d.png", "--fps", "10", "--seconds", "0.2"]
+    run(*arguments, "--size", "8x4")
+    (tmp_path / "0.png").unlink()
+    code, _, err = run(*arguments, "--size", "10x4", "--resume")
+    assert code == 2 and "1.png is 8x4, not 10x4" in err
+
+
+def test_a_folder_that_is_a_file(run, scene, tmp_path):
+    (tmp_path / "frames").write_text("")
+    code, _, err = run("render", "m.glb", "-o", tmp_path / "frames" / "%d.png", *SMALL)
+    assert code == 2 and f"pica: {tmp_path / 'frames'}: " in err
+
+
+@needs_assets
+def test_box_animated_on_the_device(run, tmp_path):
+    box = ASSETS / "BoxAnimated" / "BoxAnimated.gltf"
+    more = ["--size", "32x18", "--frames", "2", "--fps", "2", "--seconds", "2"]
+    code, _, err = run("render", box, "-o", tmp_path / "out.mp4", *more)
+    assert code == 0, err
+    with av.open(tmp_path / "out.mp4") as film:
+        assert float(film.streams.video[0].average_rate) == 2
+        pictures = [frame.to_ndarray(format="rgb24").astype(int) for frame in film.decode(video=0)]
+    assert np.shape(pictures) == (4, 18, 32, 3)
+    assert (np.abs(np.diff(pictures, axis=0)).max((1, 2, 3)) > 20).all()
