@@ -220,10 +220,8 @@ class GpuScene:
     def _flush(self, recording: Recording) -> None:
         """Upload the tables, build the top level, and let the block know where everything is now."""
         for table in (self._instances, self._records, self.materials.table):
-            table.flush(recording.encoder)
-        recording.profiler.begin(recording.encoder, "top level")
-        self.rt_scene.build(recording.encoder)
-        recording.profiler.end(recording.encoder)
+            table.flush(recording)
+        self.rt_scene.build(recording)
         self.block.bind(
             tlas=self.rt_scene.structure,
             positions=self.geometry.positions,

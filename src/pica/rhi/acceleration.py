@@ -9,6 +9,7 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.rhi.device import Device
+from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
 
 # VkAccelerationStructureInstanceKHR: transform, custom index and mask, hit group offset and flags, address.
@@ -179,7 +180,7 @@ class RtScene:
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        usage = spy.BufferUsage.shader_resource | spy.BufferUsage.acceleration_structure_build_input
+        usage = spy.BufferUsage.unordered_access | spy.BufferUsage.acceleration_structure_build_input
         self.slots = HostTable(device, "rt objects", INSTANCE, usage)
         self._objects: dict[int, RtObject] = {}  # a top level does not keep its parts alive
         self._built: tuple[spy.Buffer, spy.AccelerationStructureBuildDesc, spy.Buffer] | None = None
@@ -207,15 +208,17 @@ class RtScene:
             del self._objects[slot]
         self.slots.give_back(slots.start, len(slots))
 
-    def build(self, encoder: spy.CommandEncoder) -> None:
+    def build(self, recording: Recording) -> None:
         """Record the upload of what changed and the build of the top level; `structure` may be a new one after it."""
-        self.slots.flush(encoder)
+        self.slots.flush(recording)
         if self._built is None or self._built[0] is not self.slots.buffer:
             self._prepare()
         assert self._built is not None
-        encoder.build_acceleration_structure(
+        recording.profiler.begin(recording.encoder, "top level")
+        recording.encoder.build_acceleration_structure(
             desc=self._built[1], dst=self.structure, src=None, scratch_buffer=self._built[2]
         )
+        recording.profiler.end(recording.encoder)
 
     def _prepare(self) -> None:
         # As many instances as the buffer holds: rows that nobody uses are zero, which Vulkan counts as inactive.

@@ -107,6 +107,11 @@ class Device:
         yield recording
         self.handle.submit_command_buffer(recording.encoder.finish())
 
+    @cached_property
+    def scatter(self) -> ComputePass:
+        """Writes rows to their places in tables (tables.py)."""
+        return self.compute("rhi/scatter.slang")
+
     def count_memory(self, size: int) -> None:
         """Book `size` bytes taken (or, negative, given back)."""
         self.memory += size
