@@ -129,7 +129,7 @@ def orthographic(eye, target, height: float, near: float = 0.1, far: float = 20.
 def projected(camera: Camera, points, size) -> np.ndarray:
     """(n, 2) pixels right and down from the upper left corner at which world points (n, 3) are seen."""
     width, height = size
-    local = (np.asarray(points) - camera.transform[:3, 3]) @ camera.transform[:3, :3]
+    local = np.einsum("ni,ij->nj", np.asarray(points) - camera.transform[:3, 3], camera.transform[:3, :3])
     half = np.tan(camera.vertical_fov / 2) if camera.orthographic_height is None else camera.orthographic_height / 2
     scale = half * (-local[:, 2:] if camera.orthographic_height is None else 1)
     ndc = local[:, :2] / scale * (height / width, 1)

@@ -5,6 +5,8 @@ import numpy as np
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
 from pica.rhi.schedulers import PipelineTracer
+from pica.scene.model import Scene
+from pica.settings import Settings
 
 CAMERA, SURFACE, SHADOW = range(3)
 """RayType of rhi/ray_effect.slang."""
@@ -27,13 +29,17 @@ def fields_of(layout) -> list[tuple[str, int, int]]:
     return [(field.name, field.offset, field.type_layout.size) for field in layout.fields]
 
 
+def gpu_scene(device: Device, scene: Scene) -> GpuScene:
+    return GpuScene(device, scene, Settings().geometry.rebuild_at)
+
+
 class RayCaster:
     """Casts rays at a scene and says what they meet."""
 
-    def __init__(self, device: Device, scene) -> None:
+    def __init__(self, device: Device, scene: Scene) -> None:
         self.device = device
-        self.scene = GpuScene(device, scene)
-        self.tracer = PipelineTracer(device, self.scene.block)
+        self.scene = gpu_scene(device, scene)
+        self.tracer = PipelineTracer(device, self.scene)
         self.update()
 
     def update(self) -> None:

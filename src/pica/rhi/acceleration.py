@@ -79,7 +79,7 @@ class RtGeometry:
             desc=self._descs[0], dst=self.structure, src=None, scratch_buffer=self._scratch, queries=queries or []
         )
         if not self._deforms:
-            self._device.count_memory(-self._scratch.size)
+            self._device.give_back(self._scratch)
             self._scratch = None
 
     def refit(self, encoder: spy.CommandEncoder, positions: spy.Buffer, indices: spy.Buffer) -> None:
@@ -104,7 +104,9 @@ class RtGeometry:
 
     def forget(self) -> None:
         """Book the memory as given back; the structure goes when its last user does."""
-        self._device.count_memory(-self._size - (self._scratch.size if self._scratch else 0))
+        self._device.count_memory(-self._size)
+        if self._scratch is not None:
+            self._device.give_back(self._scratch)
 
     def _use(self, positions: spy.Buffer, indices: spy.Buffer) -> None:
         if self._buffers is not None and self._buffers[0] is positions and self._buffers[1] is indices:
@@ -237,7 +239,8 @@ class RtScene:
         )
         sizes = self._device.handle.get_acceleration_structure_sizes(desc)
         if self._built is not None:
-            self._device.count_memory(-self._size - self._built[2].size)
+            self._device.count_memory(-self._size)
+            self._device.give_back(self._built[2])
         scratch = self._device.buffer("rt scene scratch", size=max(sizes.scratch_size, 4))
         self._size = sizes.acceleration_structure_size
         self._device.count_memory(self._size)

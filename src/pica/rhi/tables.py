@@ -88,7 +88,7 @@ class HostTable:
         self._touched = []
         size = self.rows.dtype.itemsize
         if len(self.rows) * size > self.buffer.size:
-            self._device.count_memory(-self.buffer.size)
+            self._device.give_back(self.buffer)
             self.buffer = self._device.structured(self._label, self.rows, self._usage)
             return
         raw = self.rows.view(np.uint8).reshape(len(self.rows), size)
@@ -103,6 +103,7 @@ class HostTable:
 
     def _scatter(self, recording: Recording, rows: NDArray[np.int64], content: NDArray[np.uint8]) -> None:
         if self._staging is None or self._staging[0].size < content.nbytes:
+            self._device.give_back(*(self._staging or ()))
             self._staging = (
                 self._device.buffer("rows", size=2 * content.nbytes, struct_size=4),
                 self._device.buffer("places of rows", size=8 * len(rows), struct_size=4),
@@ -149,4 +150,4 @@ class DeviceTable:
         size = max(count * self._stride, 2 * old.size)
         self.buffer = self._device.buffer(self._label, size=size, struct_size=self._stride, usage=self._usage)
         encoder.copy_buffer(self.buffer, 0, old, 0, old.size)
-        self._device.count_memory(-old.size)
+        self._device.give_back(old)
