@@ -150,6 +150,15 @@ def test_what_stops_deforming_stands_still_in_the_motion_vectors(device):
     assert np.abs(renderer.render(1, CAMERA).aov("motion")).max() < 1e-3
 
 
+def test_what_was_moved_stands_still_in_the_motion_vectors_after(device):
+    ball = placed(sphere(0.5, lambert()))
+    renderer = renderer_of(scene_of(ball, environment=uniform(1, 1, 1)), device)
+    renderer.render(1, CAMERA)
+    ball.transform = move(x=0.3)
+    assert np.abs(renderer.render(3, CAMERA).aov("motion")).max() > 1
+    assert np.abs(renderer.render(1, CAMERA).aov("motion")).max() < 1e-3
+
+
 def test_loose_trees_are_noticed():
     root, _, bar = bending_bar()
     scene_of(root)

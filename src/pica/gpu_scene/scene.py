@@ -88,6 +88,11 @@ class GpuScene:
         """INSTANCE rows, by a record's `instance`."""
         return self._instances.rows
 
+    def labels(self) -> NDArray[np.uint32]:
+        """(records, 2) the node and the material of each record as they are now, both counted from 1."""
+        records = self.records
+        return np.stack([self.instances["node"][records["instance"]], records["material"] + 1], axis=1)
+
     @cached_property
     def draws(self) -> list[DrawList]:
         """What raster draws; made when first asked for after a change."""
@@ -114,7 +119,7 @@ class GpuScene:
             self._make_lights()
         elif any(node.light is not None for node in changes.moved):
             self.lights.update(recording.encoder)
-        if changes.removed or added or moved or again:
+        if changes.removed or added or moved or again or self._just_moved:
             self._flush(recording)
         self._just_moved, self._just_deformed = moved, deformed
         return changes.any()

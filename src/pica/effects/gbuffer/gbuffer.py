@@ -90,6 +90,11 @@ class GBufferEffect:
         )
         self._resolve = device.compute(f"{_FOLDER}/resolve.slang")
 
+    @property
+    def names(self) -> list[str]:
+        """What the textures of the G-buffer are called."""
+        return list(self._buffer.textures)
+
     def __call__(self, frame: FrameContext, scene: GpuScene) -> GBuffer:
         """The G-buffer of this frame."""
         textures = self._buffer.textures
