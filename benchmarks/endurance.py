@@ -64,7 +64,10 @@ def main() -> None:
                 node.weights = [np.sin(0.1 * frame)]
         renderer.advance(camera)
         if frame % max(arguments.frames // 20, 1) == 0:
-            print(f"{frame} frames: resident {resident():.1f} MB, device {renderer.device.memory / 2**20:.2f} MB", flush=True)
+            print(
+                f"{frame} frames: resident {resident():.1f} MB, device {renderer.device.memory / 2**20:.2f} MB",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

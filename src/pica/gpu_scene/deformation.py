@@ -66,15 +66,15 @@ class Deformation:
 
     def update_structures(self, recording: Recording) -> None:
         """Record the refit or rebuild of the bottom level, after every node's vertices are in place."""
-        rebuild = self._refits is None or (
-            self._refits % _CHECK_EVERY == _CHECK_EVERY - 1 and self._looseness.now() > self._rebuild_at
-        )
+        refits = self._refits or 0
+        look = refits % _CHECK_EVERY == _CHECK_EVERY - 1
+        rebuild = self._refits is None or not self._rebuild_at or (look and self._looseness.now() > self._rebuild_at)
         for structure in self._structures:
             update = structure.build if rebuild else structure.refit
             update(recording.encoder, self._geometry.positions, self._geometry.indices)
-        if rebuild:
+        if rebuild and self._rebuild_at:
             self._looseness.reset()
-        self._refits = 0 if rebuild else (self._refits or 0) + 1
+        self._refits = 0 if rebuild else refits + 1
 
 
 def _parameters(device: Device, placed: PlacedSection, node: Node) -> dict[str, Any]:
