@@ -86,17 +86,19 @@ class Renderer:
     def render(self, frames: int = 16, camera: Camera | None = None, progress: Progress | None = None) -> Frame:
         """Render `frames` frames and return the last, which holds the mean of all since something moved.
 
+        The G-buffer's AOVs are those of the first of these frames, when motion is that since the call before.
         `camera` None takes the scene's first, or one that shows the whole scene. `progress(done, frames)` is called
         after each frame.
         """
         camera = camera or self.scene.default_camera(self.size[0] / self.size[1])
-        buffers: dict[str, spy.Texture] = {}
         for done in range(max(frames, 1)):
             buffers = self.advance(camera)
+            if done == 0:
+                seen = copies(self.device, {name: buffers[name] for name in self.gbuffer.names})
             if progress is not None:
                 progress(done + 1, frames)
-        kept = copies(self.device, buffers)
-        aovs = gbuffer_aovs(kept, self._gpu_scene, camera)
+        kept = copies(self.device, {name: buffers[name] for name in buffers if name not in seen})
+        aovs = gbuffer_aovs(seen, self._gpu_scene, camera)
         if "shadows" in kept:
             aovs["shadows"] = lambda: visibility_layers(kept["shadows"].to_numpy(), self._slots.count)
         return Frame(

@@ -41,9 +41,9 @@ class VisibilitySettings(_Checked):
 class GeometrySettings(_Checked):
     """Meshes that deform."""
 
-    rebuild_at: float = _range(1.0, 100.0, 1.5)
+    rebuild_at: float = _range(0.0, 100.0, 1.5)
     """Cost of a refitted bottom-level structure over its cost when built at which it is built anew. Higher: fewer
-    rebuilds, slower rays in between."""
+    rebuilds, slower rays in between; 0: always."""
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,11 @@ def gbuffer_aovs(
     def fetch(name: str) -> Array:
         return np.asarray(textures[name].to_numpy())
 
-    def records() -> tuple[Array, Array]:
+    labels = scene.labels()  # of now: a later frame may have other nodes
+
+    def label(which: int) -> Array:
         seen = fetch("visibility")[..., 0].astype(np.int64)
-        return seen > 0, scene.records[np.maximum(seen - 1, 0)] if len(scene.records) else seen
+        return np.where(seen > 0, labels[np.maximum(seen - 1, 0), which], 0).astype(np.uint32)
 
     def depth() -> Array:
         values = fetch("depth")
@@ -36,18 +38,6 @@ def gbuffer_aovs(
             if camera.orthographic_height is None:
                 return np.asarray(camera.near / values, np.float32)
         return np.where(values > 0, camera.far - values * (camera.far - camera.near), np.inf).astype(np.float32)
-
-    def instance() -> Array:
-        covered, found = records()
-        if not covered.any():
-            return np.zeros(covered.shape, np.uint32)
-        return np.where(covered, scene.instances["node"][found["instance"]], 0).astype(np.uint32)
-
-    def material() -> Array:
-        covered, found = records()
-        if not covered.any():
-            return np.zeros(covered.shape, np.uint32)
-        return np.where(covered, found["material"] + 1, 0).astype(np.uint32)
 
     return {
         "depth": depth,
@@ -58,8 +48,8 @@ def gbuffer_aovs(
         "roughness": lambda: ((fetch("material")[..., 2] & 0xFFFF) / 65535).astype(np.float32),
         "emission": lambda: fetch("emission")[..., :3],
         "motion": lambda: fetch("motion")[..., :2],
-        "instance": instance,
-        "material": material,
+        "instance": lambda: label(0),
+        "material": lambda: label(1),
     }
 
 

@@ -59,6 +59,10 @@ class FrameSequence:
         """Start again from frame 0."""
         self._previous, self._index = None, 0
 
+    def rewind(self) -> None:
+        """Count from frame 0 again, but remember the camera before."""
+        self._index = 0
+
     def begin(self, camera: Camera, jittered: bool = True) -> FrameContext:
         """The next frame. Frame 0 looks through the pixel centres, those after it round about them."""
         started = time.perf_counter()

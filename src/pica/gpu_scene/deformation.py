@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.gpu_scene.geometry import GeometryBuffers, PlacedSection
@@ -24,6 +25,7 @@ class Deformation:
         self, device: Device, deform: ComputePass, node: Node, geometry: GeometryBuffers, rebuild_at: float
     ) -> None:
         """`deform`: the pass of deform.slang. `rebuild_at`: GeometrySettings.rebuild_at."""
+        self._device = device
         self._node = node
         self._rebuild_at = rebuild_at
         mesh = geometry.mesh(node)
@@ -37,6 +39,11 @@ class Deformation:
         self._sections = [(p, _parameters(device, p, node)) for p in mesh.sections]
         self._looseness = Looseness([p.section for p in mesh.sections], node)
         self._refits: int | None = None
+
+    def forget(self) -> None:
+        """The node goes: book its buffers as given back."""
+        buffers = [v for _, parameters in self._sections for v in parameters.values() if isinstance(v, spy.Buffer)]
+        self._device.give_back(self._matrices, self._weights, *buffers)
 
     def __call__(self, recording: Recording) -> None:
         """Record the deformation to the node's present weights and joints, and a refit or a rebuild."""
@@ -59,15 +66,15 @@ class Deformation:
 
     def update_structures(self, recording: Recording) -> None:
         """Record the refit or rebuild of the bottom level, after every node's vertices are in place."""
-        rebuild = self._refits is None or (
-            self._refits % _CHECK_EVERY == _CHECK_EVERY - 1 and self._looseness.now() > self._rebuild_at
-        )
+        refits = self._refits or 0
+        look = refits % _CHECK_EVERY == _CHECK_EVERY - 1
+        rebuild = self._refits is None or not self._rebuild_at or (look and self._looseness.now() > self._rebuild_at)
         for structure in self._structures:
             update = structure.build if rebuild else structure.refit
             update(recording.encoder, self._geometry.positions, self._geometry.indices)
-        if rebuild:
+        if rebuild and self._rebuild_at:
             self._looseness.reset()
-        self._refits = 0 if rebuild else (self._refits or 0) + 1
+        self._refits = 0 if rebuild else refits + 1
 
 
 def _parameters(device: Device, placed: PlacedSection, node: Node) -> dict[str, Any]:

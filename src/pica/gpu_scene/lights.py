@@ -80,6 +80,10 @@ class LightTable:
             "emissiveLight": len(rows) if self.emissive_light is None else self.emissive_light,
         }
 
+    def buffers(self) -> list[spy.Buffer]:
+        """What the table takes on the device."""
+        return [value for value in self.parameters.values() if isinstance(value, spy.Buffer)]
+
     def update(self, encoder: spy.CommandEncoder) -> None:
         """Upload the lights anew after some moved. How often each is chosen stays as it was."""
         for index, node in enumerate(self._nodes):

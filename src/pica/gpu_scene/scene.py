@@ -66,7 +66,7 @@ class GpuScene:
         self._node_numbers = 0
         self._just_moved: list[Node] = []
         self._just_deformed: list[Node] = []
-        self.lights: LightTable
+        self.lights = LightTable(device, scene, [])
         self.block = device.parameter_block("shaders/scene.slang", "scene")
         self.block.bind(environment=environment_map(device, scene.environment))
         with device.record() as recording:
@@ -93,6 +93,11 @@ class GpuScene:
     def material_types(self) -> MaterialTypeSet:
         """The material types in use; programs that evaluate materials are built for them."""
         return self.materials.types
+
+    def labels(self) -> NDArray[np.uint32]:
+        """(records, 2) the node and the material of each record as they are now, both counted from 1."""
+        records = self.records
+        return np.stack([self.instances["node"][records["instance"]], records["material"] + 1], axis=1)
 
     @cached_property
     def draws(self) -> list[DrawList]:
@@ -157,7 +162,7 @@ class GpuScene:
             self._record_sections[record] = placement.sections[index % sections]
         if node.deforms:
             self._deformations[node] = Deformation(self._device, self._deform, node, self.geometry, self._rebuild_at)
-        self.__dict__.pop("draws", None)
+        self._forget_draws()
         return True
 
     def _remove(self, node: Node) -> None:
@@ -171,9 +176,10 @@ class GpuScene:
             del self._record_sections[record]
         for section in placement.sections:
             self.materials.release(section.material)
-        self._deformations.pop(node, None)
+        if node in self._deformations:
+            self._deformations.pop(node).forget()
         self.geometry.release(node)
-        self.__dict__.pop("draws", None)
+        self._forget_draws()
 
     def _move(self, nodes: list[Node]) -> None:
         """All at once: a hundred small NumPy calls cost more than their arithmetic."""
@@ -191,7 +197,7 @@ class GpuScene:
         self._instances.touch(instances)
         self.rt_scene.move(objects, np.repeat(now, np.repeat(parts, counts), axis=0))
         if (_mirrored(before) != _mirrored(now)).any():
-            self.__dict__.pop("draws", None)
+            self._forget_draws()
 
     def _place_objects(self, nodes: list[Node]) -> None:
         for node in nodes:
@@ -217,12 +223,17 @@ class GpuScene:
                 self._deformations[node].update_structures(recording)
             recording.profiler.end(recording.encoder)
 
+    def _forget_draws(self) -> None:
+        for draws in self.__dict__.pop("draws", ()):
+            self._device.give_back(draws.arguments)
+
     def _make_lights(self) -> None:
         shining = [
             EmissiveSection(record, section, self.instances[self.records[record]["instance"]]["to_world"])
             for record, section in self._record_sections.items()
             if average_emission(section.material) > 0
         ]
+        self._device.give_back(*self.lights.buffers())
         self.lights = LightTable(self._device, self.source, shining)
         for shone in shining:
             self._records.rows[shone.record]["first_emissive"] = self.lights.first_emissive[shone.record]
@@ -231,10 +242,8 @@ class GpuScene:
     def _flush(self, recording: Recording) -> None:
         """Upload the tables, build the top level, and let the block know where everything is now."""
         for table in (self._instances, self._records, self.materials.table):
-            table.flush(recording.encoder)
-        recording.profiler.begin(recording.encoder, "top level")
-        self.rt_scene.build(recording.encoder)
-        recording.profiler.end(recording.encoder)
+            table.flush(recording)
+        self.rt_scene.build(recording)
         self.block.bind(
             tlas=self.rt_scene.structure,
             positions=self.geometry.positions,

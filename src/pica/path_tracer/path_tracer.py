@@ -64,7 +64,7 @@ class PathTracer:
     ) -> Frame:
         """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each."""
         camera = camera or self.scene.default_camera(self.size[0] / self.size[1])
-        self._frames.reset()
+        self._frames.rewind()
         for done in range(max(samples, 1)):
             frame = self._frames.begin(camera, jittered=False)
             self._gpu_scene.update(frame)

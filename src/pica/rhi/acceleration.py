@@ -10,6 +10,7 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.rhi.device import Device
+from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
 
 # VkAccelerationStructureInstanceKHR: transform, custom index and mask, hit group offset and flags, address.
@@ -83,7 +84,7 @@ class RtGeometry:
             desc=self._descs[0], dst=self.structure, src=None, scratch_buffer=self._scratch, queries=queries or []
         )
         if not self.deforms:
-            self._device.count_memory(-self._scratch.size)
+            self._device.give_back(self._scratch)
             self._scratch = None
 
     def refit(self, encoder: spy.CommandEncoder, positions: spy.Buffer, indices: spy.Buffer) -> None:
@@ -109,7 +110,9 @@ class RtGeometry:
 
     def forget(self) -> None:
         """Book the memory as given back; the structure goes when its last user does."""
-        self._device.count_memory(-self._size - (self._scratch.size if self._scratch else 0))
+        self._device.count_memory(-self._size)
+        if self._scratch is not None:
+            self._device.give_back(self._scratch)
 
     def _use(self, positions: spy.Buffer, indices: spy.Buffer) -> None:
         if self.buffers is not None and self.buffers[0] is positions and self.buffers[1] is indices:
@@ -187,7 +190,7 @@ class RtScene:
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        usage = spy.BufferUsage.shader_resource | spy.BufferUsage.acceleration_structure_build_input
+        usage = spy.BufferUsage.unordered_access | spy.BufferUsage.acceleration_structure_build_input
         self.slots = HostTable(device, "rt objects", INSTANCE, usage)
         self.objects: dict[int, RtObject] = {}  # a top level does not keep its parts alive
         self._watchers: list[set[int]] = []
@@ -228,15 +231,17 @@ class RtScene:
             del self.objects[slot]
         self.slots.give_back(slots.start, len(slots))
 
-    def build(self, encoder: spy.CommandEncoder) -> None:
+    def build(self, recording: Recording) -> None:
         """Record the upload of what changed and the build of the top level; `structure` may be a new one after it."""
-        self.slots.flush(encoder)
+        self.slots.flush(recording)
         if self._built is None or self._built[0] is not self.slots.buffer:
             self._prepare()
         assert self._built is not None
-        encoder.build_acceleration_structure(
+        recording.profiler.begin(recording.encoder, "top level")
+        recording.encoder.build_acceleration_structure(
             desc=self._built[1], dst=self.structure, src=None, scratch_buffer=self._built[2]
         )
+        recording.profiler.end(recording.encoder)
 
     def _prepare(self) -> None:
         # As many instances as the buffer holds: rows that nobody uses are zero, which Vulkan counts as inactive.
@@ -255,7 +260,8 @@ class RtScene:
         )
         sizes = self._device.handle.get_acceleration_structure_sizes(desc)
         if self._built is not None:
-            self._device.count_memory(-self._size - self._built[2].size)
+            self._device.count_memory(-self._size)
+            self._device.give_back(self._built[2])
         scratch = self._device.buffer("rt scene scratch", size=max(sizes.scratch_size, 4))
         self._size = sizes.acceleration_structure_size
         self._device.count_memory(self._size)

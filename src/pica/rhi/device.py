@@ -113,10 +113,20 @@ class Device:
         yield recording
         self.handle.submit_command_buffer(recording.encoder.finish())
 
+    @cached_property
+    def scatter(self) -> ComputePass:
+        """Writes rows to their places in tables (tables.py)."""
+        return self.compute("rhi/scatter.slang")
+
     def count_memory(self, size: int) -> None:
         """Book `size` bytes taken (or, negative, given back)."""
         self.memory += size
         self.peak_memory = max(self.peak_memory, self.memory)
+
+    def give_back(self, *resources: spy.Buffer | spy.Texture) -> None:
+        """Book resources as no longer needed; each goes when its last user does."""
+        for resource in resources:
+            self.count_memory(-resource.memory_usage.device)
 
     def buffer(
         self,
@@ -131,8 +141,9 @@ class Device:
         content: dict[str, Any] = {"size": max(size, 4)}
         if data is not None and data.nbytes:
             content = {"data": np.ascontiguousarray(data)}
-        self.count_memory(data.nbytes if data is not None else size)
-        return self.handle.create_buffer(usage=usage, struct_size=struct_size, label=label, **content)
+        buffer = self.handle.create_buffer(usage=usage, struct_size=struct_size, label=label, **content)
+        self.count_memory(buffer.memory_usage.device)
+        return buffer
 
     def structured(self, label: str, data: NDArray[Any], usage: spy.BufferUsage = _READ_WRITE) -> spy.Buffer:
         """A structured buffer with one element per item of the (n,) structured or (n, k) array."""

@@ -7,7 +7,9 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.rhi.device import Device
+from pica.rhi.passes import Recording
 
+_MANY_RUNS = 8
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 
 
@@ -49,6 +51,7 @@ class HostTable:
         self._device, self._label, self._usage = device, label, usage
         self._runs = Runs()
         self._touched: list[NDArray[np.int64]] = []
+        self._staging: tuple[spy.Buffer, spy.Buffer] | None = None
         self.rows: NDArray[Any] = np.zeros(1, row)
         self.buffer = device.structured(label, self.rows, usage)
 
@@ -77,26 +80,47 @@ class HostTable:
         """These rows have changed."""
         self._touched.append(rows)
 
-    def flush(self, encoder: spy.CommandEncoder) -> None:
+    def flush(self, recording: Recording) -> None:
         """Upload what changed; a table that has outgrown its buffer gets a new one."""
         if not self._touched:
             return
+        rows = np.unique(np.concatenate(self._touched))
+        self._touched = []
         size = self.rows.dtype.itemsize
         if len(self.rows) * size > self.buffer.size:
-            self._device.count_memory(-self.buffer.size)
+            self._device.give_back(self.buffer)
             self.buffer = self._device.structured(self._label, self.rows, self._usage)
-        else:
-            raw = self.rows.view(np.uint8).reshape(len(self.rows), size)
-            for run in _runs(np.concatenate(self._touched), gap=1024 // size):
-                first, end = int(run[0]), int(run[-1]) + 1
-                encoder.upload_buffer_data(self.buffer, first * size, raw[first:end])
-        self._touched = []
+            return
+        raw = self.rows.view(np.uint8).reshape(len(self.rows), size)
+        # An upload costs the host more than a few rows: neighbours go together, and many far apart by a shader.
+        splits = np.flatnonzero(np.diff(rows) > 1024 // size) + 1
+        if len(splits) >= _MANY_RUNS:
+            self._scatter(recording, rows, raw[rows])
+            return
+        for run in np.split(rows, splits):
+            first, end = int(run[0]), int(run[-1]) + 1
+            recording.encoder.upload_buffer_data(self.buffer, first * size, raw[first:end])
 
-
-def _runs(rows: NDArray[np.int64], gap: int) -> list[NDArray[np.int64]]:
-    """The rows in order, split where more than `gap` lie between two: an upload costs more than a few rows."""
-    ordered = np.unique(rows)
-    return [run for run in np.split(ordered, np.flatnonzero(np.diff(ordered) > gap) + 1) if len(run)]
+    def _scatter(self, recording: Recording, rows: NDArray[np.int64], content: NDArray[np.uint8]) -> None:
+        if self._staging is None or self._staging[0].size < content.nbytes:
+            self._device.give_back(*(self._staging or ()))
+            self._staging = (
+                self._device.buffer("rows", size=2 * content.nbytes, struct_size=4),
+                self._device.buffer("places of rows", size=8 * len(rows), struct_size=4),
+            )
+        source, places = self._staging
+        recording.encoder.upload_buffer_data(source, 0, content)
+        recording.encoder.upload_buffer_data(places, 0, rows.astype(np.uint32))
+        words = content.nbytes // 4
+        self._device.scatter(
+            recording,
+            (words, 1, 1),
+            source=source,
+            places=places,
+            table=self.buffer,
+            wordsPerRow=content.shape[1] // 4,
+            wordCount=words,
+        )
 
 
 class DeviceTable:
@@ -126,4 +150,4 @@ class DeviceTable:
         size = max(count * self._stride, 2 * old.size)
         self.buffer = self._device.buffer(self._label, size=size, struct_size=self._stride, usage=self._usage)
         encoder.copy_buffer(self.buffer, 0, old, 0, old.size)
-        self._device.count_memory(-old.size)
+        self._device.give_back(old)

@@ -93,6 +93,11 @@ class GBufferEffect:
         )
         self._resolve = ForTypes(lambda types: device.compute(f"{_FOLDER}/resolve.slang", types=types))
 
+    @property
+    def names(self) -> list[str]:
+        """What the textures of the G-buffer are called."""
+        return list(self._buffer.textures)
+
     def __call__(self, frame: FrameContext, scene: GpuScene) -> GBuffer:
         """The G-buffer of this frame."""
         textures = self._buffer.textures
