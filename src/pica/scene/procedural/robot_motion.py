@@ -15,7 +15,7 @@ STRIDE = 0.32
 """About how many metres a walker goes before the same foot is down again."""
 LIFT = 0.05
 """Metres between a foot and the floor in mid-step."""
-KEYS_PER_STRIDE = 8
+KEYS_PER_STRIDE = 16
 
 
 def go_round(robot: Node, lane: Lane, start: float, rng: np.random.Generator) -> list[Channel]:
