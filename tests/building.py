@@ -71,7 +71,11 @@ def checkered(alpha_low: int = 0, cells: int = 4) -> Image:
 def leaves(mode: AlphaMode = AlphaMode.MASK, **more) -> Material:
     """A material with holes: fields of a board, sharp at their edges."""
     return lambert(
-        0.8, alpha_mode=mode, base_color_texture=Texture(checkered(40), Sampler(linear=False)), double_sided=True, **more
+        0.8,
+        alpha_mode=mode,
+        base_color_texture=Texture(checkered(40), Sampler(linear=False)),
+        double_sided=True,
+        **more,
     )
 
 

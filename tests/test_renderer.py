@@ -12,7 +12,19 @@ from pica.scene.camera import Camera
 from pica.scene.light import PointLight
 from pica.scene.procedural.placing import move
 from pica.scene.procedural.primitives import box, plane
-from tests.building import CAMERA, SIZE, lambert, placed, render, scene_of, settings, shining, still_life, trace, uniform
+from tests.building import (
+    CAMERA,
+    SIZE,
+    lambert,
+    placed,
+    render,
+    scene_of,
+    settings,
+    shining,
+    still_life,
+    trace,
+    uniform,
+)
 
 OTHER = Camera.look_at((-1.5, 1.2, 2.5), (0, 0.3, 0))
 
@@ -259,7 +271,10 @@ def test_unknown_aov_is_named(renderer):
 
 def test_two_scenes_side_by_side_on_one_device(device):
     """Their blocks, profilers and noise do not get in each other's way."""
-    first, second = pica.Renderer(still_life(), SIZE, device=device), pica.Renderer(pica.scenes.cornell(), device=device)
+    first, second = (
+        pica.Renderer(still_life(), SIZE, device=device),
+        pica.Renderer(pica.scenes.cornell(), device=device),
+    )
     mixed = []
     for _ in range(3):
         mixed.append(first.render(1, CAMERA).color)

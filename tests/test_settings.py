@@ -25,7 +25,7 @@ def test_values_given_as_text_take_the_setting_s_type():
 @pytest.mark.parametrize(
     ("path", "text", "says"),
     [
-        ("shadows.max_lights", "33", "shadows.max_lights: 33 is outside 1 to 32"),
+        ("shadows.max_lights", "30", "shadows.max_lights: 30 is outside 1 to 29"),
         ("shadows.max_lights", "2.5", "shadows.max_lights: '2.5' is not a int"),
         ("shadows.mode", "fuzzy", "shadows.mode: 'fuzzy' is not one of soft, hard, off"),
         ("post.exposure", "nan", "post.exposure: nan is outside"),

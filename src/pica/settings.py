@@ -64,9 +64,9 @@ class ShadowsSettings(_Checked):
 
     mode: Literal["soft", "hard", "off"] = "soft"
     """soft: one ray a frame to a random point of the light; hard: to its centre; off: no shadows."""
-    max_lights: int = _range(1, 32, 8)
+    max_lights: int = _range(1, 29, 8)
     """Lights with a shadow ray of their own. Higher: less noise with many lights, more rays and memory;
-    the lights beyond share one ray."""
+    the lights beyond share one ray. Visibility has 32 bits a pixel, three of them for the shared rays."""
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--preset", "best"], "preset 'best'"),
         (["--set", "shadows.mode"], "not group.name=value"),
         (["--set", "shadows.tint=red"], "setting 'shadows.tint' does not exist"),
-        (["--set", "shadows.max_lights=99"], "99 is outside 1 to 32"),
+        (["--set", "shadows.max_lights=99"], "99 is outside 1 to 29"),
         (["--camera", "top"], "no camera 'top' in the scene; there are 'side'"),
         (["--camera", "side", "--fov", "30"], "--camera takes no"),
         (["--eye", "1,2,3"], "--eye and --target go together"),

@@ -117,10 +117,7 @@ def test_depth_of_a_plane_is_the_distance_along_the_axis(device, values):
 @pytest.mark.parametrize("perspective", [True, False], ids=["perspective", "orthographic"])
 def test_depth_of_a_slanted_plane_in_closed_form(device, values, perspective):
     """The floor y = 0 seen from above: the ray through each pixel centre meets it at a known distance."""
-    if perspective:
-        camera = Camera.look_at((0, 2, 3), (0, 0, -1), fov=40)
-    else:
-        camera = orthographic((0, 2, 3), (0, 0, -1), 2.5)
+    camera = Camera.look_at((0, 2, 3), (0, 0, -1), fov=40) if perspective else orthographic((0, 2, 3), (0, 0, -1), 2.5)
     frame = render(device, scene_of(placed(plane(200, 200, lambert()))), 1, camera, values=values)
     origins, directions = pixel_rays(camera, SIZE)
     distance = -origins[..., 1] / directions[..., 1]
@@ -189,7 +186,8 @@ def test_ids_and_material_values(device, values):
     ]
     empty = Node("empty")
     left, right = (
-        placed(plane(2, 10, material), move(x, 0, 0) @ turn("x", 90)) for material, x in zip(materials, (-1, 1))
+        placed(plane(2, 10, material), move(x, 0, 0) @ turn("x", 90))
+        for material, x in zip(materials, (-1, 1), strict=False)
     )
     scene = scene_of(empty, left, right)
     frame = render(device, scene, 1, orthographic((0, 0, 5), (0, 0, 0), 4.0, near=0.1), (64, 64), values)
@@ -299,7 +297,10 @@ def pixel_rays_at(camera, positions):
 CAMERAS = {
     "travel": (Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0)), Camera.look_at((0.5, 1.5, 3.3), (0.3, 0.5, -0.2))),
     "turn": (Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0)), Camera.look_at((0.2, 1.4, 3.5), (0.4, 0.3, 0))),
-    "zoom": (Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0), fov=45), Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0), fov=41)),
+    "zoom": (
+        Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0), fov=45),
+        Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0), fov=41),
+    ),
     "orthographic": (orthographic((0, 2, 3), (0, 0.3, 0), 3.0), orthographic((0.3, 2.2, 3), (0.2, 0.3, 0), 3.1)),
 }
 

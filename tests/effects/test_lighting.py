@@ -116,7 +116,9 @@ def test_irradiance_of_a_point_light(device):
     """I cos / distance squared."""
     height = 0.7
     floor = placed(plane(9, 9, lambert(0.6)))
-    color = render(device, scene_of(floor, shining(PointLight(intensity=5.0), move(0, height, 0))), 1, ABOVE, SIZE).color
+    color = render(
+        device, scene_of(floor, shining(PointLight(intensity=5.0), move(0, height, 0))), 1, ABOVE, SIZE
+    ).color
     x, z = floor_points(SIZE)
     square = x**2 + z**2 + height**2
     expected = 0.6 / math.pi * 5 * height / square**1.5
@@ -242,9 +244,9 @@ def many_lights(count):
     ]
 
 
-@pytest.mark.parametrize(("count", "slots"), [(12, 1), (12, 8), (40, 8), (33, 32)])
+@pytest.mark.parametrize(("count", "slots"), [(12, 1), (12, 8), (40, 8), (33, 29)])
 def test_lights_beyond_the_slots_share_one_ray_and_bring_all_their_light(device, count, slots):
-    """Up to 32 slots, and three more for all other lights, emissive triangles and the environment."""
+    """Up to 29 slots, and three more for all other lights, emissive triangles and the environment."""
     scene = stage(*many_lights(count), *lamp(), environment=uniform(0.3, 0.4, 0.5))
     values = {"shadows.max_lights": str(slots)}
     hybrid = render(device, scene, 128, VIEW, SIZE, values)
@@ -257,9 +259,9 @@ def test_with_all_slots_taken_each_light_keeps_its_own_shadow(device):
     """The strongest light is hidden everywhere, the last slot, the sky, nowhere."""
     roof = placed(plane(9, 9, lambert()), move(0, 50, 0))
     sun = shining(DirectionalLight(illuminance=1000.0), turn("x", -90))
-    rest = [shining(PointLight(intensity=1e-3), move(place / 32 - 0.5, 0.5, 0)) for place in range(31)]
+    rest = [shining(PointLight(intensity=1e-3), move(place / 28 - 0.5, 0.5, 0)) for place in range(29)]
     scene = scene_of(placed(plane(9, 9, lambert(1.0))), roof, sun, *rest, environment=uniform(1.0))
-    color = render(device, scene, 32, ABOVE, SIZE, {"shadows.max_lights": "32"}).color
+    color = render(device, scene, 32, ABOVE, SIZE, {"shadows.max_lights": "29"}).color
     assert color.mean() == pytest.approx(1.0, rel=0.03)
 
 
@@ -271,7 +273,7 @@ def test_shadow_layers_show_the_lights_one_by_one(device):
     layers = render(device, scene, 1, ABOVE, SIZE).aov("shadows")
     assert layers.shape == (48, 64, 2) and set(np.unique(layers)) == {0, 1}
     shade = layers == 0
-    assert 0 < shade[..., 1].sum() and shade[..., 1][:, :32].sum() != shade[..., 1][:, 32:].sum()
+    assert shade[..., 1].sum() > 0 and shade[..., 1][:, :32].sum() != shade[..., 1][:, 32:].sum()
     assert shade[..., 0].sum() < shade[..., 1].sum()
 
 
@@ -280,7 +282,11 @@ def test_emission_is_seen_on_the_front_only(device):
     for double_sided, angle, expected in ((False, 90, (3, 2, 1)), (True, -90, (3, 2, 1)), (False, -90, (0, 0, 0))):
         material.double_sided = double_sided
         frame = render(
-            device, scene_of(placed(plane(9, 9, material), turn("x", angle))), 1, Camera.look_at((0, 0, 2), (0, 0, 0)), SIZE
+            device,
+            scene_of(placed(plane(9, 9, material), turn("x", angle))),
+            1,
+            Camera.look_at((0, 0, 2), (0, 0, 0)),
+            SIZE,
         )
         np.testing.assert_allclose(frame.color, np.broadcast_to(expected, frame.color.shape), rtol=1e-6)
 

@@ -54,12 +54,19 @@ def test_shaders_project_as_numpy_does(device, camera):
     points = (local @ camera.transform[:3, :3].T + camera.transform[:3, 3]).astype(np.float32)
     block = device.parameter_block("shaders/frame.slang", "frame")
     constants = camera_constants(camera, SIZE)
-    block.bind(
-        camera=constants, previousCamera=constants, jitter=spy.float2(0), size=spy.uint2(*SIZE), index=0, seed=0
-    )
+    block.bind(camera=constants, previousCamera=constants, jitter=spy.float2(0), size=spy.uint2(*SIZE), index=0, seed=0)
     seen, back = (device.structured(name, np.zeros((64, 3), np.float32)) for name in ("seen", "back"))
     depths = device.structured("depths", np.zeros(64, np.float32))
-    run(device, PROJECT, 64, points=device.structured("points", points), seen=seen, back=back, depths=depths, frame=block)
+    run(
+        device,
+        PROJECT,
+        64,
+        points=device.structured("points", points),
+        seen=seen,
+        back=back,
+        depths=depths,
+        frame=block,
+    )
     pixels = read(seen, np.float32).reshape(-1, 3)
     np.testing.assert_allclose(pixels[:, :2], projected(camera, points, SIZE), atol=1e-3)
     np.testing.assert_allclose(pixels[:, 2], -local[:, 2], rtol=1e-5)

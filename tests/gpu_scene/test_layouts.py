@@ -72,7 +72,7 @@ def test_flags_and_constants_agree(device):
     from pica.gpu_scene import materials
 
     names = ("NOT_EMISSIVE", "MATERIAL_MASK", "MATERIAL_BLEND", "MATERIAL_DOUBLE_SIDED", "MATERIAL_UNLIT")
-    source = "import shaders.scene;\nRWStructuredBuffer<uint> values;\n[shader(\"compute\")] [numthreads(1, 1, 1)]\n"
+    source = 'import shaders.scene;\nRWStructuredBuffer<uint> values;\n[shader("compute")] [numthreads(1, 1, 1)]\n'
     source += "void main() { " + " ".join(f"values[{i}] = {name};" for i, name in enumerate(names)) + " }"
     values = device.structured("values", np.zeros(len(names), np.uint32))
     run(device, source, 1, values=values, scene=gpu_scene(device, scene_of()))

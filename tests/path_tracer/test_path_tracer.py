@@ -148,7 +148,9 @@ def test_sizes_of_objects_and_places_do_not_matter(device):
         floor = placed(plane(3, 3, lambert(0.5)), whole)
         eye = (whole @ (0.4, 1.5, 3.4, 1))[:3]
         camera = Camera.look_at(eye, (whole @ (0.1, 0.4, 0, 1))[:3], fov=42, near=0.01 * scale)
-        scene = scene_of(ball, floor, shining(DirectionalLight(illuminance=3.0), turn("x", -50)), environment=uniform(0.5))
+        scene = scene_of(
+            ball, floor, shining(DirectionalLight(illuminance=3.0), turn("x", -50)), environment=uniform(0.5)
+        )
         return trace(device, scene, 128, camera, SIZE).color.mean((0, 1))
 
     expected = picture(1, (0, 0, 0))

@@ -65,7 +65,8 @@ class PathTracer:
         """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each."""
         camera = camera or self.scene.default_camera(self.size[0] / self.size[1])
         self._frames.rewind()
-        for done in range(max(samples, 1)):
+        samples = max(samples, 1)
+        for done in range(samples):
             frame = self._frames.begin(camera, jittered=False)
             self._gpu_scene.update(frame)
             if done == 0:

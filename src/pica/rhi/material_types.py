@@ -166,7 +166,7 @@ class MaterialTypes:
         """The name of the one struct that implements the interface."""
         layout = loaded.layout
         interface = layout.find_type_by_name("IMaterialType")
-        structs = loaded.module_decl.children_of_kind(spy.DeclReflection.Kind.struct)
+        structs: Any = loaded.module_decl.children_of_kind(spy.DeclReflection.Kind.struct)
         found = [
             struct.name
             for struct in structs
@@ -199,7 +199,8 @@ class MaterialTypes:
 
 def _parameters(source: MaterialSource, struct: spy.TypeReflection | None) -> np.dtype[Any]:
     fields = []
-    for field in struct.fields if struct is not None else []:
+    known: Any = struct.fields if struct is not None else []
+    for field in known:
         kind = field.type.kind
         plain = kind in (spy.TypeReflection.Kind.scalar, spy.TypeReflection.Kind.vector)
         if not plain or field.type.scalar_type not in _SCALARS:
