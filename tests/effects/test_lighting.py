@@ -183,7 +183,8 @@ def board_shadow(device, mode, light, frames):
 
 def test_hard_shadows_are_all_or_nothing(device):
     share = board_shadow(device, "hard", DirectionalLight(illuminance=2.0, angular_diameter=0.5), 1)
-    dark, lit = np.isclose(share, 0, atol=1e-6), np.isclose(share, 1, rtol=0.01)
+    # The middle of a disk this wide stands for the cosine of all of it, which is a little less.
+    dark, lit = np.isclose(share, 0, atol=1e-6), np.isclose(share, 1, rtol=0.02)
     assert (dark | lit).all()
     assert dark.mean() == pytest.approx(0.25, abs=0.01)
     x = np.abs((np.arange(64) + 0.5) / 64 - 0.5)

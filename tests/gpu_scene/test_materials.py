@@ -15,8 +15,12 @@ FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
 
 
 def packed(device, *materials):
-    table = MaterialTable(device, list(materials))
-    return table, read(table.buffer, MATERIAL)
+    table = MaterialTable(device)
+    for material in materials:
+        table.acquire(material)
+    with device.record() as recording:
+        table.table.flush(recording)
+    return table, read(table.table.buffer, MATERIAL)[: len(materials)]
 
 
 @pytest.fixture

@@ -68,8 +68,6 @@ def update(device, scene):
 def test_moving_one_node_uploads_that_node_and_builds_the_top_level_only(device):
     nodes = [placed(box(1, lambert()), move(2 * place, 0, 0)) for place in range(50)]
     scene = gpu_scene(device, scene_of(*nodes))
-    first, _ = update(device, scene)
-    assert first.calls["AccelerationStructureBuildInputInstances"] == 1
     still, moved = update(device, scene)
     assert not moved and not still.calls
     nodes[7].transform = move(0, 3, 0)
@@ -87,14 +85,13 @@ def test_moving_one_node_uploads_that_node_and_builds_the_top_level_only(device)
 
 def test_moving_a_parent_moves_what_hangs_on_it(device):
     parent = Node("parent")
-    child = parent.add(placed(box(1, lambert())))
+    parent.add(placed(box(1, lambert())))
     bystander = placed(box(1, lambert()), move(9, 0, 0))
     scene = gpu_scene(device, scene_of(parent, bystander))
     update(device, scene)
     parent.transform = move(1, 2, 3)
     counted, moved = update(device, scene)
     assert moved and 0 < counted.uploaded <= 64 + INSTANCE.itemsize
-    assert child in scene.nodes
     np.testing.assert_array_equal(scene.instances["to_world"][0][:, 3], [1, 2, 3])
     np.testing.assert_array_equal(scene.instances["to_world"][1][:, 3], [9, 0, 0])
 

@@ -10,6 +10,7 @@ from pica.scene.procedural.placing import move, stretch, turn
 from pica.scene.procedural.primitives import box, plane
 from tests.building import lambert, leaves, placed, scene_of
 from tests.rays import CAMERA, HIT, RAY, SHADOW, SURFACE, RayCaster, fields_of
+from tests.rhi.kernels import read
 
 DOWN, UP = (0.0, -1.0, 0.0), (0.0, 1.0, 0.0)
 
@@ -74,7 +75,7 @@ def test_records_tell_sections_and_copies_apart(device):
     x, z = np.meshgrid(np.arange(4.0), 2.0 * np.arange(3))
     hits = cast(above(x, z), DOWN)
     records = cast.scene.records[hits["record"]]
-    materials = cast.scene.materials.buffer.to_numpy().view(np.uint8).reshape(-1).view(MATERIAL)
+    materials = read(cast.scene.materials.table.buffer, MATERIAL)
     colors = materials["base_color"][records["material"], 0]
     np.testing.assert_allclose(colors, np.tile([0.1, 0.2, 0.3, 0.4], 3), rtol=1e-6)
     np.testing.assert_array_equal(records["instance"], np.repeat([1, 2, 3], 4))

@@ -37,14 +37,14 @@ def test_a_part_of_the_name_chooses(machine):
 
 def test_unknown_name_is_one_line_that_lists_the_devices(machine):
     machine(FAST, SOFTWARE)
-    with pytest.raises(DeviceError, match="no device named 'voodoo'.*GeForce One, llvmpipe") as raised:
+    with pytest.raises(DeviceError, match=r"no device named 'voodoo'.*GeForce One, llvmpipe") as raised:
         adapters.choose("voodoo")
     assert "\n" not in str(raised.value)
 
 
 def test_no_device_is_one_line_that_says_what_to_do(machine):
     machine()
-    with pytest.raises(DeviceError, match="no Vulkan device.*pica doctor") as raised:
+    with pytest.raises(DeviceError, match=r"no Vulkan device.*pica doctor") as raised:
         adapters.choose(None)
     assert "\n" not in str(raised.value)
 

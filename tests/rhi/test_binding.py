@@ -60,7 +60,7 @@ def test_unbound_names_are_named(device, compute, buffers):
 def test_misspelt_name_is_named_with_those_there_are(device, compute, buffers):
     with (
         device.record() as recording,
-        pytest.raises(BindingError, match="doubling: no parameter 'ofset'.*doubled, numbers, offset"),
+        pytest.raises(BindingError, match=r"doubling: no parameter 'ofset'.*doubled, numbers, offset"),
     ):
         compute(recording, (4, 1, 1), **buffers, ofset=1.0)
 
@@ -75,7 +75,7 @@ def test_incomplete_block_is_refused(device):
 
 def test_misspelt_field_of_a_block_is_named(device):
     block = device.parameter_block("shaders/frame.slang", "frame")
-    with pytest.raises(BindingError, match="no parameter 'sized'.*camera, index, jitter"):
+    with pytest.raises(BindingError, match=r"no parameter 'sized'.*camera, index, jitter"):
         block.bind(sized=spy.uint2(4, 4))
 
 
@@ -93,7 +93,7 @@ def test_raster_and_ray_passes_are_checked_too(device):
     with pytest.raises(BindingError, match="raster: not bound: frame, scene"):
         raster.bind(None)
     rays = ray_effect(device, "effects/gbuffer/primary_rays.slang", "PrimaryRays", "hit")
-    with device.record() as recording, pytest.raises(BindingError, match="primary_rays: not bound: .*visibility"):
+    with device.record() as recording, pytest.raises(BindingError, match=r"primary_rays: not bound: .*visibility"):
         rays(recording, (4, 4))
 
 

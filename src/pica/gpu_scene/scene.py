@@ -121,19 +121,22 @@ class GpuScene:
         again = dict.fromkeys((*self._just_deformed, *deformed))
         self._deform_all(recording, [node for node in again if node in self._deformations])
         self._place_objects(added)
-        if any(node.light is not None or _shines(node) for node in (*changes.added, *changes.removed)):
+        come_or_gone = (*changes.added, *changes.removed)
+        lights_differ = any(node.light is not None or _shines(node) for node in come_or_gone)
+        lights_moved = any(node.light is not None for node in changes.moved)
+        if lights_differ:
             self._make_lights()
-        elif any(node.light is not None for node in changes.moved):
+        elif lights_moved:
             self.lights.update(recording.encoder)
         if changes.removed or added or moved or self._just_moved or again:
             self._flush(recording)
         self._just_moved, self._just_deformed = moved, deformed
-        return changes.any()
+        return bool(changes.removed or added or moved or deformed or lights_differ or lights_moved)
 
     def _add(self, recording: Recording, node: Node) -> bool:
         """Upload what a node shows; its objects follow once its structures are recorded. False: it shows nothing."""
         self._node_numbers += 1
-        if node.mesh is None or not node.mesh.sections:
+        if node.mesh is None or not node.mesh.sections or not len(node.instance_transforms()):
             return False
         mesh = self.geometry.acquire(recording.encoder, node)
         transforms = node.instance_transforms()[:, :3]

@@ -101,6 +101,7 @@ class _Top:
         self.scene = self._embree.NewScene(embree.embree_device())
         self._embree.SetSceneFlags(self.scene, embree.DYNAMIC_SCENE)
         self._instances: dict[int, int] = {}
+        self.commit()  # an empty scene can be traced too, once it is committed
 
     def __len__(self) -> int:
         return len(self._instances)
@@ -123,6 +124,10 @@ class _Top:
         if slot not in self._instances:
             return
         instance, transform = self._instances[slot], np.ascontiguousarray(transform)
+        if not np.linalg.det(
+            transform[:, :3]
+        ):  # flat to a plane, a line or a point: nothing to invert, nothing to meet
+            transform, mask = np.eye(3, 4, dtype=np.float32), 0
         self._embree.SetGeometryMask(instance, mask)
         self._embree.SetGeometryTransform(instance, 0, embree.ROWS_3X4, transform.ctypes.data)
         self._embree.CommitGeometry(instance)

@@ -145,7 +145,7 @@ class MaterialTypes:
 
     def _compiled(self, source: MaterialSource) -> MaterialType:
         # The session remembers modules by name, so a name stands for one source only.
-        digest = hashlib.sha256(f"{source.path}\n{source.text}".encode()).hexdigest()[:12]
+        digest = hashlib.sha256(source.text.encode()).hexdigest()[:12]
         module, alias = f"material_{source.name}_{digest}", f"material_alias_{source.name}_{digest}"
         try:
             loaded = self._device.load_module_from_source(module, source.text, source.path)
