@@ -8,6 +8,7 @@ import pytest
 import pica
 from pica.errors import MaterialTypeError, PicaError
 from pica.gpu_scene.scene import GpuScene
+from pica.rhi import embree
 from pica.rhi.material_types import STANDARD_ONLY
 from pica.scene import material_types
 from pica.scene.light import DirectionalLight
@@ -31,7 +32,8 @@ from tests.building import (
 )
 
 FOLDER = "tests/material_types"
-BUFFERS = {**RAYS, "rays.scheduler": "buffers"}
+BUFFERS = {**RAYS, "rays.scheduler": "buffers", "rays.tracer": "device"}
+EMBREE = {**BUFFERS, "rays.tracer": "embree"}
 FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
 PLAIN = """
 import shaders.material_type;
@@ -89,18 +91,22 @@ def stones():
     )
 
 
-def test_hybrid_schedulers_agree_to_the_bit(device, own_types):
+def test_schedulers_agree_to_the_bit(device, own_types):
     pipeline, buffers = (render(device, stones(), 2, CAMERA, values=values) for values in (RAYS, BUFFERS))
     for name in pipeline.aov_names:
         np.testing.assert_array_equal(pipeline.aov(name), buffers.aov(name), err_msg=name)
     np.testing.assert_array_equal(pipeline.color, buffers.color)
+    traced = [trace(device, stones(), 2, CAMERA, values=values).color for values in (RAYS, BUFFERS)]
+    np.testing.assert_array_equal(*traced)
+    assert traced[0].mean() > 0.1
 
 
-def test_path_traced_schedulers_agree(device, own_types):
-    """To rounding: compilers may order the sums of a type differently in a hit shader and in a compute kernel."""
-    pipeline, buffers = (trace(device, stones(), 2, CAMERA, values=values).color for values in (RAYS, BUFFERS))
-    np.testing.assert_allclose(pipeline, buffers, rtol=2e-3)
-    assert pipeline.mean() > 0.1
+@pytest.mark.skipif(bool(embree.missing()), reason="Embree is not installed")
+def test_embree_sees_the_same_surfaces(device, own_types):
+    """Hits differ by rounding alone, so that few samples take another way."""
+    pipeline, traced = (trace(device, stones(), 2, CAMERA, values=values).color for values in (RAYS, EMBREE))
+    same = np.isclose(pipeline, traced, rtol=2e-3).all(axis=-1)
+    assert same.mean() > 0.99
 
 
 def test_raster_and_rays_see_the_same_surfaces(device, own_types):
