@@ -2,12 +2,12 @@
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import slangpy as spy
@@ -20,6 +20,7 @@ from pica.rhi.material_types import STANDARD_ONLY, MaterialTypes, MaterialTypeSe
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
 
+T = TypeVar("T")
 PACKAGE = Path(__file__).resolve().parents[1]
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 _TEXTURE = spy.TextureUsage.shader_resource | spy.TextureUsage.unordered_access
@@ -73,6 +74,7 @@ class Device:
                 f"device {adapter.name!r} cannot be opened: {str(error).splitlines()[0]}; {HELP}"
             ) from None
         self._block_programs: dict[str, spy.ShaderProgram] = {}
+        self._kept: dict[tuple[object, ...], Any] = {}
         self.info: DeviceInfo = describe(self.handle, adapter)
         if self.info.missing:
             raise DeviceError(f"device {self.name!r} lacks {', '.join(self.info.missing)}; {HELP}")
@@ -167,6 +169,13 @@ class Device:
         """A sampler; keywords as slangpy.SamplerDesc."""
         return self.handle.create_sampler(**description)
 
+    def kept(self, key: tuple[object, ...], make: Callable[[], T]) -> T:
+        """What `make` gives, made once a device: programs and pipelines, which take seconds where no cache has them."""
+        if key not in self._kept:
+            self._kept[key] = make()
+        found: T = self._kept[key]
+        return found
+
     def parameter_block(self, module: str, name: str) -> ParameterBlock:
         """The block `name` that `module` (a path below the package) declares."""
         # Slang-RHI remembers a block's layout by its address, which another program's may take once this one is freed.
@@ -181,7 +190,14 @@ class Device:
 
         `types`: the material types that it meets, where it evaluates any.
         """
-        return ComputePass(self.handle, name or Path(module).stem, self._program(module, [entry], types))
+        program, pipeline = self.kept(("compute", module, entry, types), lambda: self._compute(module, entry, types))
+        return ComputePass(self.handle, name or Path(module).stem, program, pipeline)
+
+    def _compute(
+        self, module: str, entry: str, types: MaterialTypeSet
+    ) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
+        program = self._program(module, [entry], types)
+        return program, self.handle.create_compute_pipeline(program)
 
     def raster(
         self,

@@ -19,9 +19,11 @@ class Recording(Protocol):
 class ComputePass:
     """One compute entry point, run over a grid of threads."""
 
-    def __init__(self, device: spy.Device, name: str, program: spy.ShaderProgram) -> None:
+    def __init__(
+        self, device: spy.Device, name: str, program: spy.ShaderProgram, pipeline: spy.ComputePipeline
+    ) -> None:
         self.name = name
-        self.pipeline = device.create_compute_pipeline(program)
+        self.pipeline = pipeline
         self.parameters = ProgramParameters(device, name, program)
 
     def __call__(self, recording: Recording, threads: tuple[int, int, int], /, **values: Any) -> None:

@@ -91,6 +91,14 @@ class _RayProgram:
     def __init__(
         self, device: Device, name: str, generation: spy.SlangModule, wants: Wants, types: MaterialTypeSet
     ) -> None:
+        key = ("rays", generation.name, wants, types)
+        program, self.pipeline, self.table = device.kept(key, lambda: self._made(device, generation, wants, types))
+        self.parameters = ProgramParameters(device.handle, name, program)
+
+    @staticmethod
+    def _made(
+        device: Device, generation: spy.SlangModule, wants: Wants, types: MaterialTypeSet
+    ) -> tuple[spy.ShaderProgram, spy.RayTracingPipeline, spy.ShaderTable]:
         shaders = device.handle.load_module(_EFFECT_MODULE)
         miss = f"{wants}Miss"
         modules = [generation, shaders, *device.material_types.linked(types)]
@@ -113,13 +121,13 @@ class _RayProgram:
                 )
             )
         program = device.handle.link_program(modules, entries)
-        self.pipeline = device.handle.create_ray_tracing_pipeline(
+        pipeline = device.handle.create_ray_tracing_pipeline(
             program=program, hit_groups=groups, max_recursion=1, max_ray_payload_size=64
         )
-        self.table = device.handle.create_shader_table(
+        table = device.handle.create_shader_table(
             program=program, ray_gen_entry_points=["main"], miss_entry_points=[miss], hit_group_names=list(types)
         )
-        self.parameters = ProgramParameters(device.handle, name, program)
+        return program, pipeline, table
 
 
 def _types_of(values: dict[str, Any]) -> MaterialTypeSet:
@@ -211,10 +219,17 @@ class _Kernel:
     """One of an effect's two steps as a compute pipeline that knows some material types."""
 
     def __init__(self, device: Device, name: str, module: spy.SlangModule, entry: str, types: MaterialTypeSet) -> None:
+        key = ("kernel", module.name, entry, types)
+        program, self.pipeline = device.kept(key, lambda: self._made(device, module, entry, types))
+        self.parameters = ProgramParameters(device.handle, f"{name} {entry}", program)
+
+    @staticmethod
+    def _made(
+        device: Device, module: spy.SlangModule, entry: str, types: MaterialTypeSet
+    ) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
         modules = [module, *device.material_types.linked(types)]
         program = device.handle.link_program(modules, [module.entry_point(entry)])
-        self.pipeline = device.handle.create_compute_pipeline(program)
-        self.parameters = ProgramParameters(device.handle, f"{name} {entry}", program)
+        return program, device.handle.create_compute_pipeline(program)
 
 
 class BufferEffect:
