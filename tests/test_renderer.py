@@ -305,7 +305,7 @@ def test_host_time_of_a_frame_is_small(renderer):
 
 
 def test_no_textures_or_buffers_are_made_after_the_first_frames(renderer):
-    """DESIGN: no allocation after the first frame."""
+    """No allocation after the first frame."""
     renderer.render(2, CAMERA)
     before = renderer.device.memory
     start = time.perf_counter()

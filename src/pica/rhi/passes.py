@@ -59,7 +59,7 @@ class RasterPass:
             program=program,
             input_layout=None,
             targets=[{"format": target} for target in state.formats],
-            # Reversed z: nearer is greater, 0 is infinitely far (DESIGN: G-buffer contract).
+            # Reversed z: nearer is greater, 0 is infinitely far (frame/gbuffer.slang).
             depth_stencil={
                 "format": state.depth_format,
                 "depth_test_enable": True,
