@@ -1,15 +1,16 @@
 """Vertices and indices on the GPU."""
 
-from dataclasses import replace
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pica.gpu_scene.geometry import VERTEX, octahedral
 from pica.scene.camera import Camera
-from pica.scene.procedural.placing import move
 from pica.scene.procedural.primitives import box, plane, sphere
-from tests.building import RASTER, RAYS, lambert, placed, render, scene_of, uniform
+from tests.building import RASTER, RAYS, lambert, placed, render, scene_of
 from tests.rays import gpu_scene
 from tests.rhi.kernels import read, run
 
@@ -67,31 +68,12 @@ def test_vertices_keep_their_attributes(device):
     np.testing.assert_allclose(vertices["color"] / 65535, section.colors, atol=1e-5)
 
 
-def with_unused_vertices(section, count=500):
-    """The same triangles among vertices that nothing uses, before, between and after."""
-    old = len(section.positions)
-    places = np.sort(np.random.default_rng(2).choice(old + count, old, replace=False))
-    arrays = {}
-    for name in ("positions", "normals", "tangents", "uv0", "uv1", "colors"):
-        values = getattr(section, name)
-        arrays[name] = np.full((old + count, values.shape[1]), 7, np.float32)
-        arrays[name][places] = values
-    return replace(section, **arrays, indices=places.astype(np.uint32)[section.indices])
-
-
-@pytest.mark.parametrize("values", [RASTER, RAYS], ids=["raster", "rays"])
-def test_unused_vertices_change_nothing(device, values):
-    """Slang-RHI takes the number of vertices for that of indices where it is greater."""
-    sections = [box(0.7, lambert(0.8, 0.3, 0.2)), plane(3, 3, lambert(0.5))]
-    spots = [move(0, 0.35, 0), move(0, 0, 0)]
-    pictures = []
-    for change in (lambda section: section, with_unused_vertices):
-        nodes = [placed(change(section), spot) for section, spot in zip(sections, spots, strict=True)]
-        scene = scene_of(*nodes, environment=uniform(1, 1, 1))
-        assert len(sections[0].indices) * 3 < 500
-        pictures.append(render(device, scene, values=values))
-    assert (pictures[0].aov("instance") == 1).sum() > 50
-    np.testing.assert_array_equal(pictures[0].color, pictures[1].color)
+@pytest.mark.parametrize("primary", ["raster", "rays"])
+def test_unused_vertices_change_nothing(primary):
+    """Slang-RHI takes the number of vertices for that of indices where it is greater, and drivers crash on that."""
+    run_apart = [sys.executable, "-m", "tests.gpu_scene.unused_vertices", primary]
+    done = subprocess.run(run_apart, cwd=Path(__file__).parents[2], capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, f"exit code {done.returncode}: {done.stderr[-1000:]}"
 
 
 def test_sections_without_triangles_and_meshes_without_sections_are_left_out(device):
