@@ -24,6 +24,7 @@ lint: setup-test
 
 setup: $(VENV)/installed
 	@scripts/setup_vulkan.sh $(BIN)/python
+	@scripts/setup_embree.sh $(BIN)/python
 
 setup-test: $(VENV)/installed-test setup
 	@scripts/setup_llvm.sh

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes requirements.lock and requirements-test.lock from pyproject.toml. Usage: lock.sh PYTHON
+# Writes requirements.lock, requirements-cpu.lock and requirements-test.lock from pyproject.toml. Usage: lock.sh PYTHON
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scratch=$(mktemp -d)
@@ -13,8 +13,13 @@ packages() {
 
 # Setuptools too: the package itself is built without fetching anything more.
 $pip install --quiet --upgrade setuptools .
-{ echo "# Made by make lock"; packages; } >"$scratch/run"
-$pip install --quiet ".[test]"
-{ echo "# Made by make lock"; echo "-r requirements.lock"; packages | grep -vxFf "$scratch/run"; } >"$scratch/test"
-cp "$scratch/run" requirements.lock
+{ echo "# Made by make lock"; packages; } >"$scratch/plain"
+packages >"$scratch/run"
+for extra in cpu test; do
+    $pip install --quiet ".[$extra]"
+    { echo "# Made by make lock"; echo "-r requirements.lock"; packages | grep -vxFf "$scratch/run"; } >"$scratch/$extra"
+    packages >"$scratch/run"
+done
+cp "$scratch/plain" requirements.lock
+cp "$scratch/cpu" requirements-cpu.lock
 cp "$scratch/test" requirements-test.lock

@@ -42,3 +42,9 @@ def test_a_crashing_driver_is_told(monkeypatch):
     monkeypatch.setattr(doctor, "_PROBE", "import os; os.abort()")
     devices, fault = doctor.probe()
     assert devices == [] and "-6" in fault
+
+
+def test_tiers_and_what_each_lacks():
+    lines = doctor.tier_lines([{"tier": 1}, {"tier": 3}, {"tier": 3}])
+    assert [line[:6] for line in lines] == ["tier 1", "tier 3", "Embree"]
+    assert "lacks ray generation" in lines[0] and "lacks nothing" in lines[1]

@@ -113,3 +113,10 @@ def test_host_time_of_a_pass_is_small(device, sums):
                 passes(recording, (64, 1, 1), sums=sums, rounds=1)
             shortest = min(shortest, (time.perf_counter() - start) / count)
     assert shortest < 100e-6, f"{shortest * 1e6:.1f} us a pass"
+
+
+def test_time_of_the_processor_stands_among_the_passes(device, profiler):
+    frame(device, profiler, lambda recording: [profiler.add("embree", seconds) for seconds in (0.002, 0.003)])
+    frame(device, profiler, lambda recording: None)
+    profiler.flush()
+    assert [times.get("embree") for times in profiler.finished] == [pytest.approx(5)]

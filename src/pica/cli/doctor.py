@@ -36,9 +36,8 @@ def doctor() -> None:
             missing = ", ".join(device["missing"]) or "nothing"
             table.add_row(device["name"], device["type"], device["driver"] or "?", str(device["tier"]), missing)
         out.print(table)
-        out.print(
-            "tier: 0 no ray tracing, 1 buffers of rays, 2 ray tracing pipelines, 3 with recursion", soft_wrap=True
-        )
+        for line in tier_lines(devices):
+            out.print(line, markup=False, soft_wrap=True)
     if fault:
         out.print(f"looking for devices failed: {fault}", markup=False, soft_wrap=True)
     for name, folder in _cache_folders().items():
@@ -57,6 +56,17 @@ def probe() -> tuple[list[dict[str, Any]], str]:
         said = [line for line in run.stderr.splitlines() if line.strip()]
         return [], said[-1] if said else f"the process ended with {run.returncode}"
     return json.loads(run.stdout.splitlines()[-1]), ""
+
+
+def tier_lines(devices: list[dict[str, Any]]) -> list[str]:
+    """What each tier that a device here has can trace and what it lacks, and who traces ray buffers."""
+    from pica.rhi import embree
+    from pica.rhi.adapters import TIERS
+
+    lines = [f"tier {n}: {TIERS[n][0]}; lacks {TIERS[n][1]}" for n in sorted({device["tier"] for device in devices})]
+    missing = embree.missing()
+    state = f"not usable, {missing}" if missing else "ready; the default where pica runs on the processor"
+    return [*lines, f"Embree (tier 1 on the processor, on any device with rays.tracer=embree): {state}"]
 
 
 def advice(devices: list[dict[str, Any]]) -> list[str]:

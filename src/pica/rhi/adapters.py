@@ -18,6 +18,16 @@ _WANTED = {
     spy.Feature.acceleration_structure: "acceleration structures",
     spy.Feature.ray_tracing: "ray tracing pipelines",
 }
+TIERS = {
+    0: ("no ray tracing", "acceleration structures, without which pica does not run"),
+    1: (
+        "a buffer of rays in, a buffer of hits out",
+        "ray generation and hit shaders: effects are compute around a tracer",
+    ),
+    2: ("ray tracing pipelines", "recursion, which pica does not use"),
+    3: ("ray tracing pipelines with recursion", "nothing"),
+}
+"""What a device of each tier traces, and what it lacks (seed 000, 19.2.2)."""
 HELP = "run `pica doctor` to see what is missing and how to install it"
 
 
@@ -100,8 +110,12 @@ def choose(name: str | None) -> spy.AdapterInfo:
         if not matching:
             raise DeviceError(f"no device named {name!r}; there are: {', '.join(a.name for a in known)}")
         known = matching
-    # Mesa's software rasterizers; opening every adapter to ask its features would take seconds.
-    return min(known, key=lambda adapter: "llvmpipe" in adapter.name.lower())
+    return min(known, key=is_software)
+
+
+def is_software(adapter: spy.AdapterInfo) -> bool:
+    """Whether an adapter is Mesa's software rasterizer, by name: to open it and ask takes seconds."""
+    return "llvmpipe" in adapter.name.lower()
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 import os
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -159,6 +160,7 @@ class EmbreeTracer:
 
     def __call__(self, recording: Recording, queue: RayQueue) -> None:
         """Trace the rays in the queue. The device has finished what fills it."""
+        started = time.perf_counter()
         self._update()
         rays, hits, places = (HostBuffer(self._device, b) for b in (queue.rays, queue.hits, queue.places))
         waiting = places.read().view(np.uint32)
@@ -181,6 +183,7 @@ class EmbreeTracer:
         self._run(shadows, waiting[len(waiting) - queue.shadows :])
         hits.write(hit_bits.view(np.uint8).reshape(-1))
         places.write(waiting.view(np.uint8))
+        recording.profiler.add("embree", time.perf_counter() - started)
 
     def _run(self, trace: Callable[[NDArray[np.uint32], _Worker], None], places: NDArray[np.uint32]) -> None:
         chunks = iter(range(0, len(places), _CHUNK))

@@ -19,18 +19,19 @@ class Profiler:
             device.create_query_pool(spy.QueryType.timestamp, 2 * MAX_PASSES)
             for _ in range(FRAMES_IN_FLIGHT if self._enabled else 0)
         ]
-        self._pending: list[tuple[int, int, list[str]]] = []
+        self._pending: list[tuple[int, int, list[str], dict[str, float]]] = []
         self._free = list(range(len(self._pools)))
         self._current: int | None = None
         self._timing = False
         self._names: list[str] = []
+        self._on_host: defaultdict[str, float] = defaultdict(float)
         self.finished: deque[dict[str, float]] = deque(maxlen=MAX_FRAMES)
         """Milliseconds per pass of the frames that the GPU has finished, newest last."""
 
     def begin_frame(self) -> None:
         """Start a frame; when all pools are still in use the frame goes unmeasured rather than wait."""
         self._collect()
-        self._names = []
+        self._names, self._on_host = [], defaultdict(float)
         self._current = self._free.pop() if self._free else None
         if self._current is not None:
             self._pools[self._current].reset()
@@ -47,10 +48,14 @@ class Profiler:
         if self._current is not None and self._timing:
             encoder.write_timestamp(self._pools[self._current], 2 * len(self._names) - 1)
 
+    def add(self, name: str, seconds: float) -> None:
+        """Count time that the processor spent on work which stands in for a pass."""
+        self._on_host[name] += seconds * 1e3
+
     def end_frame(self, submission: int) -> None:
         """The frame was submitted under this id."""
         if self._current is not None:
-            self._pending.append((submission, self._current, self._names))
+            self._pending.append((submission, self._current, self._names, self._on_host))
             self._current = None
 
     def flush(self) -> dict[str, float]:
@@ -61,12 +66,12 @@ class Profiler:
 
     def _collect(self) -> None:
         while self._pending and self._device.is_submit_finished(self._pending[0][0]):
-            _, pool, names = self._pending.pop(0)
+            _, pool, names, on_host = self._pending.pop(0)
             self._free.append(pool)
-            if not names:
+            if not names and not on_host:
                 continue
-            seconds = self._pools[pool].get_timestamp_results(0, 2 * len(names))
+            seconds = self._pools[pool].get_timestamp_results(0, 2 * len(names)) if names else []
             times: defaultdict[str, float] = defaultdict(float)
             for index, name in enumerate(names):
                 times[name] += (seconds[2 * index + 1] - seconds[2 * index]) * 1e3
-            self.finished.append(dict(times))
+            self.finished.append({**times, **on_host})
