@@ -1,6 +1,7 @@
 """The whole frame, top to bottom."""
 
 from collections.abc import Callable
+from typing import Any
 
 import slangpy as spy
 
@@ -43,7 +44,7 @@ class Renderer:
         self.device = device = device if isinstance(device, Device) else Device(device)
         self.scene = scene
         self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
-        tracer = choose_tracer(device, settings.rays, self._gpu_scene)
+        self.tracer = tracer = choose_tracer(device, settings.rays, self._gpu_scene)
         self._slots = LightSlots(device, settings)
         self._frames = FrameSequence(device, size, settings.seed)
         self.gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
@@ -51,7 +52,8 @@ class Renderer:
         self.lighting = DirectLighting(device, size, self._gpu_scene, settings.lighting)
         self.antialiasing = Accumulation(device, size)
         self.post = Post(device, size, settings.post)
-        self._buffers: dict[str, spy.Texture] = {}
+        self.seen: dict[str, Any] = {}
+        """What the effects of the newest frame were given, by the names that shaders have for it."""
 
     @property
     def device_name(self) -> str:
@@ -70,6 +72,7 @@ class Renderer:
         moved = scene.update(frame) or frame.camera_moved
         self._slots.update(scene.lights)
         gbuffer = self.gbuffer(frame, scene)
+        self.seen = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": self._slots}
         visibility = self.shadows(frame, gbuffer, scene, self._slots) if self.shadows else None
         radiance = self.lighting(frame, gbuffer, scene, self._slots, visibility)
         picture = self.antialiasing(frame, radiance, moved)
@@ -77,6 +80,11 @@ class Renderer:
         self._frames.end(frame)
         buffers = {**gbuffer.textures, "color": picture, "display": display}
         return buffers if visibility is None else {**buffers, "shadows": visibility}
+
+    @property
+    def single_lights(self) -> list[str]:
+        """Names of the lights that have a shadow ray of their own, strongest first."""
+        return self._slots.single_lights
 
     @property
     def host_seconds(self) -> float:

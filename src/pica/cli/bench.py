@@ -13,6 +13,8 @@ def bench(
     size: options.Size = "1920x1080",
     frames: Annotated[int, typer.Option(min=1, metavar="N", help="Frames to measure.")] = 200,
     warm_up: Annotated[int, typer.Option(min=0, metavar="N", help="Frames before the first one measured.")] = 50,
+    preset: options.Preset = "hybrid",
+    values: options.Values = None,
     json: options.Json = False,
 ) -> None:
     """Measure SCENE: GPU milliseconds per pass, host milliseconds per frame, rays per second, memory."""
@@ -20,7 +22,8 @@ def bench(
     from pica.quality.benchmark import benchmark
 
     pixels = options.parse_size(size)
-    renderer = pica.Renderer(options.load_scene(scene), size=pixels)
+    settings = options.parse_settings(preset, values)
+    renderer = pica.Renderer(options.load_scene(scene), size=pixels, settings=settings)
     measured = benchmark(renderer, frames=frames, warm_up=warm_up)
     result = {"scene": scene, "device": renderer.device_name, "size": list(pixels), "frames": frames, **measured}
     if json:

@@ -9,7 +9,7 @@ import typer
 from pica.errors import PicaError
 
 if TYPE_CHECKING:
-    from pica import Scene
+    from pica import Scene, Settings
 
 BUILT_IN = {
     "demo": "machine_world",
@@ -25,6 +25,10 @@ SceneName = Annotated[
 ]
 Size = Annotated[str, typer.Option("--size", metavar="WxH", help="Size of the picture in pixels.")]
 Frames = Annotated[int, typer.Option("--frames", min=1, metavar="N", help="Frames to accumulate.")]
+Preset = Annotated[str, typer.Option(metavar="NAME", help="Named settings: hybrid or raster.")]
+Values = Annotated[
+    list[str] | None, typer.Option("--set", metavar="GROUP.NAME=VALUE", help="One setting; may be repeated.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
@@ -37,6 +41,17 @@ def parse_size(text: str) -> tuple[int, int]:
     if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
         raise PicaError(f"--size {text}: width and height must be 1 to {MAX_SIDE} pixels")
     return width, height
+
+
+def parse_settings(preset: str, texts: list[str] | None) -> "Settings":
+    """A preset with the settings of ["shadows.mode=hard"] changed. Raises PicaError."""
+    import pica
+
+    for text in texts or []:
+        if "=" not in text:
+            raise PicaError(f"--set {text!r} is not group.name=value")
+    pairs = (text.partition("=") for text in texts or [])
+    return pica.Settings.preset(preset).with_values({name.strip(): value.strip() for name, _, value in pairs})
 
 
 def load_scene(name: str, environment: Path | None = None) -> "Scene":

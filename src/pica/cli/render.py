@@ -28,10 +28,8 @@ def render(
     ],
     size: options.Size = "1280x720",
     frames: options.Frames = 16,
-    preset: Annotated[str, typer.Option(metavar="NAME", help="Named settings: hybrid or raster.")] = "hybrid",
-    values: Annotated[
-        list[str] | None, typer.Option("--set", metavar="GROUP.NAME=VALUE", help="One setting; may be repeated.")
-    ] = None,
+    preset: options.Preset = "hybrid",
+    values: options.Values = None,
     camera: Annotated[str | None, typer.Option(metavar="NAME", help="A camera of the scene.")] = None,
     eye: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Where to look from, in metres.")] = None,
     target: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="What to look at, in metres.")] = None,
@@ -82,7 +80,7 @@ def render(
         options.check_output(output, (*PICTURES, FILM))
         if seconds is not None or fps is not None or resume:
             raise PicaError(f"{output}: --seconds, --fps and --resume are for out.mp4 or pictures such as out/%04d.png")
-    settings = pica.Settings.preset(preset).with_values(parse_values(values or []))
+    settings = options.parse_settings(preset, values)
     if samples is not None and not path_traced:
         raise PicaError("--samples is for --path-traced; without it, use --frames")
 
@@ -134,14 +132,6 @@ def render(
         print_json(result)
     else:
         print(f"{', '.join(result['files'])}: {said}, {done - loaded:.1f} s on {renderer.device_name}")
-
-
-def parse_values(texts: list[str]) -> dict[str, str]:
-    """{"shadows.mode": "hard"} of ["shadows.mode=hard"]. Raises PicaError."""
-    for text in texts:
-        if "=" not in text:
-            raise PicaError(f"--set {text!r} is not group.name=value")
-    return {name.strip(): value.strip() for name, _, value in (text.partition("=") for text in texts)}
 
 
 def choose_camera(

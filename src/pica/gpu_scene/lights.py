@@ -48,6 +48,8 @@ class LightTable:
         lights.sort(key=lambda pair: -pair[0])
         self._nodes = [node for _, node in lights]
         self.light_count = len(lights)
+        self.names = [node.light.name or node.name for node in self._nodes if node.light]
+        """What the lights are called, in the order of their rows."""
         powers = [power for power, _ in lights]
         rows = [pack_light(node.light, node.world) for node in self._nodes if node.light]
 

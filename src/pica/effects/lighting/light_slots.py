@@ -14,6 +14,8 @@ class LightSlots:
         self._device, self._settings = device, settings
         self._lights: LightTable | None = None
         self.count = 0
+        self.single_lights: list[str] = []
+        """Names of the lights that have a slot of their own, in the order of their slots."""
         self.block = device.parameter_block("effects/lighting/light_slots.slang", "lightSlots")
 
     def update(self, lights: LightTable) -> None:
@@ -22,6 +24,7 @@ class LightSlots:
             return
         self._lights = lights
         single = min(lights.light_count, self._settings.shadows.max_lights)
+        self.single_lights = lights.names[:single]
         ranges = [(light, 1) for light in range(single)]
         if lights.light_count > single:
             ranges.append((single, lights.light_count - single))

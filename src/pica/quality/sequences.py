@@ -1,0 +1,115 @@
+"""Sequences of frames that put one effect to the test: nothing moves, or the camera, the objects, the lights."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.scene.camera import Camera
+from pica.scene.model import Node, Scene
+from pica.scene.procedural.placing import move, turn
+
+Sequence = Callable[[int], Camera]
+"""Puts the scene into the state of a frame, counted from 0, and gives the camera of that frame."""
+
+_TURN = 0.25
+"""Degrees a frame by which cameras and suns turn: 15 degrees a second at 60 frames a second."""
+_SWAY = 0.04
+"""Of the scene's diagonal, by which objects and lamps swing to each side."""
+_PERIOD = 120
+"""Frames of a swing."""
+_GROUND = 0.5
+"""Of the scene's diagonal; what is larger stays where it is."""
+
+
+def sequence(name: str, scene: Scene, camera: Camera) -> Sequence:
+    """One of SEQUENCES, about the scene as it stands now."""
+    return SEQUENCES[name](scene, camera)
+
+
+def _still(scene: Scene, camera: Camera) -> Sequence:
+    return lambda frame: camera
+
+
+def _camera(scene: Scene, camera: Camera) -> Sequence:
+    """Round the vertical axis through what the camera looks at, as far away as the scene's middle."""
+    low, high = scene.bounds()
+    forward = -camera.transform[:3, 2]
+    eye = camera.transform[:3, 3]
+    depth = max(float(((low + high) / 2 - eye) @ forward), 0.1 * float(np.linalg.norm(high - low)))
+    pivot = eye + forward * depth
+    return lambda frame: replace(
+        camera, transform=move(*pivot) @ turn("y", _TURN * frame) @ move(*-pivot) @ camera.transform
+    )
+
+
+def _objects(scene: Scene, camera: Camera) -> Sequence:
+    """The animation at 60 frames a second; without one, what is small sways, each with a phase of its own."""
+    if scene.animations:
+
+        def play(frame: int) -> Camera:
+            scene.animate(frame / 60)
+            return camera
+
+        return play
+    diagonal = _diagonal(scene)
+    swaying = [node for node in scene.nodes() if node.mesh is not None and _node_diagonal(node) < _GROUND * diagonal]
+    return _swing(swaying, diagonal, camera)
+
+
+def _light(scene: Scene, camera: Camera) -> Sequence:
+    """Suns turn about the vertical axis, lamps sway."""
+    from pica.scene.light import DirectionalLight
+
+    shining = [node for node in scene.nodes() if node.light is not None]
+    suns = [(node, node.world) for node in shining if isinstance(node.light, DirectionalLight)]
+    lamps = _swing([node for node in shining if not isinstance(node.light, DirectionalLight)], _diagonal(scene), camera)
+
+    def play(frame: int) -> Camera:
+        for node, world in suns:
+            _place(node, turn("y", _TURN * frame) @ world)
+        return lamps(frame)
+
+    return play
+
+
+def _swing(nodes: list[Node], diagonal: float, camera: Camera) -> Sequence:
+    places = [(node, node.world) for node in nodes]
+
+    def play(frame: int) -> Camera:
+        for index, (node, world) in enumerate(places):
+            phase = 2 * math.pi * (frame / _PERIOD + index * 0.618)
+            start = 2 * math.pi * index * 0.618
+            across, along = math.sin(phase) - math.sin(start), math.cos(phase) - math.cos(start)
+            _place(node, move(_SWAY * diagonal * across, 0, _SWAY * diagonal * along) @ world)
+        return camera
+
+    return play
+
+
+def _place(node: Node, world: NDArray[np.float64]) -> None:
+    above = np.eye(4) if node.parent is None else node.parent.world
+    node.transform = np.linalg.inv(above) @ world
+
+
+def _diagonal(scene: Scene) -> float:
+    low, high = scene.bounds()
+    return float(np.linalg.norm(high - low))
+
+
+def _node_diagonal(node: Node) -> float:
+    alone = Scene()
+    shown = alone.add(Node(mesh=node.mesh))
+    shown.instances = node.instances
+    shown.transform = node.world
+    return _diagonal(alone)
+
+
+SEQUENCES: dict[str, Callable[[Scene, Camera], Sequence]] = {
+    "still": _still,
+    "camera": _camera,
+    "objects": _objects,
+    "light": _light,
+}
