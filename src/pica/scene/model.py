@@ -159,8 +159,8 @@ class Node:
     casts_shadows: Watched[bool] = Watched(True)
     """Whether it hides lights of its channels, and the environment."""
     lighting_channels: Watched[frozenset[int]] = Watched(ALL_CHANNELS, checked_channels)
-    """Of 0 to 5: lights reach meshes in one of their channels, and these alone hide them. The mesh's own emission reaches
-    those in one of its channels. SceneError for other numbers."""
+    """Of 0 to 5: lights reach meshes in one of their channels, and these alone hide them. The mesh's own emission
+    reaches those in one of its channels. SceneError for other numbers."""
     pose: Pose | None = None
     """What a file or an animation made `transform` from; None: a matrix, and animations cannot place the node."""
     children: list["Node"] = field(default_factory=list)
