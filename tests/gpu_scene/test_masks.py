@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import pica
-from pica.errors import SceneError
 from pica.rhi import embree
 from pica.scene.light import DirectionalLight, PointLight, SphereLight
 from pica.scene.procedural.placing import move, stretch, turn
@@ -271,11 +270,3 @@ def test_raster_and_all_rays_cull_the_same_backs(device, values, mirrored, doubl
     seen = picture.aov("instance")[8][columns] > 0
     # The front is where the normal points, also under transforms that mirror (glTF 2.0, 3.7.4).
     np.testing.assert_array_equal(seen, [True, double_sided, True, double_sided])
-
-
-def test_numbers_that_are_no_channels_are_an_error_of_one_line():
-    for wrong in ({6}, [-1], 3, None, ["0"], [0.5]):
-        with pytest.raises(SceneError, match=r"lighting channels .* 0 to 5"):
-            floor().lighting_channels = wrong
-        with pytest.raises(SceneError, match=r"lighting channels .* 0 to 5"):
-            PointLight(lighting_channels=wrong)
