@@ -3,10 +3,11 @@
     python benchmarks/simplified_materials.py FlightHelmet.gltf [--size 640x360] [--frames 64] [--roughness 0 0.3]
         [--scheduler pipeline] [--device NAME] [--env SKY.hdr] [--picture F]
 
-Five by five copies of the file's meshes on a plane. All that the camera sees is white metal of one roughness and sends
-out one reflection ray a pixel, whose surface is lit by one shadow ray (one_bounce.slang). With and without take turns,
-frame by frame. Prints one JSON line a roughness: medians of the pass's time, and the error of the mean picture without
-detail against the one with it. Both have the same noise but for what the materials change.
+Five by five copies of the file's meshes on a plane, with the camera among them. All that the camera sees is white metal
+of one roughness and sends out one reflection ray a pixel, whose surface is lit by one shadow ray (one_bounce.slang).
+With and without take turns, frame by frame. Prints one JSON line a roughness: medians of the effect's time from its
+first kernel to its last, waits included, and the error of the mean picture without detail against the one with it. Both
+have the same noise but for what the materials change.
 """
 
 import argparse
