@@ -11,6 +11,7 @@ from pica.gpu_scene.draws import DrawList, SectionDraws, draw_lists
 from pica.gpu_scene.environment import environment_map
 from pica.gpu_scene.geometry import GeometryBuffers
 from pica.gpu_scene.lights import EmissiveSection, LightTable
+from pica.gpu_scene.masks import SEEN_BY_CAMERA, SEEN_BY_SURFACES, instance_mask, is_masked, mask_and_channels
 from pica.gpu_scene.materials import MaterialTable, average_emission
 from pica.rhi.acceleration import RtObject, RtScene
 from pica.rhi.device import Device
@@ -28,7 +29,13 @@ RECORD = np.dtype(
     ]
 )
 INSTANCE = np.dtype(
-    [("to_world", "f4", (3, 4)), ("previous_to_world", "f4", (3, 4)), ("node", "u4"), ("first_record", "u4")]
+    [
+        ("to_world", "f4", (3, 4)),
+        ("previous_to_world", "f4", (3, 4)),
+        ("node", "u4"),
+        ("first_record", "u4"),
+        ("mask_and_channels", "u4"),
+    ]
 )
 NOT_EMISSIVE = 0xFFFFFFFF
 
@@ -63,6 +70,7 @@ class GpuScene:
         self._deformations: dict[Node, Deformation] = {}
         self._placements: dict[Node, _Placement] = {}
         self._record_sections: dict[int, Section] = {}
+        self._masked: set[Node] = set()
         self._node_numbers = 0
         self._just_moved: list[Node] = []
         self._just_deformed: list[Node] = []
@@ -121,17 +129,19 @@ class GpuScene:
         again = dict.fromkeys((*self._just_deformed, *deformed))
         self._deform_all(recording, [node for node in again if node in self._deformations])
         self._place_objects(added)
-        come_or_gone = (*changes.added, *changes.removed)
+        masked = [node for node in changes.altered if self._mask(node)]
+        come_or_gone = (*changes.added, *changes.removed, *masked)
         lights_differ = any(node.light is not None or _shines(node) for node in come_or_gone)
-        lights_moved = any(node.light is not None for node in changes.moved)
+        lights_differ |= any(self.lights.has(node) != (node.light is not None) for node in changes.altered)
+        lights_moved = any(node.light is not None for node in (*changes.moved, *changes.altered))
         if lights_differ:
             self._make_lights()
         elif lights_moved:
             self.lights.update(recording.encoder)
-        if changes.removed or added or moved or self._just_moved or again:
+        if changes.removed or added or moved or self._just_moved or again or masked or lights_differ or lights_moved:
             self._flush(recording)
         self._just_moved, self._just_deformed = moved, deformed
-        return bool(changes.removed or added or moved or deformed or lights_differ or lights_moved)
+        return bool(changes.removed or added or moved or deformed or masked or lights_differ or lights_moved)
 
     def _add(self, recording: Recording, node: Node) -> bool:
         """Upload what a node shows; its objects follow once its structures are recorded. False: it shows nothing."""
@@ -149,6 +159,7 @@ class GpuScene:
         rows["to_world"] = rows["previous_to_world"] = transforms
         rows["node"] = self._node_numbers
         rows["first_record"] = first_record + sections * np.arange(count)
+        rows["mask_and_channels"] = mask_and_channels(node)
         records = self._records.rows[first_record : first_record + count * sections].reshape(count, sections)
         records["instance"] = first_instance + np.arange(count)[:, None]
         records["material"] = materials
@@ -161,6 +172,7 @@ class GpuScene:
             objects=range(first_object, first_object + count * len(mesh.parts)),
             sections=[placed.section for placed in mesh.sections],
         )
+        self._note_masked(node)
         for index, record in enumerate(placement.records):
             self._record_sections[record] = placement.sections[index % sections]
         if node.deforms:
@@ -172,6 +184,7 @@ class GpuScene:
         placement = self._placements.pop(node, None)
         if placement is None:
             return
+        self._masked.discard(node)
         self.rt_scene.remove(placement.objects)
         self._instances.give_back(placement.instances.start, len(placement.instances))
         self._records.give_back(placement.records.start, len(placement.records))
@@ -183,6 +196,26 @@ class GpuScene:
             self._deformations.pop(node).forget()
         self.geometry.release(node)
         self._forget_draws()
+
+    def _mask(self, node: Node) -> bool:
+        """Upload who sees a node and its lighting channels; False: they are as they were, or it shows nothing."""
+        placement = self._placements.get(node)
+        if placement is None:
+            return False
+        instances, now = np.array(placement.instances), mask_and_channels(node)
+        before = int(self.instances["mask_and_channels"][instances[0]])
+        if now == before:
+            return False
+        self.instances["mask_and_channels"][instances] = now
+        self._instances.touch(instances)
+        self.rt_scene.mask(placement.objects, instance_mask(node))
+        if (now ^ before) & SEEN_BY_CAMERA:
+            self._forget_draws()
+        self._note_masked(node)
+        return True
+
+    def _note_masked(self, node: Node) -> None:
+        (self._masked.add if is_masked(node) else self._masked.discard)(node)
 
     def _move(self, nodes: list[Node]) -> None:
         """All at once: a hundred small NumPy calls cost more than their arithmetic."""
@@ -214,7 +247,7 @@ class GpuScene:
                     self.material_types.index(part.material_type),
                     part.flags,
                 )
-                self.rt_scene.place(slot, placed, instance["to_world"])
+                self.rt_scene.place(slot, placed, instance["to_world"], instance_mask(node))
 
     def _deform_all(self, recording: Recording, nodes: list[Node]) -> None:
         """All vertices first, then all structures: one wait between the two, not one a node."""
@@ -232,15 +265,20 @@ class GpuScene:
 
     def _make_lights(self) -> None:
         shining = [
-            EmissiveSection(record, section, self.instances[self.records[record]["instance"]]["to_world"])
+            (
+                EmissiveSection(record, section, instance["to_world"]),
+                bool(instance["mask_and_channels"] & SEEN_BY_SURFACES),
+            )
             for record, section in self._record_sections.items()
             if average_emission(section.material) > 0
+            for instance in [self.instances[self.records[record]["instance"]]]
         ]
         self._device.give_back(*self.lights.buffers())
-        self.lights = LightTable(self._device, self.source, shining)
-        for shone in shining:
-            self._records.rows[shone.record]["first_emissive"] = self.lights.first_emissive[shone.record]
-            self._records.touch(np.array([shone.record]))
+        self.lights = LightTable(self._device, self.source, [emissive for emissive, seen in shining if seen])
+        for emissive, _ in shining:
+            first = self.lights.first_emissive.get(emissive.record, NOT_EMISSIVE)
+            self._records.rows[emissive.record]["first_emissive"] = first
+            self._records.touch(np.array([emissive.record]))
 
     def _flush(self, recording: Recording) -> None:
         """Upload the tables, build the top level, and let the block know where everything is now."""
@@ -256,12 +294,15 @@ class GpuScene:
             records=self._records.buffer,
             instances=self._instances.buffer,
             materials=self.materials.table.buffer,
+            masked=int(bool(self._masked) or self.lights.masked),
             **self.lights.parameters,
         )
 
     def _section_draws(self) -> SectionDraws:
-        records = np.fromiter(self._record_sections, np.int64, len(self._record_sections))
-        sections = list(self._record_sections.values())
+        every = np.fromiter(self._record_sections, np.int64, len(self._record_sections))
+        masks = self.instances["mask_and_channels"][self.records["instance"][every]]
+        records = every[masks & SEEN_BY_CAMERA != 0]
+        sections = [self._record_sections[record] for record in records.tolist()]
         materials = [section.material for section in sections]
         return SectionDraws(
             record=records,

@@ -5,12 +5,23 @@ Photometric units are glTF's. Colours are linear Rec. 709 and multiply the unit.
 
 from dataclasses import dataclass
 
+from pica.scene.channels import ALL_CHANNELS, checked_channels
+
 Color = tuple[float, float, float]
 WHITE: Color = (1.0, 1.0, 1.0)
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Channelled:
+    lighting_channels: frozenset[int] = ALL_CHANNELS
+    """Of 0 to 5: the light reaches the nodes that are in one of them, and only these hide it."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lighting_channels", checked_channels(self.lighting_channels))
+
+
 @dataclass(frozen=True)
-class DirectionalLight:
+class DirectionalLight(_Channelled):
     """A light so far away that its rays are parallel, such as the sun."""
 
     color: Color = WHITE
@@ -22,7 +33,7 @@ class DirectionalLight:
 
 
 @dataclass(frozen=True)
-class PointLight:
+class PointLight(_Channelled):
     """A light that shines equally in all directions, from a sphere of the given radius."""
 
     color: Color = WHITE
@@ -36,7 +47,7 @@ class PointLight:
 
 
 @dataclass(frozen=True)
-class SpotLight:
+class SpotLight(_Channelled):
     """A point light limited to a cone."""
 
     color: Color = WHITE
@@ -54,7 +65,7 @@ class SpotLight:
 
 
 @dataclass(frozen=True)
-class RectangleLight:
+class RectangleLight(_Channelled):
     """A rectangle in its node's XY plane that shines from its -Z side."""
 
     color: Color = WHITE
@@ -68,7 +79,7 @@ class RectangleLight:
 
 
 @dataclass(frozen=True)
-class DiskLight:
+class DiskLight(_Channelled):
     """A disk in its node's XY plane that shines from its -Z side."""
 
     color: Color = WHITE
@@ -80,7 +91,7 @@ class DiskLight:
 
 
 @dataclass(frozen=True)
-class SphereLight:
+class SphereLight(_Channelled):
     """A sphere around its node's origin that shines outwards."""
 
     color: Color = WHITE

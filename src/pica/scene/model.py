@@ -14,10 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from pica.errors import SceneError
 from pica.scene.animation import Animation, Pose, together
 from pica.scene.camera import Camera
+from pica.scene.channels import ALL_CHANNELS, checked_channels
 from pica.scene.environment import Environment
 from pica.scene.light import Light
 from pica.scene.material import Material
 from pica.scene.skin import Skin, deform
+from pica.scene.watched import Watched
 
 
 @dataclass(eq=False)
@@ -95,10 +97,12 @@ class Changes:
     """With all below them."""
     deformed: "list[Node]"
     """Their vertices moved against each other, by weights or by joints."""
+    altered: "list[Node]"
+    """What they carry as a light, who sees them or their lighting channels were set."""
 
     def any(self) -> bool:
         """Whether there was any change."""
-        return bool(self.added or self.removed or self.moved or self.deformed)
+        return bool(self.added or self.removed or self.moved or self.deformed or self.altered)
 
 
 class ChangeSet:
@@ -109,6 +113,7 @@ class ChangeSet:
         self.removed: dict[Node, None] = {}
         self.moved: dict[Node, None] = {}
         self.deformed: dict[Node, None] = {}
+        self.altered: dict[Node, None] = {}
 
     def add(self, node: "Node") -> None:
         """A node has come; one that goes and comes back counts as both."""
@@ -123,12 +128,14 @@ class ChangeSet:
             self.added.pop(node, None)
         self.moved.pop(node, None)
         self.deformed.pop(node, None)
+        self.altered.pop(node, None)
 
     def take(self) -> Changes:
         """The changes since the last call, and forget them."""
-        changes = Changes(list(self.added), list(self.removed), list(self.moved), list(self.deformed))
-        for collected in (self.added, self.removed, self.moved, self.deformed):
-            collected.clear()
+        collected = self.added, self.removed, self.moved, self.deformed, self.altered
+        changes = Changes(*(list(nodes) for nodes in collected))
+        for nodes in collected:
+            nodes.clear()
         return changes
 
 
@@ -138,12 +145,22 @@ class Node:
 
     name: str = ""
     mesh: Mesh | None = None
-    light: Light | None = None
+    light: Watched[Light | None] = Watched(None)
+    """Lights are immutable: set another one, such as `dataclasses.replace(node.light, intensity=3.0)`."""
     camera: Camera | None = None
     """Its own transform is ignored: the node's world matrix places it."""
     instances: NDArray[np.float64] | None = None
     """(count, 4, 4) copies of the mesh relative to this node (EXT_mesh_gpu_instancing); None: one, at the node."""
     extras: dict[str, object] = field(default_factory=dict)
+    visible_to_camera: Watched[bool] = Watched(True)
+    """Whether the camera sees the mesh. This and what follows is about the node's own mesh, not about its children."""
+    visible_to_reflections: Watched[bool] = Watched(True)
+    """Whether rays for reflected light meet it; if not, its emission lights nothing."""
+    casts_shadows: Watched[bool] = Watched(True)
+    """Whether it hides lights of its channels, and the environment."""
+    lighting_channels: Watched[frozenset[int]] = Watched(ALL_CHANNELS, checked_channels)
+    """Of 0 to 5: lights reach meshes in one of their channels, and these alone hide them. The mesh's own emission
+    reaches those in one of its channels. SceneError for other numbers."""
     pose: Pose | None = None
     """What a file or an animation made `transform` from; None: a matrix, and animations cannot place the node."""
     children: list["Node"] = field(default_factory=list)
