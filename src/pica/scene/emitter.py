@@ -108,7 +108,7 @@ def _random(seed: int, identities: NDArray[np.int64], count: int) -> Floats:
     step = np.uint64(0x9E3779B97F4A7C15)
     with np.errstate(over="ignore"):
         state = identities.astype(np.uint64)[:, None] * np.uint64(count) + np.arange(1, count + 1, dtype=np.uint64)
-        z = _mixed(np.uint64(seed % 2**64) * step + step) + state * step
+        z = np.asarray(_mixed(np.uint64(seed % 2**64) * step + step) + state * step, np.uint64)
         return (_mixed(z) >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 

@@ -95,7 +95,7 @@ class Landscape:
         return self._section(slice(None), slice(None), (first + corners).reshape(-1, 3).astype(np.uint32))
 
     def height_at(self, x: ArrayLike, z: ArrayLike) -> Floats:
-        """Metres of the finest surface above places of the node's XZ plane; those beyond the border get the border's."""
+        """Metres of the finest surface above places of the node's XZ plane; beyond the border it is the border's."""
         rows, columns = self.heights.shape
         u = np.clip(np.asarray(x, np.float64) / self.spacing + (columns - 1) / 2, 0, columns - 1)
         v = np.clip(np.asarray(z, np.float64) / self.spacing + (rows - 1) / 2, 0, rows - 1)
@@ -145,7 +145,7 @@ class Landscape:
 
     def _mesh(self, z: int, x: int) -> Mesh:
         step = 2 ** int(self.chosen[z, x])
-        edges: Edges = tuple(int(edge) // step for edge in self._edges[z, x])  # type: ignore[assignment]
+        edges: Edges = tuple(int(edge) // step for edge in self._edges[z, x])
         indices = patch_triangles(self.patch // step, edges)
         return Mesh([self._section(self._rows(z, step), self._rows(x, step), indices)], f"{self.node.name} {z} {x}")
 
@@ -153,7 +153,16 @@ class Landscape:
         used = {name: np.ascontiguousarray(values[rows, columns]) for name, values in self._vertices.items()}
         flat = {name: values.reshape(-1, values.shape[-1]) for name, values in used.items()}
         colors = np.ones((len(flat["positions"]), 4), np.float32)
-        return Section(**flat, uv1=flat["uv0"], colors=colors, indices=indices, material=self.material)
+        return Section(
+            flat["positions"],
+            flat["normals"],
+            flat["tangents"],
+            flat["uv0"],
+            flat["uv0"],
+            colors,
+            indices,
+            self.material,
+        )
 
 
 @cache
@@ -167,10 +176,9 @@ def patch_triangles(quads: int, edges: Edges) -> NDArray[np.uint32]:
     side = quads + 1
     column, row = np.meshgrid(np.arange(side), np.arange(side))
     moved_column, moved_row = column.copy(), row.copy()
-    for border, step in ((np.s_[:, 0], edges[0]), (np.s_[:, -1], edges[1])):
-        moved_row[border] = _kept(quads, step)
-    for border, step in ((np.s_[0, :], edges[2]), (np.s_[-1, :], edges[3])):
-        moved_column[border] = _kept(quads, step)
+    for end in (0, 1):
+        moved_row[:, -end] = _kept(quads, edges[end])
+        moved_column[-end, :] = _kept(quads, edges[2 + end])
     vertices = moved_row * side + moved_column
     a, b, c, d = vertices[:-1, :-1], vertices[:-1, 1:], vertices[1:, :-1], vertices[1:, 1:]
     triangles = np.concatenate([np.stack(corners, -1).reshape(-1, 3) for corners in ((a, c, d), (a, d, b))])

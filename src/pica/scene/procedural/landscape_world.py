@@ -1,4 +1,4 @@
-"""Hills with grass and shrubs, a paper dragon in the wind, a camp fire: everything whose geometry changes as it goes."""
+"""Hills with grass and shrubs, a paper dragon in the wind, a camp fire: all whose geometry changes as it goes."""
 
 import math
 
@@ -30,7 +30,7 @@ _DRAGON = 10
 """Control points of the dragon."""
 
 
-def landscape(seed: int = 1, plants: int = 600) -> Scene:
+def landscape(seed: int = 1, plants: int = 1500) -> Scene:
     """Hills of 128 metres; `scene.animate(time)` drives the animations dragon, fire and meteor.
 
     The same seed gives the same scene. `plants`, 0 to 20,000, stand within 30 metres. Raises SceneError for a number
@@ -54,8 +54,8 @@ def landscape(seed: int = 1, plants: int = 600) -> Scene:
     scene.animations = [_dragon(world, ground), _fire(world, ground, seed), _meteor(world, seed)]
     sun = DirectionalLight(color=(1.0, 0.86, 0.68), illuminance=4.0, angular_diameter=math.radians(1.5), name="sun")
     place(world, "sun", sun, aim((5.0, 4.5, 3.0), (0, 0, 0)))
-    eye = np.array((0.0, float(ground.height_at(0.0, 5.0)) + 1.9, 5.0))
-    camera = Camera.look_at(eye, eye + (0.0, -0.10, -1.0), fov=48.0, name="meadow")
+    eye = float(ground.height_at(0.0, 5.0)) + 1.9
+    camera = Camera.look_at((0, eye, 5), (0, eye - 0.1, 4), fov=48.0, name="meadow")
     place(world, "camera", transform=camera.transform).camera = camera
     scene.animate(0.0)
     return scene
