@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from pica.rhi.device import Device
 from pica.rhi.material_types import MaterialTypeSet
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
+from pica.scene.camera import Camera
 from pica.scene.material import AlphaMode
 from pica.scene.model import Node, Scene, Section
 
@@ -48,6 +50,15 @@ class _Placement:
     records: range
     objects: range
     sections: list[Section]
+    identities: NDArray[np.int64] | None
+    """Of the instances as they were last placed."""
+
+    def have_come(self, node: Node) -> NDArray[np.bool_]:
+        """(instances,) which of them show something else than before; asking again gives none."""
+        before, self.identities = self.identities, node.identities
+        if before is None or node.identities is None:
+            return np.zeros(len(self.instances), bool)
+        return np.asarray(before != node.identities)
 
 
 class GpuScene:
@@ -66,12 +77,13 @@ class GpuScene:
         self._instances = HostTable(device, "instances", INSTANCE)
         self._records = HostTable(device, "records", RECORD)
         self.rt_scene = RtScene(device)
-        self._deform = device.compute("gpu_scene/deform.slang")
         self._deformations: dict[Node, Deformation] = {}
         self._placements: dict[Node, _Placement] = {}
         self._record_sections: dict[int, Section] = {}
         self._masked: set[Node] = set()
-        self._node_numbers = 0
+        self._numbers: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
+        self._node_count = 0
+        self._facing: dict[Node, None] = {}
         self._just_moved: list[Node] = []
         self._just_deformed: list[Node] = []
         self.lights = LightTable(device, scene, [])
@@ -112,11 +124,16 @@ class GpuScene:
         """What raster draws; made when first asked for after a change."""
         return draw_lists(self._device, self._section_draws())
 
-    def update(self, recording: Recording) -> bool:
+    def update(self, recording: Recording, camera: Camera | None = None) -> bool:
         """Upload what changed since the last frame and rebuild the top level; True when anything did.
 
+        What faces the camera is told it first; None leaves it as it was.
         What moved or deformed in the frame before is brought up to date once more, as it stands still now.
         """
+        if camera is not None:
+            for node in (*self._facing, *self._changes.added):
+                if node.faces_camera is not None:
+                    node.faces_camera.face(camera)
         changes = self._changes.take()
         for node in changes.removed:
             self._remove(node)
@@ -145,7 +162,11 @@ class GpuScene:
 
     def _add(self, recording: Recording, node: Node) -> bool:
         """Upload what a node shows; its objects follow once its structures are recorded. False: it shows nothing."""
-        self._node_numbers += 1
+        if node not in self._numbers:
+            self._node_count += 1
+            self._numbers[node] = self._node_count
+        if node.faces_camera is not None:
+            self._facing[node] = None
         if node.mesh is None or not node.mesh.sections or not len(node.instance_transforms()):
             return False
         mesh = self.geometry.acquire(recording.encoder, node)
@@ -157,7 +178,7 @@ class GpuScene:
         materials = [self.materials.acquire(placed.section.material) for placed in mesh.sections]
         rows = self._instances.rows[first_instance : first_instance + count]
         rows["to_world"] = rows["previous_to_world"] = transforms
-        rows["node"] = self._node_numbers
+        rows["node"] = self._numbers[node]
         rows["first_record"] = first_record + sections * np.arange(count)
         rows["mask_and_channels"] = mask_and_channels(node)
         records = self._records.rows[first_record : first_record + count * sections].reshape(count, sections)
@@ -171,16 +192,18 @@ class GpuScene:
             records=range(first_record, first_record + count * sections),
             objects=range(first_object, first_object + count * len(mesh.parts)),
             sections=[placed.section for placed in mesh.sections],
+            identities=node.identities,
         )
         self._note_masked(node)
         for index, record in enumerate(placement.records):
             self._record_sections[record] = placement.sections[index % sections]
         if node.deforms:
-            self._deformations[node] = Deformation(self._device, self._deform, node, self.geometry, self._rebuild_at)
+            self._deformations[node] = Deformation(self._device, node, self.geometry, self._rebuild_at)
         self._forget_draws()
         return True
 
     def _remove(self, node: Node) -> None:
+        self._facing.pop(node, None)
         placement = self._placements.pop(node, None)
         if placement is None:
             return
@@ -228,7 +251,8 @@ class GpuScene:
         instances = _numbers(np.array([p.instances.start for p in placements]), counts)
         objects = _numbers(np.array([p.objects.start for p in placements]), counts * parts)
         before = self.instances["to_world"][instances]
-        self.instances["previous_to_world"][instances] = before
+        come = np.concatenate([placement.have_come(node) for placement, node in zip(placements, nodes, strict=True)])
+        self.instances["previous_to_world"][instances] = np.where(come[:, None, None], now, before)
         self.instances["to_world"][instances] = now
         self._instances.touch(instances)
         self.rt_scene.move(objects, np.repeat(now, np.repeat(parts, counts), axis=0))

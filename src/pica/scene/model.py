@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from pica.errors import SceneError
 from pica.scene.animation import Animation, Pose, together
 from pica.scene.camera import Camera
+from pica.scene.changes import ChangeSet
 from pica.scene.channels import ALL_CHANNELS, checked_channels
+from pica.scene.deformer import CameraFacing, Deformer, FacesCamera
 from pica.scene.environment import Environment
 from pica.scene.light import Light
 from pica.scene.material import Material
@@ -87,58 +89,6 @@ class Mesh:
         return max((len(positions) for positions in targets if positions is not None), default=0)
 
 
-@dataclass
-class Changes:
-    """What became of a scene's nodes; each node once a list."""
-
-    added: "list[Node]"
-    removed: "list[Node]"
-    moved: "list[Node]"
-    """With all below them."""
-    deformed: "list[Node]"
-    """Their vertices moved against each other, by weights or by joints."""
-    altered: "list[Node]"
-    """What they carry as a light, who sees them or their lighting channels were set."""
-
-    def any(self) -> bool:
-        """Whether there was any change."""
-        return bool(self.added or self.removed or self.moved or self.deformed or self.altered)
-
-
-class ChangeSet:
-    """Collects changes for somebody who follows a scene; made by Scene.subscribe."""
-
-    def __init__(self) -> None:
-        self.added: dict[Node, None] = {}
-        self.removed: dict[Node, None] = {}
-        self.moved: dict[Node, None] = {}
-        self.deformed: dict[Node, None] = {}
-        self.altered: dict[Node, None] = {}
-
-    def add(self, node: "Node") -> None:
-        """A node has come; one that goes and comes back counts as both."""
-        self.added[node] = None
-
-    def remove(self, node: "Node") -> None:
-        """A node has gone."""
-        if node in self.added and node not in self.removed:
-            del self.added[node]
-        else:
-            self.removed[node] = None
-            self.added.pop(node, None)
-        self.moved.pop(node, None)
-        self.deformed.pop(node, None)
-        self.altered.pop(node, None)
-
-    def take(self) -> Changes:
-        """The changes since the last call, and forget them."""
-        collected = self.added, self.removed, self.moved, self.deformed, self.altered
-        changes = Changes(*(list(nodes) for nodes in collected))
-        for nodes in collected:
-            nodes.clear()
-        return changes
-
-
 @dataclass(eq=False)
 class Node:
     """A place in the world and what stands there. Set `transform` to move it with its children."""
@@ -163,12 +113,17 @@ class Node:
     reaches those in one of its channels. SceneError for other numbers."""
     pose: Pose | None = None
     """What a file or an animation made `transform` from; None: a matrix, and animations cannot place the node."""
+    faces_camera: FacesCamera | None = None
+    """Told the camera before each picture; set before the node comes into a scene."""
+    identities: NDArray[np.int64] | None = None
+    """(count,) which thing each instance shows: where that changes, it has come, not moved. None: always the same."""
     children: list["Node"] = field(default_factory=list)
     parent: "Node | None" = field(default=None, repr=False)
     _transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
     _world: NDArray[np.float64] | None = field(default=None, repr=False)
     _weights: NDArray[np.float64] | None = field(default=None, repr=False)
     _skin: Skin | None = field(default=None, repr=False)
+    _deformer: Deformer | None = field(default=None, repr=False)
     _carried: "tuple[Node, ...]" = field(default=(), repr=False)
     """The skinned nodes that this one places, as their skin's root."""
     _bent: "tuple[Node, ...]" = field(default=(), repr=False)
@@ -204,8 +159,7 @@ class Node:
         if len(values) != count:
             raise SceneError(f"node {self.name!r}: {len(values)} weights for a mesh with {count} morph targets")
         self._weights = values
-        for listener in self._listeners or ():
-            listener.deformed[self] = None
+        self.tell_deformed()
 
     @property
     def skin(self) -> Skin | None:
@@ -221,9 +175,44 @@ class Node:
             link._bent += (self,)
 
     @property
+    def deformer(self) -> Deformer | None:
+        """What writes the mesh's vertices instead of a skin and weights; set it once, before the node is shown."""
+        return self._deformer
+
+    @deformer.setter
+    def deformer(self, deformer: Deformer) -> None:
+        if deformer.node is not None:
+            raise SceneError(f"node {self.name!r}: its deformer belongs to node {deformer.node.name!r} already")
+        self._deformer, deformer.node = deformer, self
+        if isinstance(deformer, CameraFacing):
+            self.faces_camera = deformer
+
+    @property
     def deforms(self) -> bool:
-        """Whether the mesh has a shape of its own at this node, by a skin or by weights."""
-        return self.mesh is not None and (self._skin is not None or self._weights is not None)
+        """Whether the mesh has a shape of its own at this node, by a skin, by weights or by a deformer."""
+        own = self._skin is not None or self._weights is not None or self._deformer is not None
+        return self.mesh is not None and own
+
+    def tell_deformed(self) -> None:
+        """The mesh's vertices are to be written anew."""
+        for listener in self._listeners or ():
+            listener.deformed[self] = None
+
+    def show(self, mesh: Mesh | None) -> None:
+        """Show another mesh from the next picture on."""
+        self.mesh = mesh
+        for listener in self._listeners or ():
+            listener.remove(self)
+            listener.add(self)
+
+    def place_instances(self, instances: NDArray[np.float64], identities: NDArray[np.int64] | None = None) -> None:
+        """Put the copies of the mesh elsewhere: `instances` and `identities` as above, as many as there were or not."""
+        count = None if self.instances is None else len(self.instances)
+        self.instances, self.identities = instances, identities
+        if len(instances) != count:
+            self.show(self.mesh)
+        for listener in self._listeners or ():
+            listener.moved[self] = None
 
     @property
     def world(self) -> NDArray[np.float64]:
