@@ -12,6 +12,7 @@ from pica.gpu_scene.environment import environment_map
 from pica.gpu_scene.geometry import GeometryBuffers
 from pica.gpu_scene.lights import EmissiveSection, LightTable
 from pica.gpu_scene.materials import MaterialTable, average_emission
+from pica.gpu_scene.primitives import BOX_INDICES
 from pica.rhi.acceleration import RtObject, RtScene
 from pica.rhi.device import Device
 from pica.rhi.material_types import MaterialTypeSet
@@ -19,12 +20,13 @@ from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
 from pica.scene.material import AlphaMode
 from pica.scene.model import Node, Scene, Section
+from pica.scene.primitives import Primitives
 
 # shaders/scene_types.slang: SectionRecord and Instance
 RECORD = np.dtype(
     [
         (name, "u4")
-        for name in ("first_index", "first_vertex", "material", "instance", "first_emissive", "first_previous")
+        for name in ("first_index", "first_vertex", "material", "instance", "first_emissive", "first_previous", "shape")
     ]
 )
 INSTANCE = np.dtype(
@@ -40,7 +42,7 @@ class _Placement:
     instances: range
     records: range
     objects: range
-    sections: list[Section]
+    sections: list[Section | Primitives]
 
 
 class GpuScene:
@@ -62,7 +64,7 @@ class GpuScene:
         self._deform = device.compute("gpu_scene/deform.slang")
         self._deformations: dict[Node, Deformation] = {}
         self._placements: dict[Node, _Placement] = {}
-        self._record_sections: dict[int, Section] = {}
+        self._record_sections: dict[int, Section | Primitives] = {}
         self._node_numbers = 0
         self._just_moved: list[Node] = []
         self._just_deformed: list[Node] = []
@@ -136,15 +138,16 @@ class GpuScene:
     def _add(self, recording: Recording, node: Node) -> bool:
         """Upload what a node shows; its objects follow once its structures are recorded. False: it shows nothing."""
         self._node_numbers += 1
-        if node.mesh is None or not node.mesh.sections or not len(node.instance_transforms()):
+        if node.mesh is None or not (node.mesh.sections or node.mesh.primitives) or not len(node.instance_transforms()):
             return False
         mesh = self.geometry.acquire(recording.encoder, node)
         transforms = node.instance_transforms()[:, :3]
-        count, sections = len(transforms), len(mesh.sections)
+        count, sections = len(transforms), len(mesh.placed)
         first_instance = self._instances.take(count)
         first_record = self._records.take(count * sections)
         first_object = self.rt_scene.slots.take(count * len(mesh.parts))
-        materials = [self.materials.acquire(placed.section.material) for placed in mesh.sections]
+        materials = [self.materials.acquire(placed.section.material) for placed in mesh.placed]
+        shapes = [self.materials.shape_number(placed.hit_group) for placed in mesh.primitives]
         rows = self._instances.rows[first_instance : first_instance + count]
         rows["to_world"] = rows["previous_to_world"] = transforms
         rows["node"] = self._node_numbers
@@ -154,12 +157,13 @@ class GpuScene:
         records["material"] = materials
         records["first_emissive"] = NOT_EMISSIVE
         for name in ("first_index", "first_vertex", "first_previous"):
-            records[name] = [getattr(placed, name) for placed in mesh.sections]
+            records[name] = [getattr(placed, name) for placed in mesh.placed]
+        records["shape"] = [0] * len(mesh.sections) + shapes
         placement = self._placements[node] = _Placement(
             instances=range(first_instance, first_instance + count),
             records=range(first_record, first_record + count * sections),
             objects=range(first_object, first_object + count * len(mesh.parts)),
-            sections=[placed.section for placed in mesh.sections],
+            sections=[placed.section for placed in mesh.placed],
         )
         for index, record in enumerate(placement.records):
             self._record_sections[record] = placement.sections[index % sections]
@@ -211,7 +215,7 @@ class GpuScene:
                 placed = RtObject(
                     part.geometry,
                     int(instance["first_record"]) + part.first_section,
-                    self.material_types.index(part.material_type),
+                    self.material_types.index(part.hit_group),
                     part.flags,
                 )
                 self.rt_scene.place(slot, placed, instance["to_world"])
@@ -234,7 +238,7 @@ class GpuScene:
         shining = [
             EmissiveSection(record, section, self.instances[self.records[record]["instance"]]["to_world"])
             for record, section in self._record_sections.items()
-            if average_emission(section.material) > 0
+            if isinstance(section, Section) and average_emission(section.material) > 0
         ]
         self._device.give_back(*self.lights.buffers())
         self.lights = LightTable(self._device, self.source, shining)
@@ -253,6 +257,8 @@ class GpuScene:
             previousPositions=self.geometry.previous_positions,
             vertices=self.geometry.vertices,
             indices=self.geometry.indices,
+            boxes=self.geometry.primitives.boxes,
+            shapeNumbers=self.geometry.primitives.numbers,
             records=self._records.buffer,
             instances=self._instances.buffer,
             materials=self.materials.table.buffer,
@@ -263,10 +269,13 @@ class GpuScene:
         records = np.fromiter(self._record_sections, np.int64, len(self._record_sections))
         sections = list(self._record_sections.values())
         materials = [section.material for section in sections]
+        shapes = self.records["shape"][records] > 0
         return SectionDraws(
             record=records,
-            first_index=self.records["first_index"][records],
-            index_count=np.array([section.indices.size for section in sections], np.uint32),
+            first_index=np.where(shapes, self.geometry.first_box_index, self.records["first_index"][records]),
+            index_count=np.array([BOX_INDICES.size if isinstance(s, Primitives) else s.indices.size for s in sections]),
+            instances=np.array([len(s) if isinstance(s, Primitives) else 1 for s in sections], np.uint32),
+            boxes=shapes,
             opaque=np.array([m.alpha_mode is AlphaMode.OPAQUE for m in materials], bool),
             double_sided=np.array([m.double_sided for m in materials], bool),
             mirrored=_mirrored(self.instances["to_world"])[self.records["instance"][records]],
