@@ -1,5 +1,6 @@
 """Primitives that are not triangles on the GPU: their boxes and their parameters."""
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,6 +60,12 @@ class PrimitiveBuffers:
 
     def upload(self, encoder: spy.CommandEncoder, primitives: Primitives) -> PlacedPrimitives:
         """Record the upload. Raises ShapeError when the parameters are not what the shape wants."""
+        if max(primitives.material.emission) > 0:
+            warnings.warn(
+                f"primitives of shape {primitives.shape!r} shine, but light is not sampled from them: "
+                "in the hybrid they light nothing; use a light, or triangles",
+                stacklevel=2,
+            )
         numbers = self._device.shape_types[primitives.shape].packed(primitives)
         first_box = self._boxes.take(encoder, primitives.bounds)
         return PlacedPrimitives(primitives, first_box, self._numbers.take(encoder, numbers), numbers.size)

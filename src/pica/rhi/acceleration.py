@@ -61,9 +61,7 @@ class RtGeometry:
     A deforming one can be refitted: the same tree with new boxes, several times faster than a build.
     """
 
-    def __init__(
-        self, device: Device, sections: Sequence[RtSection] | Sequence[RtBoxes], deforms: bool = False
-    ) -> None:
+    def __init__(self, device: Device, sections: Sequence[RtSection | RtBoxes], deforms: bool = False) -> None:
         self._device, self.sections, self.deforms = device, sections, deforms
         flags = spy.AccelerationStructureBuildFlags
         self._flags = flags.prefer_fast_trace | (flags.allow_update if deforms else flags.allow_compaction)
@@ -170,7 +168,7 @@ def build_compact(device: Device, geometries: list[RtGeometry], positions: spy.B
     device.handle.wait_for_idle()
 
 
-def _inputs(positions: spy.Buffer, indices: spy.Buffer, sections: Sequence[RtSection] | Sequence[RtBoxes]) -> list[Any]:
+def _inputs(positions: spy.Buffer, indices: spy.Buffer, sections: Sequence[RtSection | RtBoxes]) -> list[Any]:
     flags = spy.AccelerationStructureGeometryFlags
     return [
         spy.AccelerationStructureBuildInputProceduralPrimitives(
@@ -220,9 +218,15 @@ class RtScene:
         self.slots = HostTable(device, "rt objects", INSTANCE, usage)
         self.objects: dict[int, RtObject] = {}  # a top level does not keep its parts alive
         self._watchers: list[set[int]] = []
+        self._with_boxes: set[int] = set()
         self._built: tuple[spy.Buffer, spy.AccelerationStructureBuildDesc, spy.Buffer] | None = None
         self._size = 0
         self.structure: spy.AccelerationStructure
+
+    @property
+    def has_boxes(self) -> bool:
+        """Whether any object is made of boxes, which only intersection shaders can look into."""
+        return bool(self._with_boxes)
 
     def watch(self) -> set[int]:
         """A set that gathers the slots which are filled, moved or emptied; whoever asked for it takes them out."""
@@ -241,6 +245,8 @@ class RtScene:
         row["handle"] = _handle(placed.geometry.structure)
         row["transform"] = transform
         self.objects[slot] = placed
+        if placed.geometry.has_boxes:
+            self._with_boxes.add(slot)
         self._tell([slot])
         self.slots.touch(np.array([slot]))
 
@@ -255,6 +261,7 @@ class RtScene:
         self._tell(slots)
         for slot in slots:
             del self.objects[slot]
+        self._with_boxes.difference_update(slots)
         self.slots.give_back(slots.start, len(slots))
 
     def build(self, recording: Recording) -> None:

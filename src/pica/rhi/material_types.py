@@ -75,7 +75,7 @@ class MaterialType:
     @property
     def struct(self) -> str:
         """What the alias module calls it."""
-        return f"MaterialType_{self.name}"
+        return f"material_struct_{self.name}"
 
     def packed(self, what: str, values: dict[str, Any]) -> NDArray[np.uint32]:
         """Parameters as (MAX_PARAMETERS,) numbers. Raises MaterialTypeError for a name or a shape that does not fit."""
@@ -195,7 +195,7 @@ def compiled(device: spy.Device, source: MaterialSource) -> tuple[str, np.dtype[
             alias=alias,
             interface=interface,
             module=module,
-            type=f"{source.kind.title().replace(' ', '')}_{source.name}",
+            type=f"{source.word}_struct_{source.name}",
             struct=made_of_it,
         )
         device.load_module_from_source(alias, text)

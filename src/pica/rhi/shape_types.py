@@ -72,7 +72,7 @@ class ShapeType:
     @property
     def struct(self) -> str:
         """What the alias module calls it."""
-        return f"Shape_{self.name}"
+        return f"shape_struct_{self.name}"
 
     def packed(self, primitives: Primitives) -> NDArray[np.uint32]:
         """Parameters as (primitives, numbers each). Raises ShapeError for a name or a form that does not fit."""

@@ -8,12 +8,15 @@ from numpy.typing import ArrayLike, NDArray
 from pica.errors import SceneError
 from pica.scene.material import Material
 
+_Floats = NDArray[np.float64]
+
 
 @dataclass(eq=False)
 class Primitives:
-    """A part of a mesh with one material: `count` primitives of one shape, which rays meet exactly (docs/primitives.md).
+    """A part of a mesh with one material: primitives of one shape, which rays meet as they are.
 
-    The functions below make the built-in shapes. Raises SceneError when the arrays do not fit each other.
+    The functions below make the built-in shapes; docs/primitives.md tells of others. Raises SceneError when the arrays
+    do not fit each other.
     """
 
     shape: str
@@ -56,9 +59,9 @@ def capsules(starts: ArrayLike, ends: ArrayLike, radii: ArrayLike, material: Mat
 
 
 def tori(centers: ArrayLike, radii: ArrayLike, tube_radii: ArrayLike, material: Material) -> Primitives:
-    """Rings about axes parallel to Y through (n, 3) `centers`: (n,) `radii` to the middle of tubes of (n,) `tube_radii`.
+    """Rings about axes parallel to Y through (n, 3) `centers`; metres.
 
-    Metres; nodes and instances turn them.
+    (n,) `radii` reach to the middle of the tubes, whose own are `tube_radii`. Nodes and instances turn them.
     """
     center, radius = _points("torus", centers), _lengths("torus", radii, centers)
     tube = _lengths("torus", tube_radii, centers)
@@ -67,21 +70,15 @@ def tori(centers: ArrayLike, radii: ArrayLike, tube_radii: ArrayLike, material: 
 
 
 def rounded_boxes(centers: ArrayLike, sizes: ArrayLike, radii: ArrayLike, material: Material) -> Primitives:
-    """Boxes along the axes round (n, 3) `centers`, (n, 3) `sizes` in all, their edges rounded by (n,) `radii`; metres."""
+    """Boxes along the axes of (n, 3) `sizes` round (n, 3) `centers`, edges rounded by (n,) `radii`; metres."""
     center, radius = _points("rounded_box", centers), _lengths("rounded_box", radii, centers)
     half = np.broadcast_to(np.asarray(sizes, np.float64) / 2, center.shape)
-    if (2 * half.min(initial=np.inf) < 0) or (half.min(1, initial=np.inf) < radius).any():
+    if (half.min(1, initial=np.inf) < radius).any():
         raise SceneError("primitives of shape 'rounded_box': a radius is larger than half of the box's least size")
     return _made("rounded_box", material, center - half, center + half, center=center, halfSize=half, radius=radius)
 
 
-def _made(
-    shape: str,
-    material: Material,
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-    **parameters: NDArray[np.float64],
-) -> Primitives:
+def _made(shape: str, material: Material, low: _Floats, high: _Floats, **parameters: _Floats) -> Primitives:
     # Rounded outwards, by more than the shapes' own rounding.
     slack = 1e-6 * (np.abs(low) + np.abs(high))
     numbers: dict[str, NDArray[np.generic]] = {name: values.astype(np.float32) for name, values in parameters.items()}
