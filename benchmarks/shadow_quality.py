@@ -3,7 +3,7 @@
     python benchmarks/shadow_quality.py [--size 640x360] [--frames 120] [--samples 2048] [--set shadows.denoiser=svgf]
         [--only sequences|penumbra|off|trail] [--sheets FOLDER]
 
-machine_world under five lights, one at a time: a sun of 0.5 and of 5 degrees, a rectangle of 1 and of 4 metres, a sphere;
+machine_world under five lights, one at a time: suns of 0.5 and 5 degrees, rectangles of 1 and 4 metres, a sphere;
 then widths of penumbras, and what is left of a shadow when its light or its object has gone. One JSON object.
 """
 
@@ -103,7 +103,7 @@ def _width(profile: Any) -> float:
 
 
 def trail(device: Device, size: Any, settings: pica.Settings, arguments: argparse.Namespace) -> dict[str, Any]:
-    """Objects sway for 30 frames and stop: the error where shadows changed last, 8 and 60 frames later (mean square)."""
+    """Objects sway for 30 frames and stop: the mean square error where shadows changed last, some frames later."""
     found = {}
     for name, (light, eye) in LIGHTS.items():
         scene = lit(pica.scenes.machine_world(), light, eye)

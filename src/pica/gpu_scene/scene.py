@@ -14,6 +14,7 @@ from pica.gpu_scene.geometry import GeometryBuffers
 from pica.gpu_scene.lights import EmissiveSection, LightTable
 from pica.gpu_scene.masks import SEEN_BY_CAMERA, SEEN_BY_SURFACES, instance_mask, is_masked, mask_and_channels
 from pica.gpu_scene.materials import MaterialTable, average_emission
+from pica.gpu_scene.primitives import BOX_INDICES
 from pica.rhi.acceleration import RtObject, RtScene
 from pica.rhi.device import Device
 from pica.rhi.material_types import MaterialTypeSet
@@ -22,12 +23,13 @@ from pica.rhi.tables import HostTable
 from pica.scene.camera import Camera
 from pica.scene.material import AlphaMode
 from pica.scene.model import Node, Scene, Section
+from pica.scene.primitives import Primitives
 
 # shaders/scene_types.slang: SectionRecord and Instance
 RECORD = np.dtype(
     [
         (name, "u4")
-        for name in ("first_index", "first_vertex", "material", "instance", "first_emissive", "first_previous")
+        for name in ("first_index", "first_vertex", "material", "instance", "first_emissive", "first_previous", "shape")
     ]
 )
 INSTANCE = np.dtype(
@@ -49,7 +51,7 @@ class _Placement:
     instances: range
     records: range
     objects: range
-    sections: list[Section]
+    sections: list[Section | Primitives]
     identities: NDArray[np.int64] | None
     """Of the instances as they were last placed."""
 
@@ -79,7 +81,7 @@ class GpuScene:
         self.rt_scene = RtScene(device)
         self._deformations: dict[Node, Deformation] = {}
         self._placements: dict[Node, _Placement] = {}
-        self._record_sections: dict[int, Section] = {}
+        self._record_sections: dict[int, Section | Primitives] = {}
         self._masked: set[Node] = set()
         self._numbers: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
         self._node_count = 0
@@ -167,15 +169,16 @@ class GpuScene:
             self._numbers[node] = self._node_count
         if node.faces_camera is not None:
             self._facing[node] = None
-        if node.mesh is None or not node.mesh.sections or not len(node.instance_transforms()):
+        if node.mesh is None or not (node.mesh.sections or node.mesh.primitives) or not len(node.instance_transforms()):
             return False
         mesh = self.geometry.acquire(recording.encoder, node)
         transforms = node.instance_transforms()[:, :3]
-        count, sections = len(transforms), len(mesh.sections)
+        count, sections = len(transforms), len(mesh.placed)
         first_instance = self._instances.take(count)
         first_record = self._records.take(count * sections)
         first_object = self.rt_scene.slots.take(count * len(mesh.parts))
-        materials = [self.materials.acquire(placed.section.material) for placed in mesh.sections]
+        materials = [self.materials.acquire(placed.section.material) for placed in mesh.placed]
+        shapes = [self.materials.shape_number(placed.hit_group) for placed in mesh.primitives]
         rows = self._instances.rows[first_instance : first_instance + count]
         rows["to_world"] = rows["previous_to_world"] = transforms
         rows["node"] = self._numbers[node]
@@ -186,12 +189,13 @@ class GpuScene:
         records["material"] = materials
         records["first_emissive"] = NOT_EMISSIVE
         for name in ("first_index", "first_vertex", "first_previous"):
-            records[name] = [getattr(placed, name) for placed in mesh.sections]
+            records[name] = [getattr(placed, name) for placed in mesh.placed]
+        records["shape"] = [0] * len(mesh.sections) + shapes
         placement = self._placements[node] = _Placement(
             instances=range(first_instance, first_instance + count),
             records=range(first_record, first_record + count * sections),
             objects=range(first_object, first_object + count * len(mesh.parts)),
-            sections=[placed.section for placed in mesh.sections],
+            sections=[placed.section for placed in mesh.placed],
             identities=node.identities,
         )
         self._note_masked(node)
@@ -268,7 +272,7 @@ class GpuScene:
                 placed = RtObject(
                     part.geometry,
                     int(instance["first_record"]) + part.first_section,
-                    self.material_types.index(part.material_type),
+                    self.material_types.index(part.hit_group),
                     part.flags,
                 )
                 self.rt_scene.place(slot, placed, instance["to_world"], instance_mask(node))
@@ -294,7 +298,7 @@ class GpuScene:
                 bool(instance["mask_and_channels"] & SEEN_BY_SURFACES),
             )
             for record, section in self._record_sections.items()
-            if average_emission(section.material) > 0
+            if isinstance(section, Section) and average_emission(section.material) > 0
             for instance in [self.instances[self.records[record]["instance"]]]
         ]
         self._device.give_back(*self.lights.buffers())
@@ -315,6 +319,8 @@ class GpuScene:
             previousPositions=self.geometry.previous_positions,
             vertices=self.geometry.vertices,
             indices=self.geometry.indices,
+            boxes=self.geometry.primitives.boxes,
+            shapeNumbers=self.geometry.primitives.numbers,
             records=self._records.buffer,
             instances=self._instances.buffer,
             materials=self.materials.table.buffer,
@@ -328,10 +334,13 @@ class GpuScene:
         records = every[masks & SEEN_BY_CAMERA != 0]
         sections = [self._record_sections[record] for record in records.tolist()]
         materials = [section.material for section in sections]
+        shapes = self.records["shape"][records] > 0
         return SectionDraws(
             record=records,
-            first_index=self.records["first_index"][records],
-            index_count=np.array([section.indices.size for section in sections], np.uint32),
+            first_index=np.where(shapes, self.geometry.first_box_index, self.records["first_index"][records]),
+            index_count=np.array([BOX_INDICES.size if isinstance(s, Primitives) else s.indices.size for s in sections]),
+            instances=np.array([len(s) if isinstance(s, Primitives) else 1 for s in sections], np.uint32),
+            boxes=shapes,
             opaque=np.array([m.alpha_mode is AlphaMode.OPAQUE for m in materials], bool),
             double_sided=np.array([m.double_sided for m in materials], bool),
             mirrored=_mirrored(self.instances["to_world"])[self.records["instance"][records]],

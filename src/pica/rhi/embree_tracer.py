@@ -41,9 +41,10 @@ class _Geometry:
 
     def __init__(self, device: Device, source: RtGeometry, culled: bool) -> None:
         self._embree, self._device, self._source, self._culled = embree.library(), device, source, culled
-        self._sections = [self._section(section) for section in source.sections]
+        self._triangles = [section for section in source.sections if isinstance(section, RtSection)]
+        self._sections = [self._section(section) for section in self._triangles]
         self.scene = self._scene(dict(enumerate(self._sections)))
-        cutouts = {n: g for n, g in enumerate(self._sections) if not source.sections[n].opaque}
+        cutouts = {n: g for n, g in enumerate(self._sections) if not self._triangles[n].opaque}
         self.cutouts = self._scene(cutouts) if cutouts else 0
         self._builds = self._refits = 0
         self.update()
@@ -74,7 +75,7 @@ class _Geometry:
         assert source.buffers is not None
         self._kept = [(buffer, HostBuffer(self._device, buffer).read()) for buffer in source.buffers]
         positions, indices = (data.ctypes.data for _, data in self._kept)
-        for geometry, section in zip(self._sections, source.sections, strict=True):
+        for geometry, section in zip(self._sections, self._triangles, strict=True):
             shared = partial(self._embree.SetSharedGeometryBuffer, geometry)
             start, count = 12 * section.first_vertex, section.vertex_count
             shared(embree.VERTEX_BUFFER, 0, embree.FLOAT3, positions, start, 12, count)

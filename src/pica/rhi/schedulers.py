@@ -110,12 +110,18 @@ class _RayProgram:
     ) -> tuple[spy.ShaderProgram, spy.RayTracingPipeline, spy.ShaderTable]:
         shaders = device.handle.load_module(_EFFECT_MODULE)
         miss = f"{wants}Miss"
-        modules = [generation, shaders, *device.material_types.linked(types)]
+        modules = [generation, shaders, *device.linked(types)]
         entries = [generation.entry_point("main"), shaders.entry_point(miss)]
         if wants == "hit":
             entries.append(shaders.entry_point("hitClosest"))
         groups = []
-        for material_type in (device.material_types[name] for name in types):
+        for name in types:
+            material_type = device.material_types[name.split("/")[-1]]
+            if "/" in name:
+                own_modules, own_entries, group = device.shape_types.hit_group(name, material_type, wants, simplified)
+                modules, entries = [*modules, *own_modules], [*entries, *own_entries]
+                groups.append(group)
+                continue
             module = _hit_shaders(device, material_type, wants, simplified)
             modules.append(module)
             any_hit, closest = f"any_{material_type.name}", f"closest_{material_type.name}"
@@ -242,7 +248,7 @@ class _Kernel:
     def _made(
         device: Device, module: spy.SlangModule, entry: str, types: MaterialTypeSet
     ) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
-        modules = [module, *device.material_types.linked(types)]
+        modules = [module, *device.linked(types)]
         program = device.handle.link_program(modules, [module.entry_point(entry)])
         return program, device.handle.create_compute_pipeline(program)
 

@@ -20,6 +20,7 @@ from pica.scene.deformer import CameraFacing, Deformer, FacesCamera
 from pica.scene.environment import Environment
 from pica.scene.light import Light
 from pica.scene.material import Material
+from pica.scene.primitives import Primitives
 from pica.scene.skin import Skin, deform
 from pica.scene.watched import Watched
 
@@ -77,10 +78,12 @@ _ATTRIBUTES = ("positions", "normals", "tangents", "uv0", "uv1", "colors")
 
 @dataclass(eq=False)
 class Mesh:
-    """Sections that move together."""
+    """Sections and primitives that move together."""
 
-    sections: list[Section]
+    sections: list[Section] = field(default_factory=list)
     name: str = ""
+    primitives: list[Primitives] = field(default_factory=list)
+    """What is not made of triangles. A node whose mesh has any can be moved, but not skinned or morphed."""
 
     @property
     def target_count(self) -> int:
@@ -360,13 +363,14 @@ class Scene:
 
 
 def _corners(node: Node, mesh: Mesh) -> NDArray[np.float64]:
-    """(8, 3) corners of the box round what triangles use of the node's mesh; (0, 3) when that is nothing."""
+    """(8, 3) corners of the box round what the node's mesh shows; (0, 3) when that is nothing."""
     used = [
         (deform(section, node)[0] if node.deforms else section.positions)[np.unique(section.indices)]
         for section in mesh.sections
         if len(section.indices)
     ]
-    if not used:
+    used += [primitives.bounds.reshape(-1, 3) for primitives in mesh.primitives]
+    if not sum(map(len, used)):
         return np.zeros((0, 3))
     points = np.concatenate(used).astype(np.float64)
     low, high = points.min(0), points.max(0)
