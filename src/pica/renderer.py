@@ -73,13 +73,13 @@ class Renderer:
         self._slots.update(scene.lights)
         gbuffer = self.gbuffer(frame, scene)
         self.seen = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": self._slots}
-        visibility = self.shadows(frame, gbuffer, scene, self._slots) if self.shadows else None
-        radiance = self.lighting(frame, gbuffer, scene, self._slots, visibility)
+        shadows = self.shadows(frame, gbuffer, scene, self._slots) if self.shadows else None
+        radiance = self.lighting(frame, gbuffer, scene, self._slots, shadows)
         picture = self.antialiasing(frame, radiance, moved)
         display = self.post(frame, picture)
         self._frames.end(frame)
         buffers = {**gbuffer.textures, "color": picture, "display": display}
-        return buffers if visibility is None else {**buffers, "shadows": visibility}
+        return buffers if shadows is None else {**buffers, "shadows": shadows.bits}
 
     @property
     def single_lights(self) -> list[str]:

@@ -5,6 +5,8 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from pica.errors import SettingsError
 
+ShadowDenoiser = Literal["svgf", "anisotropic", "off"]
+
 
 def _range(low: float, high: float, default: float) -> Any:
     return field(default=default, metadata={"range": (low, high)})
@@ -67,6 +69,16 @@ class ShadowsSettings(_Checked):
     max_lights: int = _range(1, 29, 8)
     """Lights with a shadow ray of their own. Higher: less noise with many lights, more rays and memory;
     the lights beyond share one ray. Visibility has 32 bits a pixel, three of them for the shared rays."""
+    denoiser: ShadowDenoiser = "svgf"
+    """Filter of soft shadows, for lights that choose none themselves. svgf: as wide as the variance asks for;
+    anisotropic: as the penumbra that light and occluder make, for rays that also find the occluder's distance;
+    off: none, for light that converges over many frames without any bias."""
+    denoised_lights: int = _range(0, 16, 4)
+    """Soft lights, strongest first, whose shadows are filtered. Higher: less noise with many lights; each takes about
+    50 bytes a pixel and time for its filter."""
+    history: int = _range(1, 64, 8)
+    """Frames that filtered shadows remember while something moves; 1: none, so each frame stands alone. Higher: less
+    noise, shadows that lag behind. While nothing moves all frames count."""
 
 
 @dataclass(frozen=True)

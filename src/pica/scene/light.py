@@ -4,13 +4,22 @@ Photometric units are glTF's. Colours are linear Rec. 709 and multiply the unit.
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 Color = tuple[float, float, float]
 WHITE: Color = (1.0, 1.0, 1.0)
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Shadowed:
+    """What all lights have."""
+
+    shadow_denoiser: Literal["svgf", "anisotropic", "off"] | None = None
+    """The filter of this light's soft shadow in real time; None: as the setting shadows.denoiser says."""
+
+
 @dataclass(frozen=True)
-class DirectionalLight:
+class DirectionalLight(_Shadowed):
     """A light so far away that its rays are parallel, such as the sun."""
 
     color: Color = WHITE
@@ -22,7 +31,7 @@ class DirectionalLight:
 
 
 @dataclass(frozen=True)
-class PointLight:
+class PointLight(_Shadowed):
     """A light that shines equally in all directions, from a sphere of the given radius."""
 
     color: Color = WHITE
@@ -36,7 +45,7 @@ class PointLight:
 
 
 @dataclass(frozen=True)
-class SpotLight:
+class SpotLight(_Shadowed):
     """A point light limited to a cone."""
 
     color: Color = WHITE
@@ -54,7 +63,7 @@ class SpotLight:
 
 
 @dataclass(frozen=True)
-class RectangleLight:
+class RectangleLight(_Shadowed):
     """A rectangle in its node's XY plane that shines from its -Z side."""
 
     color: Color = WHITE
@@ -68,7 +77,7 @@ class RectangleLight:
 
 
 @dataclass(frozen=True)
-class DiskLight:
+class DiskLight(_Shadowed):
     """A disk in its node's XY plane that shines from its -Z side."""
 
     color: Color = WHITE
@@ -80,7 +89,7 @@ class DiskLight:
 
 
 @dataclass(frozen=True)
-class SphereLight:
+class SphereLight(_Shadowed):
     """A sphere around its node's origin that shines outwards."""
 
     color: Color = WHITE

@@ -4,11 +4,16 @@ import numpy as np
 
 from pica.gpu_scene.lights import LightTable
 from pica.rhi.device import Device
-from pica.settings import Settings
+from pica.scene.light import DirectionalLight, DiskLight, Light, RectangleLight
+from pica.scene.model import Node
+from pica.settings import Settings, ShadowDenoiser
 
 
 class LightSlots:
-    """A slot for each of the strongest lights, one for all others, the emissive triangles, the environment."""
+    """A slot for each of the strongest lights, one for all others, the emissive triangles, the environment.
+
+    Of the single lights those with filtered shadows come first, first those with the filter "svgf".
+    """
 
     def __init__(self, device: Device, settings: Settings) -> None:
         self._device, self._settings = device, settings
@@ -16,6 +21,10 @@ class LightSlots:
         self.count = 0
         self.single_lights: list[str] = []
         """Names of the lights that have a slot of their own, in the order of their slots."""
+        self.denoised: list[Node] = []
+        """The lights of the first slots, whose shadows are filtered."""
+        self.svgf = 0
+        """How many of them by SVGF; the others by the anisotropic filter."""
         self.block = device.parameter_block("effects/lighting/light_slots.slang", "lightSlots")
 
     def update(self, lights: LightTable) -> None:
@@ -24,8 +33,14 @@ class LightSlots:
             return
         self._lights = lights
         single = min(lights.light_count, self._settings.shadows.max_lights)
-        self.single_lights = lights.names[:single]
-        ranges = [(light, 1) for light in range(single)]
+        chosen = {light: self._denoiser(lights.nodes[light].light) for light in range(single)}
+        denoised = [light for light in chosen if chosen[light] != "off"][: self._settings.shadows.denoised_lights]
+        denoised.sort(key=lambda light: chosen[light] != "svgf")
+        self.denoised = [lights.nodes[light] for light in denoised]
+        self.svgf = sum(chosen[light] == "svgf" for light in denoised)
+        order = denoised + [light for light in chosen if light not in denoised]
+        self.single_lights = [lights.names[light] for light in order]
+        ranges = [(light, 1) for light in order]
         if lights.light_count > single:
             ranges.append((single, lights.light_count - single))
         if lights.emissive_light is not None:
@@ -37,6 +52,24 @@ class LightSlots:
         self.block.bind(
             ranges=self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
             count=self.count,
+            denoised=len(denoised),
+            firstDistance=self.svgf,
             hard=int(self._settings.shadows.mode == "hard"),
             needMaterial=int(environment is not None),
         )
+
+    def _denoiser(self, light: Light | None) -> ShadowDenoiser:
+        """The filter of a light's shadow; none where shadows have no penumbra."""
+        if light is None or self._settings.shadows.mode != "soft" or not _has_penumbra(light):
+            return "off"
+        return light.shadow_denoiser or self._settings.shadows.denoiser
+
+
+def _has_penumbra(light: Light) -> bool:
+    match light:
+        case DirectionalLight():
+            return light.angular_diameter > 0
+        case RectangleLight() | DiskLight():
+            return True
+        case _:
+            return light.radius > 0

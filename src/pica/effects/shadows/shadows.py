@@ -1,4 +1,6 @@
-"""Shadows of all light slots: one ray a pixel and slot, unfiltered."""
+"""Shadows of all light slots: one ray a pixel and slot; those of the strongest soft lights are filtered."""
+
+from dataclasses import dataclass
 
 import numpy as np
 import slangpy as spy
@@ -12,18 +14,36 @@ from pica.rhi.device import Device
 from pica.rhi.schedulers import Tracer, ray_effect
 
 
-class Shadows:
-    """Which light slots reach each pixel: a texture (width, height, rg32_uint) with one bit a slot.
+@dataclass(frozen=True)
+class ShadowTextures:
+    """What the shadows of a frame are."""
 
-    Red: the light's sample is not hidden. Green: a ray was traced to find out.
-    """
+    bits: spy.Texture
+    """(width, height, rg32_uint) one bit a slot. Red: the light's sample is not hidden; green: a ray was traced."""
+    filtered: spy.Texture
+    """(width, height, denoised slots, rgba16_float) share of a slot's light that reaches the pixel, 0 to 1."""
+
+
+class Shadows:
+    """Which part of each light reaches each pixel."""
 
     def __init__(self, device: Device, size: Size, tracer: Tracer | None = None) -> None:
-        self._visibility = device.texture("shadow visibility", spy.Format.rg32_uint, size)
+        self._device, self._size = device, size
+        self._bits = device.texture("shadow visibility", spy.Format.rg32_uint, size)
+        self._samples = device.texture("shadow samples", spy.Format.rgba16_float, (1, 1), layers=1)
+        self._occluders = device.texture("occluders", spy.Format.r16_float, (1, 1), layers=1)
+        self._layers = 0
         self._trace = ray_effect(device, "effects/shadows/shadow_rays.slang", "ShadowRays", "hit", tracer)
 
-    def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene, slots: LightSlots) -> spy.Texture:
-        """The visibility of this frame's light samples."""
+    def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene, slots: LightSlots) -> ShadowTextures:
+        """The visibility of this frame's light samples, and the shadows that many of them make."""
+        if len(slots.denoised) > self._layers:
+            self._layers = len(slots.denoised)
+            self._device.give_back(self._samples, self._occluders)
+            self._samples = self._device.texture(
+                "shadow samples", spy.Format.rgba16_float, self._size, layers=self._layers
+            )
+            self._occluders = self._device.texture("occluders", spy.Format.r16_float, self._size, layers=self._layers)
         self._trace(
             frame,
             frame.size,
@@ -31,9 +51,11 @@ class Shadows:
             gbuffer=gbuffer,
             scene=scene,
             lightSlots=slots,
-            visibility=self._visibility,
+            visibility=self._bits,
+            samples=self._samples,
+            occluders=self._occluders,
         )
-        return self._visibility
+        return ShadowTextures(self._bits, self._samples)
 
 
 def visibility_layers(bits: NDArray[np.uint32], slots: int) -> NDArray[np.float32]:
