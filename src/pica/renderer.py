@@ -48,7 +48,7 @@ class Renderer:
         self._slots = LightSlots(device, settings)
         self._frames = FrameSequence(device, size, settings.seed)
         self.gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
-        self.shadows = Shadows(device, size, tracer) if settings.shadows.mode != "off" else None
+        self.shadows = Shadows(device, size, settings.shadows, tracer) if settings.shadows.mode != "off" else None
         self.lighting = DirectLighting(device, size, self._gpu_scene, settings.lighting)
         self.antialiasing = Accumulation(device, size)
         self.post = Post(device, size, settings.post)
@@ -64,6 +64,8 @@ class Renderer:
         """Drop all history: the next frame is frame 0 again."""
         self._frames.reset()
         self.antialiasing.reset()
+        if self.shadows:
+            self.shadows.reset()
 
     def advance(self, camera: Camera) -> dict[str, spy.Texture]:
         """Record and submit one frame. Returns its buffers, which the next frame overwrites."""
@@ -73,7 +75,7 @@ class Renderer:
         self._slots.update(scene.lights)
         gbuffer = self.gbuffer(frame, scene)
         self.seen = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": self._slots}
-        shadows = self.shadows(frame, gbuffer, scene, self._slots) if self.shadows else None
+        shadows = self.shadows(frame, gbuffer, scene, self._slots, moved) if self.shadows else None
         radiance = self.lighting(frame, gbuffer, scene, self._slots, shadows)
         picture = self.antialiasing(frame, radiance, moved)
         display = self.post(frame, picture)

@@ -164,9 +164,14 @@ class Device:
         layers: int | None = None,
     ) -> spy.Texture:
         """A texture of (width, height) texels without content; an array of textures where `layers` are told."""
-        kind = {} if layers is None else {"type": spy.TextureType.texture_2d_array, "array_length": layers}
         texture = self.handle.create_texture(
-            format=texture_format, width=size[0], height=size[1], usage=usage, label=label, **kind
+            type=spy.TextureType.texture_2d if layers is None else spy.TextureType.texture_2d_array,
+            array_length=layers or 1,
+            format=texture_format,
+            width=size[0],
+            height=size[1],
+            usage=usage,
+            label=label,
         )
         self.count_memory(texture.memory_usage.device)
         return texture

@@ -7,11 +7,13 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.effects.lighting.light_slots import LightSlots
+from pica.effects.shadows.denoiser import ShadowDenoiser
 from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
 from pica.rhi.schedulers import Tracer, ray_effect
+from pica.settings import ShadowsSettings
 
 
 @dataclass(frozen=True)
@@ -27,16 +29,26 @@ class ShadowTextures:
 class Shadows:
     """Which part of each light reaches each pixel."""
 
-    def __init__(self, device: Device, size: Size, tracer: Tracer | None = None) -> None:
+    def __init__(self, device: Device, size: Size, settings: ShadowsSettings, tracer: Tracer | None = None) -> None:
         self._device, self._size = device, size
         self._bits = device.texture("shadow visibility", spy.Format.rg32_uint, size)
         self._samples = device.texture("shadow samples", spy.Format.rgba16_float, (1, 1), layers=1)
         self._occluders = device.texture("occluders", spy.Format.r16_float, (1, 1), layers=1)
         self._layers = 0
+        self._denoiser = ShadowDenoiser(device, size, settings.history)
         self._trace = ray_effect(device, "effects/shadows/shadow_rays.slang", "ShadowRays", "hit", tracer)
 
-    def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene, slots: LightSlots) -> ShadowTextures:
-        """The visibility of this frame's light samples, and the shadows that many of them make."""
+    def reset(self) -> None:
+        """Drop the history."""
+        self._denoiser.reset()
+
+    def __call__(
+        self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene, slots: LightSlots, moved: bool
+    ) -> ShadowTextures:
+        """The visibility of this frame's light samples, and the shadows that many of them make.
+
+        `moved`: something differs from the frame before.
+        """
         if len(slots.denoised) > self._layers:
             self._layers = len(slots.denoised)
             self._device.give_back(self._samples, self._occluders)
@@ -55,7 +67,9 @@ class Shadows:
             samples=self._samples,
             occluders=self._occluders,
         )
-        return ShadowTextures(self._bits, self._samples)
+        if not slots.denoised:
+            return ShadowTextures(self._bits, self._samples)
+        return ShadowTextures(self._bits, self._denoiser(frame, gbuffer, slots, self._samples, moved))
 
 
 def visibility_layers(bits: NDArray[np.uint32], slots: int) -> NDArray[np.float32]:
