@@ -1,17 +1,22 @@
 """Filters of shadow samples: a history in time, then a filter in the picture, one for each light."""
 
+from functools import partial
+
 import numpy as np
 import slangpy as spy
 
 from pica.effects.lighting.light_slots import LightSlots
 from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
+from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
 from pica.scene.model import Node
 
 _NEW_LIGHT = 0xFFFFFFFF
 _STEPS = (1, 2, 4, 8, 16)
 """Pixels between the taps of SVGF's five passes."""
+_TILE = 8
+"""penumbra_tiles.slang: GROUP."""
 _STILL = 256.0
 """Samples that a history holds while nothing moves."""
 _CLAMP_WIDTH = 2.0
@@ -28,6 +33,9 @@ class ShadowDenoiser:
         self._history = device.compute(f"{folder}/shadow_history.slang")
         # A pass whose parameters differ from dispatch to dispatch is bound anew each time; five passes are not.
         self._svgf = [device.compute(f"{folder}/svgf.slang") for _ in _STEPS]
+        self._tiles = device.compute(f"{folder}/penumbra_tiles.slang")
+        self._footprint = device.compute(f"{folder}/footprint.slang")
+        self._anisotropic = [device.compute(f"{folder}/anisotropic.slang") for _ in range(2)]
         self._lights: list[Node] = []
         self._sources: dict[tuple[int, ...], spy.Buffer] = {}
         self._textures: list[spy.Texture] = []
@@ -41,13 +49,15 @@ class ShadowDenoiser:
         self,
         frame: FrameContext,
         gbuffer: GBuffer,
+        scene: GpuScene,
         slots: LightSlots,
         samples: spy.Texture,
+        slopes: spy.Texture,
         moved: bool,
     ) -> spy.Texture:
         """(width, height, denoised slots, rgba16_float) the share of each slot's light that arrives.
 
-        `samples`: as shadow_rays.slang writes them. `moved`: something differs from the frame before.
+        `samples` and `slopes`: as shadow_rays.slang writes them. `moved`: something differs from the frame before.
         """
         layers = len(slots.denoised)
         self._allocate(layers)
@@ -68,12 +78,21 @@ class ShadowDenoiser:
             remembered=float(remembered),
             clampWidth=_CLAMP_WIDTH if moved else 0.0,
         )
+        if slots.svgf:
+            self._filter_by_variance(frame, gbuffer, slots.svgf)
+        if slots.svgf < layers:
+            self._filter_by_footprint(frame, gbuffer, scene, slots, samples, slopes)
+        self._signal.reverse()
+        self._moments.reverse()
+        return self._filtered[0]
+
+    def _filter_by_variance(self, frame: FrameContext, gbuffer: GBuffer, layers: int) -> None:
         source = self._signal[0]
         for number, step in enumerate(_STEPS):
             target = self._filtered[number % 2]
             self._svgf[number](
                 frame,
-                grid,
+                (*self._size, layers),
                 frame=frame,
                 gbuffer=gbuffer,
                 signal=source,
@@ -84,9 +103,45 @@ class ShadowDenoiser:
                 isLast=int(step == _STEPS[-1]),
             )
             source = target
-        self._signal.reverse()
-        self._moments.reverse()
-        return source
+
+    def _filter_by_footprint(
+        self,
+        frame: FrameContext,
+        gbuffer: GBuffer,
+        scene: GpuScene,
+        slots: LightSlots,
+        samples: spy.Texture,
+        slopes: spy.Texture,
+    ) -> None:
+        first, layers = slots.svgf, len(slots.denoised) - slots.svgf
+        grid = (*self._size, layers)
+        values = {"frame": frame, "firstLayer": first}
+        self._tiles(frame, grid, samples=samples, slopes=slopes, tiles=self._tile_slopes, **values)
+        self._footprint(
+            frame,
+            grid,
+            gbuffer=gbuffer,
+            scene=scene,
+            lightSlots=slots,
+            slopes=slopes,
+            tiles=self._tile_slopes,
+            moments=self._moments[0],
+            footprints=self._footprints,
+            tileCount=spy.uint2(*_tiles_of(self._size)),
+            **values,
+        )
+        steps = zip(self._anisotropic, (self._signal[0], self._filtered[1]), (self._filtered[1], self._filtered[0]))
+        for axis, (step, source, target) in enumerate(steps):
+            step(
+                frame,
+                grid,
+                gbuffer=gbuffer,
+                signal=source,
+                footprints=self._footprints,
+                filtered=target,
+                axis=axis,
+                **values,
+            )
 
     def _allocate(self, layers: int) -> None:
         if layers <= self._layers:
@@ -103,6 +158,10 @@ class ShadowDenoiser:
         self._moments = pair("shadow moments", spy.Format.rg16_float)
         self._deviation = pair("shadow deviation", spy.Format.r16_float)
         self._filtered = pair("filtered shadows", spy.Format.rgba16_float)
+        make = partial(self._device.texture, texture_format=spy.Format.rgba16_float, layers=layers)
+        self._footprints = make("shadow footprints", size=self._size)
+        self._tile_slopes = make("tiles of slopes", size=_tiles_of(self._size))
+        self._textures += [self._footprints, self._tile_slopes]
 
     def _source_layers(self, lights: list[Node]) -> spy.Buffer:
         """Where each light was in the frame before."""
@@ -111,3 +170,7 @@ class ShadowDenoiser:
         if sources not in self._sources:
             self._sources[sources] = self._device.structured("source layers", np.array(sources, np.uint32)[:, None])
         return self._sources[sources]
+
+
+def _tiles_of(size: Size) -> Size:
+    return -(-size[0] // _TILE), -(-size[1] // _TILE)

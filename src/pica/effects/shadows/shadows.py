@@ -33,7 +33,7 @@ class Shadows:
         self._device, self._size = device, size
         self._bits = device.texture("shadow visibility", spy.Format.rg32_uint, size)
         self._samples = device.texture("shadow samples", spy.Format.rgba16_float, (1, 1), layers=1)
-        self._occluders = device.texture("occluders", spy.Format.r16_float, (1, 1), layers=1)
+        self._slopes = device.texture("shadow slopes", spy.Format.r16_float, (1, 1), layers=1)
         self._layers = 0
         self._denoiser = ShadowDenoiser(device, size, settings.history)
         self._trace = ray_effect(device, "effects/shadows/shadow_rays.slang", "ShadowRays", "hit", tracer)
@@ -51,11 +51,11 @@ class Shadows:
         """
         if len(slots.denoised) > self._layers:
             self._layers = len(slots.denoised)
-            self._device.give_back(self._samples, self._occluders)
+            self._device.give_back(self._samples, self._slopes)
             self._samples = self._device.texture(
                 "shadow samples", spy.Format.rgba16_float, self._size, layers=self._layers
             )
-            self._occluders = self._device.texture("occluders", spy.Format.r16_float, self._size, layers=self._layers)
+            self._slopes = self._device.texture("shadow slopes", spy.Format.r16_float, self._size, layers=self._layers)
         self._trace(
             frame,
             frame.size,
@@ -65,11 +65,12 @@ class Shadows:
             lightSlots=slots,
             visibility=self._bits,
             samples=self._samples,
-            occluders=self._occluders,
+            slopes=self._slopes,
         )
         if not slots.denoised:
             return ShadowTextures(self._bits, self._samples)
-        return ShadowTextures(self._bits, self._denoiser(frame, gbuffer, slots, self._samples, moved))
+        filtered = self._denoiser(frame, gbuffer, scene, slots, self._samples, self._slopes, moved)
+        return ShadowTextures(self._bits, filtered)
 
 
 def visibility_layers(bits: NDArray[np.uint32], slots: int) -> NDArray[np.float32]:
