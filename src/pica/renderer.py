@@ -11,6 +11,7 @@ from pica.effects.lighting.light_slots import LightSlots
 from pica.effects.lighting.lighting import DirectLighting
 from pica.effects.post.post import Post
 from pica.effects.shadows.shadows import Shadows, visibility_layers
+from pica.effects.shadows.views import shadow_views
 from pica.frame.aovs import gbuffer_aovs
 from pica.frame.context import FrameSequence, Size
 from pica.frame.snapshot import checked_size, copies, rgb
@@ -54,6 +55,8 @@ class Renderer:
         self.post = Post(device, size, settings.post)
         self.seen: dict[str, Any] = {}
         """What the effects of the newest frame were given, by the names that shaders have for it."""
+        self.debug = False
+        """Whether `render` also keeps what effects have in between, as AOVs whose names begin with "debug."."""
 
     @property
     def device_name(self) -> str:
@@ -111,6 +114,8 @@ class Renderer:
         aovs = gbuffer_aovs(seen, self._gpu_scene, camera)
         if "shadows" in kept:
             aovs["shadows"] = lambda: visibility_layers(kept["shadows"].to_numpy(), self._slots.count)
+        if self.debug and self.shadows and self._slots.denoised:
+            aovs |= shadow_views(copies(self.device, self.shadows.debug_views()), self._slots.svgf)
         return Frame(
             color=lambda: rgb(kept["color"]),
             display=lambda: rgb(kept["display"]),

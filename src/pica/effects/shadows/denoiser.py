@@ -45,6 +45,16 @@ class ShadowDenoiser:
         """Drop the history."""
         self._lights = []
 
+    def debug_views(self) -> dict[str, spy.Texture]:
+        """What the newest frame left behind, by name: see views.py."""
+        return {
+            "filtered": self._filtered[0],
+            "moments": self._moments[1],
+            "deviation": self._deviation[0],
+            "filtered deviation": self._deviation[1],
+            "footprints": self._footprints,
+        }
+
     def __call__(
         self,
         frame: FrameContext,

@@ -42,6 +42,10 @@ class Shadows:
         """Drop the history."""
         self._denoiser.reset()
 
+    def debug_views(self) -> dict[str, spy.Texture]:
+        """What can be shown of the newest frame, by name: see views.py. Nothing without denoised slots."""
+        return {"samples": self._samples, **self._denoiser.debug_views()} if self._layers else {}
+
     def __call__(
         self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene, slots: LightSlots, moved: bool
     ) -> ShadowTextures:
