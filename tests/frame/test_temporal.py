@@ -39,8 +39,9 @@ def test_history_moves_with_the_camera_and_begins_where_nothing_was_seen(device)
     renderer = renderer_of(device, floor_and())
     renderer.render(5, above())
     seen = history(renderer.render(1, above(6 * PIXEL)))
-    assert (seen[:, :57] == 6).all()
-    assert (seen[:, 58:] == 1).all()
+    # A pixel next to what was seen takes its neighbour's, as at edges.
+    assert (seen[:, :59] == 6).all()
+    assert (seen[:, 59:] == 1).all()
 
 
 def test_what_an_object_uncovers_begins_anew_and_the_object_takes_its_history_along(device):
@@ -56,15 +57,14 @@ def test_what_an_object_uncovers_begins_anew_and_the_object_takes_its_history_al
 
 
 def test_another_object_at_the_same_place_has_no_history(device):
-    """Same plane, same normal: only the id tells."""
-    first, second = (placed(box((0.5, 0.2, 0.5), lambert()), move(0, 0.1, 0)) for _ in range(2))
-    scene = floor_and(first)
+    """Same plane, same normal: only the id tells. The second box waits aside, as what is added may get the id of what went."""
+    first, second = (placed(box((0.5, 0.2, 0.5), lambert()), move(x, 0.1, 0)) for x in (0, 5))
+    scene = floor_and(first, second)
     renderer = renderer_of(device, scene)
     renderer.render(5, above())
-    scene.remove(first)
-    scene.add(second)
+    first.transform, second.transform = second.transform, first.transform
     seen = history(renderer.render(1, above()))
-    assert (seen[20:28, 27:37] == 1).all() or (seen[20:28, 27:37] == 6).all()
+    assert (seen[20:28, 28:36] == 1).all() and (seen[:10] == 6).all()
 
 
 def test_history_is_bounded_while_something_moves(device):
@@ -74,4 +74,4 @@ def test_history_is_bounded_while_something_moves(device):
         thing.transform = move(1e-5, 0, 0) @ thing.transform
         seen = history(renderer.render(1, above()))
     assert seen.max() == renderer.settings.shadows.history
-    assert np.median(history(renderer.render(6, above()))) == renderer.settings.shadows.history + 6 - 1
+    assert np.median(history(renderer.render(6, above()))) == renderer.settings.shadows.history + 6

@@ -157,7 +157,6 @@ def test_history_follows_its_light_when_another_goes(device):
     renderer.render(6, VIEW)
     scene.remove(strong)
     frame = renderer.render(1, VIEW)
-    assert frame.aov("debug.shadows.history").shape[-1] == 1 or view(frame, "history", 1) is not None
     assert np.median(view(frame, "history")) == 7
 
 
