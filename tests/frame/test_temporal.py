@@ -57,7 +57,7 @@ def test_what_an_object_uncovers_begins_anew_and_the_object_takes_its_history_al
 
 
 def test_another_object_at_the_same_place_has_no_history(device):
-    """Same plane, same normal: only the id tells. The second box waits aside, as what is added may get the id of what went."""
+    """Same plane, same normal: only the id tells."""
     first, second = (placed(box((0.5, 0.2, 0.5), lambert()), move(x, 0.1, 0)) for x in (0, 5))
     scene = floor_and(first, second)
     renderer = renderer_of(device, scene)

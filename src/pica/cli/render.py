@@ -42,8 +42,8 @@ def render(
         typer.Option(
             metavar="NAME",
             help="A buffer to write too; may be repeated. Beside a .png as its own picture (out.normal.png); "
-            "in an .exr as channels, which holds every buffer when none is named; debug.shadows.raw, .filtered, .history, "
-            ".variance and .footprint show the work of the shadow filters.",
+            "in an .exr as channels, which holds every buffer when none is named; debug.shadows.raw, .filtered, "
+            ".history, .variance and .footprint show the work of the shadow filters.",
         ),
     ] = None,
     path_traced: Annotated[bool, typer.Option("--path-traced", help="Use the reference path tracer.")] = False,

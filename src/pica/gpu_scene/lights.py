@@ -49,7 +49,7 @@ class LightTable:
         self.nodes = [node for _, node in lights]
         """Of the lights with a shape of their own, by place in the table."""
         self.light_count = len(lights)
-        self.names = [node.light.name or node.name for node in self._nodes if node.light]
+        self.names = [node.light.name or node.name for node in self.nodes if node.light]
         """What the lights are called, in the order of their rows."""
         powers = [power for power, _ in lights]
         rows = [pack_light(node.light, node.world) for node in self.nodes if node.light]

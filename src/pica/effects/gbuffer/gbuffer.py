@@ -53,9 +53,7 @@ class RasterVisibility:
         self._views += target, depth
         return spy.RenderPassDesc(
             {
-                "color_attachments": [
-                    {"view": target, "load_op": spy.LoadOp.clear, "clear_value": [0, 0, 0, 0]}
-                ],
+                "color_attachments": [{"view": target, "load_op": spy.LoadOp.clear, "clear_value": [0, 0, 0, 0]}],
                 "depth_stencil_attachment": {
                     "view": depth,
                     "depth_load_op": spy.LoadOp.clear,

@@ -1,6 +1,7 @@
 """Filters of shadow samples: a history in time, then a filter in the picture, one for each light."""
 
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import slangpy as spy
@@ -140,9 +141,9 @@ class ShadowDenoiser:
             tileCount=spy.uint2(*_tiles_of(self._size)),
             **values,
         )
-        steps = zip(self._anisotropic, (self._signal[0], self._filtered[1]), (self._filtered[1], self._filtered[0]))
-        for axis, (step, source, target) in enumerate(steps):
-            step(
+        chain = self._signal[0], self._filtered[1], self._filtered[0]
+        for axis, (source, target) in enumerate(pairwise(chain)):
+            self._anisotropic[axis](
                 frame,
                 grid,
                 gbuffer=gbuffer,

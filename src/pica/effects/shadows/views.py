@@ -16,9 +16,9 @@ def shadow_views(textures: Mapping[str, spy.Texture], svgf: int) -> dict[str, Ca
     """Functions that fetch the views of `Shadows.debug_views`, with the denoised slots last: (height, width, slots).
 
     debug.shadows.raw: this frame's samples, 0 to 1. .filtered: what the lighting uses. .history: samples in the mean.
-    .variance: of the mean, after the filter for the first `svgf` slots. .footprint: (height, width, 3) the shadow of the
-    first anisotropic slot with the ellipses of its filter at some pixels in green, as in figure 19-5 of seed 000; only
-    where there is such a slot.
+    .variance: of the mean, after the filter for the first `svgf` slots. .footprint: (height, width, 3) the shadow of
+    the first anisotropic slot with the ellipses of its filter at some pixels in green, as in figure 19-5 of seed 000;
+    only where there is such a slot.
     """
 
     def layers(name: str) -> Array:
