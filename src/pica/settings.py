@@ -87,6 +87,9 @@ class LightingSettings(_Checked):
 
     environment: Literal["sampled", "prefiltered", "off"] = "sampled"
     """sampled: one ray a frame, by importance, with shadows; prefiltered: no rays, no shadows, no noise."""
+    area_lights: Literal["ltc", "sampled"] = "ltc"
+    """Light of slots with filtered shadows. ltc: all of it at once, by linearly transformed cosines, times the shadow;
+    no noise but that of the shadow. sampled: from the point that the shadow ray went to."""
 
 
 @dataclass(frozen=True)

@@ -100,4 +100,18 @@ class SphereLight(_Shadowed):
     name: str = ""
 
 
-Light = DirectionalLight | PointLight | SpotLight | RectangleLight | DiskLight | SphereLight
+@dataclass(frozen=True)
+class TubeLight(_Shadowed):
+    """A tube along its node's X axis with round ends, a capsule, that shines outwards."""
+
+    color: Color = WHITE
+    radiance: float = 1.0
+    """Nits."""
+    length: float = 1.0
+    """Metres between the middles of the two round ends."""
+    radius: float = 0.05
+    """Metres."""
+    name: str = ""
+
+
+Light = DirectionalLight | PointLight | SpotLight | RectangleLight | DiskLight | SphereLight | TubeLight

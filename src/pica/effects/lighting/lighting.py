@@ -3,6 +3,7 @@
 import slangpy as spy
 
 from pica.effects.lighting.light_slots import LightSlots
+from pica.effects.lighting.ltc_tables import LtcTables
 from pica.effects.lighting.prefiltered import PrefilteredEnvironment
 from pica.effects.shadows.shadows import ShadowTextures
 from pica.frame.context import FrameContext, Size
@@ -20,6 +21,8 @@ class DirectLighting:
         self._radiance = device.texture("radiance", spy.Format.rgba32_float, size)
         self._no_shadows = device.texture("no shadows", spy.Format.rg32_uint, (1, 1))
         self._not_filtered = device.texture("no filtered shadows", spy.Format.rgba16_float, (1, 1), layers=1)
+        self._whole_lights = settings.area_lights == "ltc"
+        self._ltc_tables = LtcTables(device)
         self._use_prefiltered = settings.environment == "prefiltered"
         self._prefiltered = PrefilteredEnvironment(device, scene, wanted=self._use_prefiltered)
         self._direct = ForTypes(
@@ -45,6 +48,8 @@ class DirectLighting:
             visibility=shadows.bits if shadows else self._no_shadows,
             shadowed=int(shadows is not None),
             filteredShadows=shadows.filtered if shadows else self._not_filtered,
+            wholeLights=int(self._whole_lights),
+            ltcTables=self._ltc_tables,
             prefiltered=self._prefiltered,
             radiance=self._radiance,
         )
