@@ -46,7 +46,7 @@ class Renderer:
         self.scene = scene
         self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
         self.tracer = tracer = choose_tracer(device, settings.rays, self._gpu_scene)
-        self._slots = LightSlots(device, settings)
+        self._slots = LightSlots(device, size, settings)
         self._frames = FrameSequence(device, size, settings.seed)
         self.gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
         self.shadows = Shadows(device, size, settings.shadows, tracer) if settings.shadows.mode != "off" else None
@@ -77,6 +77,7 @@ class Renderer:
         moved = scene.update(frame) or frame.camera_moved
         self._slots.update(scene.lights)
         gbuffer = self.gbuffer(frame, scene)
+        self._slots.choose(frame, gbuffer, scene)
         self.seen = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": self._slots}
         shadows = self.shadows(frame, gbuffer, scene, self._slots, moved) if self.shadows else None
         radiance = self.lighting(frame, gbuffer, scene, self._slots, shadows)

@@ -1,22 +1,29 @@
 """Which lights get a ray of their own: the slots of shaders light_slots.slang."""
 
 import numpy as np
+import slangpy as spy
 
+from pica.frame.context import FrameContext, Size
+from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.lights import LightTable
+from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
+from pica.rhi.material_types import ForTypes
 from pica.scene.light import DirectionalLight, DiskLight, Light, RectangleLight
 from pica.scene.model import Node
 from pica.settings import Settings, ShadowDenoiser
 
+_NO_SLOT = 0xFFFFFFFF
+
 
 class LightSlots:
-    """A slot for each of the strongest lights, one for all others, the emissive triangles, the environment.
+    """A slot for each of the strongest lights, one for all others and the emissive triangles, one for the environment.
 
     Of the single lights those with filtered shadows come first, first those with the filter "svgf".
     """
 
-    def __init__(self, device: Device, settings: Settings) -> None:
-        self._device, self._settings = device, settings
+    def __init__(self, device: Device, size: Size, settings: Settings) -> None:
+        self._device, self._size, self._settings = device, size, settings
         self._lights: LightTable | None = None
         self.count = 0
         self.single_lights: list[str] = []
@@ -25,6 +32,10 @@ class LightSlots:
         """The lights of the first slots, whose shadows are filtered."""
         self.svgf = 0
         """How many of them by SVGF; the others by the anisotropic filter."""
+        self.reservoirs = device.texture("light reservoirs", spy.Format.rg32_uint, (1, 1))
+        """Which candidate the shared slot follows; full size where there is such a slot."""
+        self._has_shared = False
+        self._choose = ForTypes(lambda types: device.compute("effects/lighting/reservoir.slang", types=types))
         self.block = device.parameter_block("effects/lighting/light_slots.slang", "lightSlots")
 
     def update(self, lights: LightTable) -> None:
@@ -41,10 +52,16 @@ class LightSlots:
         order = denoised + [light for light in chosen if light not in denoised]
         self.single_lights = [lights.names[light] for light in order]
         ranges = [(light, 1) for light in order]
-        if lights.light_count > single:
-            ranges.append((single, lights.light_count - single))
-        if lights.emissive_light is not None:
-            ranges.append((lights.emissive_light, 1))
+        triangles = lights.parameters["emissiveCount"]
+        sources = lights.light_count - single + triangles
+        self._has_shared = sources > 0
+        if self._has_shared:
+            # The triangles' one entry follows the lights.
+            ranges.append((single, lights.light_count - single + (triangles > 0)))
+            if (self.reservoirs.width, self.reservoirs.height) != self._size:
+                self._device.give_back(self.reservoirs)
+                self.reservoirs = self._device.texture("light reservoirs", spy.Format.rg32_uint, self._size)
+        shared = len(ranges) - 1 if self._has_shared else _NO_SLOT
         environment = lights.environment_light if self._settings.lighting.environment == "sampled" else None
         if environment is not None:
             ranges.append((environment, 1))
@@ -56,7 +73,22 @@ class LightSlots:
             firstDistance=self.svgf,
             hard=int(self._settings.shadows.mode == "hard"),
             needMaterial=int(environment is not None),
+            shared=shared,
+            candidates=min(self._settings.lighting.candidates, sources),
         )
+
+    def choose(self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene) -> None:
+        """Choose what each pixel's shared slot looks at in this frame."""
+        if self._has_shared:
+            self._choose(scene.material_types)(
+                frame,
+                frame.grid,
+                frame=frame,
+                gbuffer=gbuffer,
+                scene=scene,
+                lightSlots=self,
+                reservoirs=self.reservoirs,
+            )
 
     def _denoiser(self, light: Light | None) -> ShadowDenoiser:
         """The filter of a light's shadow; none where shadows have no penumbra."""

@@ -45,6 +45,7 @@ class DirectLighting:
             gbuffer=gbuffer,
             scene=scene,
             lightSlots=slots,
+            reservoirs=slots.reservoirs,
             visibility=shadows.bits if shadows else self._no_shadows,
             shadowed=int(shadows is not None),
             filteredShadows=shadows.filtered if shadows else self._not_filtered,

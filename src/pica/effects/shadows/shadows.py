@@ -67,6 +67,7 @@ class Shadows:
             gbuffer=gbuffer,
             scene=scene,
             lightSlots=slots,
+            reservoirs=slots.reservoirs,
             visibility=self._bits,
             samples=self._samples,
             slopes=self._slopes,
