@@ -33,9 +33,10 @@ def test_specular_light_of_every_shape(compare, roughness, metallic):
     for name, points in zip(LIGHTS, found[..., 1], strict=True):
         mean = points.mean(0)
         # Half of this one is below the horizon, where the fitted lobe is at its worst.
-        tolerance = 0.3 if name == "standing disk" else 0.1
+        sunk = name == "standing disk"
+        tolerance, alike = (0.3, 0.93) if sunk else (0.1, 0.97)
         assert mean[WHOLE] == pytest.approx(mean[SAMPLED], rel=tolerance), name
-        assert np.corrcoef(points.T)[0, 1] > 0.97, name
+        assert np.corrcoef(points.T)[0, 1] > alike, name
 
 
 def test_highlights_of_smooth_metal(compare):
