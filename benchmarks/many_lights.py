@@ -2,7 +2,7 @@
 
     python benchmarks/many_lights.py [--size 1920x1080] [--device NAME] [--frames 200] [--reference 0]
 
-Prints one JSON line for each number of lights and of candidates. `noise` is the root mean square difference of a single
+Prints one JSON line for each number of lights and of candidates. `noise` is the mean absolute difference of a single
 frame and the mean of 256, over that mean. `--reference N` also compares that mean with N path traced samples.
 """
 
@@ -59,8 +59,8 @@ def measure(device: Device, size: tuple[int, int], lights: int, candidates: int,
         "candidates": candidates,
         "gpu_ms": {name: round(time, 3) for name, time in times["gpu_ms"].items()},
         "host_ms": round(times["host_ms"], 3),
-        "noise": round(float(np.sqrt(((single - mean) ** 2).mean()) / mean.mean()), 3),
-        "mean": mean.mean((0, 1)).round(5).tolist(),
+        "noise": round(float(np.abs(single - mean).mean() / mean.mean()), 3),
+        "mean": [round(float(part), 5) for part in mean.mean((0, 1))],
     }
 
 
@@ -80,7 +80,8 @@ def main() -> None:
         if arguments.reference:
             if lights not in references:
                 tracer = pica.PathTracer(bazaar(lights), (width, height), 2, device=device)
-                references[lights] = tracer.render(arguments.reference, CAMERA).color.mean((0, 1)).round(5).tolist()
+                mean = tracer.render(arguments.reference, CAMERA).color.mean((0, 1))
+                references[lights] = [round(float(part), 5) for part in mean]
             found["reference mean"] = references[lights]
         print(json.dumps(found), flush=True)
 
