@@ -279,7 +279,7 @@ def test_more_candidates_make_less_noise(device):
 
 
 def test_the_shared_ray_goes_where_the_light_comes_from(device):
-    """Of thirty lights, one near the floor outshines all others there: nearly every ray looks at it, not one in thirty."""
+    """Of thirty lights, one near the floor outshines all others there: nearly all rays look at it."""
     near = shining(PointLight(intensity=1.0), move(0, 0.2, 0))
     far = [shining(PointLight(intensity=1.0), move(x, 6, 8)) for x in np.linspace(-9, 9, 29)]
     scene = scene_of(placed(plane(9, 9, lambert(1.0))), near, *far)

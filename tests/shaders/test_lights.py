@@ -33,6 +33,7 @@ FIELDS = {
     "angleScale": "float",
     "angleOffset": "float",
     "area": "float",
+    "channels": "uint",
 }
 SOURCE = """
 __exported import shaders.lights;

@@ -64,6 +64,7 @@ class GeometryBuffers:
         self._indices = DeviceTable(device, "indices", 4, built_from | spy.BufferUsage.index_buffer)
         self._previous = DeviceTable(device, "previous positions", 12, read_write)
         self._meshes: dict[int, GpuMesh] = {}
+        self._shown: dict[Node, int] = {}  # a node may show another mesh by the time that this one is released
         self._unbuilt: list[RtGeometry] = []
 
     @property
@@ -88,11 +89,11 @@ class GeometryBuffers:
 
     def mesh(self, node: Node) -> GpuMesh:
         """The mesh that a node shows, after `acquire`."""
-        return self._meshes[_key(node)]
+        return self._meshes[self._shown[node]]
 
     def acquire(self, encoder: spy.CommandEncoder, node: Node) -> GpuMesh:
         """The mesh of a node that comes; recorded for upload when nobody else shows it."""
-        key = _key(node)
+        key = self._shown[node] = _key(node)
         if key not in self._meshes:
             self._meshes[key] = self._upload(encoder, node)
         self._meshes[key].users += 1
@@ -100,7 +101,7 @@ class GeometryBuffers:
 
     def release(self, node: Node) -> None:
         """The node goes, and with its last node the mesh."""
-        key = _key(node)
+        key = self._shown.pop(node)
         mesh = self._meshes[key]
         mesh.users -= 1
         if mesh.users:

@@ -174,7 +174,7 @@ def _inputs(
 
 @dataclass(frozen=True)
 class RtObject:
-    """One placed geometry: which, where, and what rays see of it."""
+    """One placed geometry: which, and what rays see of it."""
 
     geometry: RtGeometry
     first_record: int
@@ -182,7 +182,6 @@ class RtObject:
     hit_group: int = 0
     """Which of a pipeline's hit groups its hits are for."""
     flags: ObjectFlags = ObjectFlags.NONE
-    mask: int = 0xFF
 
 
 class RtScene:
@@ -207,10 +206,10 @@ class RtScene:
         for watcher in self._watchers:
             watcher.update(slots)
 
-    def place(self, slot: int, placed: RtObject, transform: NDArray[Any]) -> None:
-        """Put an object into a slot, (3, 4) object to world."""
+    def place(self, slot: int, placed: RtObject, transform: NDArray[Any], mask: int = 0xFF) -> None:
+        """Put an object into a slot, (3, 4) object to world; `mask` as for `mask`."""
         row = self.slots.rows[slot]
-        row["id_and_mask"] = placed.first_record | placed.mask << 24
+        row["id_and_mask"] = placed.first_record | mask << 24
         row["group_and_flags"] = placed.hit_group | int(placed.flags) << 24
         row["handle"] = _handle(placed.geometry.structure)
         row["transform"] = transform
@@ -223,6 +222,14 @@ class RtScene:
         self.slots.rows["transform"][slots] = transforms
         self.slots.touch(slots)
         self._tell(slots.tolist())
+
+    def mask(self, slots: range, mask: int) -> None:
+        """Only rays whose mask has one of these 8 bits meet the objects of slots, from the next `build` on."""
+        numbers = np.array(slots)
+        ids = self.slots.rows["id_and_mask"][numbers] & np.uint32(0xFFFFFF)
+        self.slots.rows["id_and_mask"][numbers] = ids | np.uint32(mask << 24)
+        self.slots.touch(numbers)
+        self._tell(slots)
 
     def remove(self, slots: range) -> None:
         """Empty slots and give them back."""

@@ -176,7 +176,7 @@ class EmbreeTracer:
             embree_loops.nearest(intersect, self._all.scene, culling, *values, *worker.packet)
 
         def shadows(part: NDArray[np.uint32], worker: _Worker) -> None:
-            values = ray_values, hit_values, hit_bits, part, self._records
+            values = ray_values, ray_bits, hit_values, hit_bits, part, self._records
             embree_loops.shadows(intersect, occluded, self._all.scene, cutouts, *values, *worker.packet)
 
         self._run(nearest, waiting[: queue.nearest])
@@ -216,10 +216,10 @@ class EmbreeTracer:
         self._changes.clear()
         if not moved:
             return
-        transforms = self._source.slots.rows["transform"]
+        rows = self._source.slots.rows
         for slot in moved & self._shown.keys():
             for top in (self._all, self._cutouts):
-                top.place(slot, transforms[slot], self._shown[slot].mask)
+                top.place(slot, rows["transform"][slot], int(rows["id_and_mask"][slot] >> 24))
         self._all.commit()
         self._cutouts.commit()
         embree.check()
