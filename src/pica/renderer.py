@@ -11,6 +11,7 @@ from pica.effects.lighting.light_slots import LightSlots
 from pica.effects.lighting.lighting import DirectLighting
 from pica.effects.post.post import Post
 from pica.effects.shadows.shadows import Shadows, visibility_layers
+from pica.effects.shadows.views import shadow_views
 from pica.frame.aovs import gbuffer_aovs
 from pica.frame.context import FrameSequence, Size
 from pica.frame.snapshot import checked_size, copies, rgb
@@ -45,15 +46,17 @@ class Renderer:
         self.scene = scene
         self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
         self.tracer = tracer = choose_tracer(device, settings.rays, self._gpu_scene)
-        self._slots = LightSlots(device, settings)
+        self._slots = LightSlots(device, size, settings)
         self._frames = FrameSequence(device, size, settings.seed)
         self.gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
-        self.shadows = Shadows(device, size, tracer) if settings.shadows.mode != "off" else None
+        self.shadows = Shadows(device, size, settings.shadows, tracer) if settings.shadows.mode != "off" else None
         self.lighting = DirectLighting(device, size, self._gpu_scene, settings.lighting)
         self.antialiasing = Accumulation(device, size)
         self.post = Post(device, size, settings.post)
         self.seen: dict[str, Any] = {}
         """What the effects of the newest frame were given, by the names that shaders have for it."""
+        self.debug = False
+        """Whether `render` also keeps what effects have in between, as AOVs whose names begin with "debug."."""
 
     @property
     def device_name(self) -> str:
@@ -64,6 +67,8 @@ class Renderer:
         """Drop all history: the next frame is frame 0 again."""
         self._frames.reset()
         self.antialiasing.reset()
+        if self.shadows:
+            self.shadows.reset()
 
     def advance(self, camera: Camera) -> dict[str, spy.Texture]:
         """Record and submit one frame. Returns its buffers, which the next frame overwrites."""
@@ -72,14 +77,15 @@ class Renderer:
         moved = scene.update(frame, frame.camera) or frame.camera_moved
         self._slots.update(scene.lights)
         gbuffer = self.gbuffer(frame, scene)
+        self._slots.choose(frame, gbuffer, scene)
         self.seen = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": self._slots}
-        visibility = self.shadows(frame, gbuffer, scene, self._slots) if self.shadows else None
-        radiance = self.lighting(frame, gbuffer, scene, self._slots, visibility)
+        shadows = self.shadows(frame, gbuffer, scene, self._slots, moved) if self.shadows else None
+        radiance = self.lighting(frame, gbuffer, scene, self._slots, shadows)
         picture = self.antialiasing(frame, radiance, moved)
         display = self.post(frame, picture)
         self._frames.end(frame)
         buffers = {**gbuffer.textures, "color": picture, "display": display}
-        return buffers if visibility is None else {**buffers, "shadows": visibility}
+        return buffers if shadows is None else {**buffers, "shadows": shadows.bits}
 
     @property
     def single_lights(self) -> list[str]:
@@ -109,6 +115,8 @@ class Renderer:
         aovs = gbuffer_aovs(seen, self._gpu_scene, camera)
         if "shadows" in kept:
             aovs["shadows"] = lambda: visibility_layers(kept["shadows"].to_numpy(), self._slots.count)
+        if self.debug and self.shadows and self._slots.denoised:
+            aovs |= shadow_views(copies(self.device, self.shadows.debug_views()), self._slots.svgf)
         return Frame(
             color=lambda: rgb(kept["color"]),
             display=lambda: rgb(kept["display"]),

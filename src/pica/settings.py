@@ -5,6 +5,8 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from pica.errors import SettingsError
 
+ShadowDenoiser = Literal["svgf", "anisotropic", "off"]
+
 
 def _range(low: float, high: float, default: float) -> Any:
     return field(default=default, metadata={"range": (low, high)})
@@ -69,7 +71,17 @@ class ShadowsSettings(_Checked):
     """soft: one ray a frame to a random point of the light; hard: to its centre; off: no shadows."""
     max_lights: int = _range(1, 29, 8)
     """Lights with a shadow ray of their own. Higher: less noise with many lights, more rays and memory;
-    the lights beyond share one ray. Visibility has 32 bits a pixel, three of them for the shared rays."""
+    the lights beyond and all emissive triangles share one ray. Visibility has 32 bits a pixel."""
+    denoiser: ShadowDenoiser = "svgf"
+    """Filter of soft shadows, for lights that choose none themselves. svgf: as wide as the variance asks for;
+    anisotropic: as the penumbra that light and occluder make, for rays that also find the occluder's distance;
+    off: none, for light that converges over many frames without any bias."""
+    denoised_lights: int = _range(0, 16, 4)
+    """Soft lights, strongest first, whose shadows are filtered. Higher: less noise with many lights; each takes about
+    50 bytes a pixel and time for its filter."""
+    history: int = _range(1, 64, 8)
+    """Frames that filtered shadows remember while something moves; 1: none, so each frame stands alone. Higher: less
+    noise, shadows that lag behind. While nothing moves all frames count."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +90,12 @@ class LightingSettings(_Checked):
 
     environment: Literal["sampled", "prefiltered", "off"] = "sampled"
     """sampled: one ray a frame, by importance, with shadows; prefiltered: no rays, no shadows, no noise."""
+    candidates: int = _range(1, 64, 16)
+    """Samples among which the shared ray of many lights chooses, by the light that they would bring without shadows.
+    Higher: less noise, more time; no bias with any. Never more than there are such lights and emissive triangles."""
+    area_lights: Literal["ltc", "sampled"] = "ltc"
+    """Light of slots with filtered shadows. ltc: all of it at once, by linearly transformed cosines, times the shadow;
+    no noise but that of the shadow. sampled: from the point that the shadow ray went to."""
 
 
 @dataclass(frozen=True)

@@ -39,11 +39,15 @@ def test_the_reference_of_a_penumbra_is_the_share_of_the_lamp_in_sight(device):
     frame = renderer.render(1, camera)
     (found,) = measured.reference(1024).values()
     # From floor point x the edge at x = 0, y = 3 is seen at x - 5/3 x = -2/3 x on the lamp's plane, which spans -1..1.
+    # A point of the lamp brings cos^2 / distance^2 = 5^2 / distance^4.
     depth = frame.aov("depth")[18]
     x = (np.arange(64) + 0.5 - 32) / 18 * np.tan(np.radians(40)) * depth
-    expected = np.clip((1 - 2 / 3 * x) / 2, 0, 1)
+    lamp = (np.arange(400) + 0.5) / 200 - 1
+    brought = 1 / ((lamp - x[:, None])[..., None] ** 2 + lamp**2 + 25) ** 2
+    seen = (lamp < -2 / 3 * x[:, None])[..., None]
+    expected = (brought * seen).sum((1, 2)) / brought.sum((1, 2))
     assert ((expected > 0.05) & (expected < 0.95)).sum() >= 20
-    np.testing.assert_allclose(found[18], expected, atol=0.02)
+    np.testing.assert_allclose(found[18], expected, atol=0.015)
 
 
 def test_sharp_shadows_equal_their_reference(device):

@@ -8,7 +8,16 @@ import pytest
 from pica.errors import SceneError
 from pica.scene.channels import ALL_CHANNELS
 from pica.scene.gltf import read
-from pica.scene.light import DirectionalLight, DiskLight, Light, PointLight, RectangleLight, SphereLight, SpotLight
+from pica.scene.light import (
+    DirectionalLight,
+    DiskLight,
+    Light,
+    PointLight,
+    RectangleLight,
+    SphereLight,
+    SpotLight,
+    TubeLight,
+)
 from tests.scene.gltf_files import GltfFile, rotation_y
 
 QUARTER_TURN = [0, math.sin(math.pi / 4), 0, math.cos(math.pi / 4)]
@@ -132,6 +141,7 @@ def test_punctual_lights(light: dict[str, Any], node: dict[str, Any], expected: 
         ),
         ({"type": "disk", "radius": 2, "color": [1, 0, 0]}, DiskLight(color=(1, 0, 0), radius=2)),
         ({"type": "sphere"}, SphereLight()),
+        ({"type": "tube", "length": 2, "radius": 0.1}, TubeLight(length=2, radius=0.1)),
     ],
 )
 def test_area_lights_come_from_extras(light: dict[str, Any], expected: Light, tmp_path: Path) -> None:
@@ -147,7 +157,7 @@ def test_area_lights_come_from_extras(light: dict[str, Any], expected: Light, tm
         ({"type": "spot", "spot": {"innerConeAngle": 1}}, {}, "innerConeAngle 1.0 is not less than"),
         ({"type": "point"}, {"extras": {"pica": {"light": {"type": "sphere"}}}}, "has two lights"),
         ({"type": "point"}, {"extensions": {"KHR_lights_punctual": {"light": 2}}}, r"lights\[2\] does not exist"),
-        (None, {"extras": {"pica": {"light": {"type": "box"}}}}, "'box' is not one of rectangle, disk, sphere"),
+        (None, {"extras": {"pica": {"light": {"type": "box"}}}}, "'box' is not one of rectangle, disk, sphere, tube"),
         (None, {"extras": {"pica": {"light": {"type": "disk", "width": 1}}}}, "'width' is not a key of a disk light"),
         (None, {"extras": {"pica": {"light": {"type": "disk", "radius": 0}}}}, "a size of 0 gives no light"),
     ],

@@ -8,7 +8,15 @@ import slangpy as spy
 from scipy.stats import qmc
 
 from pica.gpu_scene.light_table import LIGHT_DTYPE, light_power, pack_light, pack_lights, selection_probabilities
-from pica.scene.light import DirectionalLight, DiskLight, PointLight, RectangleLight, SphereLight, SpotLight
+from pica.scene.light import (
+    DirectionalLight,
+    DiskLight,
+    PointLight,
+    RectangleLight,
+    SphereLight,
+    SpotLight,
+    TubeLight,
+)
 from pica.scene.model import Node, Scene
 from tests.shaders.chi_squared import assert_fits
 
@@ -256,6 +264,68 @@ def test_rectangle_light_above_its_corner(shader, table, distance):
     np.testing.assert_allclose(got, 5 * factor / 2, rtol=3e-3)
 
 
+@pytest.mark.parametrize("distance", [0.06, 0.5, 3.0])
+def test_endless_tube(shader, table, distance):
+    # Radiance L, radius r, distance d of the axis: pi L r / d facing it
+    lights = table(pack_light(TubeLight(radiance=4, length=400 * distance, radius=0.05), placed((0, distance, 0))))
+    expected = np.pi * 4 * 0.05 / distance
+    np.testing.assert_allclose(irradiance(shader, lights, (0, 0, 0), (0, 1, 0)), expected, rtol=0.02)
+
+
+@pytest.mark.parametrize("length", [0.0, 1.5])
+def test_tube_from_its_end_is_a_sphere(shader, table, length):
+    # Only the near round end is seen: pi L (r / d)^2
+    light = pack_light(TubeLight(radiance=4, length=length, radius=0.2), placed((length / 2 + 0.5, 0, 0)))
+    expected = np.pi * 4 * (0.2 / 0.5) ** 2
+    np.testing.assert_allclose(irradiance(shader, table(light), (0, 0, 0), (1, 0, 0)), expected, rtol=2e-3)
+
+
+def test_all_of_a_tube_is_met_and_found(shader, table):
+    """Rays from all round meet a capsule where its distance to the axis is its radius; samples reach it, and the
+    densities of both ways agree."""
+    light = TubeLight(length=1.0, radius=0.3)
+    random = np.random.default_rng(4)
+    for position in ((0.2, -1, 0.3), (1.5, 0.2, 0.1), (0, 0.31, 0), (3, 0, 0)):
+        origin, lights = np.float32(position), table(pack_light(light, placed()))
+        aims = np.array([random.uniform(-0.9, 0.9), 0, 0]) + random.normal(size=(4000, 3)) * 0.3 - origin
+        aims = (aims / np.linalg.norm(aims, axis=1, keepdims=True)).astype(np.float32)
+        distance = shader.hit(lights, origin, aims, _result="numpy")[:, 3].astype(np.float64)
+
+        def from_axis(points):
+            return np.linalg.norm(
+                points - np.stack([points[:, 0].clip(-0.5, 0.5), *np.zeros((2, len(points)))], 1), axis=1
+            )
+
+        steps = np.linspace(0, 5, 2000)
+        nearest = np.min([from_axis(origin + aims * step) for step in steps], 0)
+        clear = np.abs(nearest - 0.3) > 0.01
+        np.testing.assert_array_equal(distance[clear] >= 0, nearest[clear] < 0.3)
+        met = distance >= 0
+        assert 0 < met.sum() < len(met)
+        np.testing.assert_allclose(from_axis(origin + aims[met] * distance[met, None]), 0.3, atol=1e-3)
+
+        drawn = shader.sampled(lights, origin, uniform(4000), _result="numpy").astype(np.float64)
+        radiance = shader.sampledRadiance(lights, origin, uniform(4000), _result="numpy").astype(np.float64)
+        found = from_axis(origin + drawn[:, :3] * radiance[:, 3:])
+        assert np.mean(np.abs(found - 0.3) < 1e-3) > 0.999
+        densities = shader.density(lights, origin, drawn[:, :3].astype(np.float32), _result="numpy")
+        assert np.mean(np.isclose(densities, drawn[:, 3], rtol=1e-3)) > 0.995
+        assert (shader.density(lights, origin, aims[met], _result="numpy") > 0).mean() > 0.999
+
+
+def test_tube_density_integrates_to_one(shader, table):
+    lights, origin = (
+        table(pack_light(TubeLight(length=1.0, radius=0.3), placed((0.3, 0.9, 0.2)))),
+        np.float32([0, 0, 0]),
+    )
+    u = even(18).astype(np.float64)
+    sine = np.sqrt(u[:, 0] * (2 - u[:, 0]))
+    phi = 2 * np.pi * u[:, 1]
+    directions = np.stack([sine * np.cos(phi), 1 - u[:, 0], sine * np.sin(phi)], 1).astype(np.float32)
+    density = shader.density(lights, origin, directions, _result="numpy").astype(np.float64)
+    assert 2 * np.pi * density.mean() == pytest.approx(1, rel=5e-3)
+
+
 @pytest.mark.parametrize("diameter", [0.0, 0.0093, 1.0])
 def test_directional_light_gives_its_illuminance(shader, table, diameter):
     lights = table(pack_light(DirectionalLight((1, 1, 0.5), 1000, diameter), placed((5, 5, 5), (0.3, -1, 0))))
@@ -294,9 +364,9 @@ def test_no_light_from_inside_behind_or_rows_without_shape(shader, table):
     behind = pack_light(RectangleLight(), placed((0, 1, 0), (0, 1, 0)))
     back_of_disk = pack_light(DiskLight(), placed((0, 1, 0), (0, 1, 0)))
     triangles = np.zeros((), LIGHT_DTYPE)
-    triangles["type"] = 6
+    triangles["type"] = 7
     environment = np.zeros((), LIGHT_DTYPE)
-    environment["type"] = 7
+    environment["type"] = 8
     for row in (inside, behind, back_of_disk, triangles, environment):
         lights, origin = table(row), np.float32([0, 0, 0])
         assert (shader.sampled(lights, origin, uniform(64), _result="numpy")[:, 3] == 0).all()
@@ -315,6 +385,8 @@ def test_scale_counts_for_area_lights_only():
     assert pack_light(PointLight(radius=1), world)["radius"] == 1
     assert pack_light(DirectionalLight(angular_diameter=0.5), world)["radius"] == pytest.approx(math.sin(0.25))
     np.testing.assert_allclose(rectangle["direction"], [0, -1, 0], atol=1e-7)
+    tube = pack_light(TubeLight(length=1, radius=1), world)
+    assert np.linalg.norm(tube["halfX"]) == pytest.approx(1) and tube["radius"] == pytest.approx(math.sqrt(12))
 
 
 def test_mirrored_and_sheared_nodes_still_shine_from_their_back():
@@ -335,6 +407,8 @@ def test_powers_and_selection():
     assert light_power(DirectionalLight(illuminance=2), world, 3) == pytest.approx(18 * np.pi)
     assert light_power(RectangleLight(radiance=2, width=3), world, 1) == pytest.approx(6 * np.pi)
     assert light_power(SphereLight(radiance=1, radius=1), world, 1) == pytest.approx(4 * np.pi**2)
+    assert light_power(TubeLight(radiance=1, length=0, radius=1), world, 1) == pytest.approx(4 * np.pi**2)
+    assert light_power(TubeLight(radiance=1, length=3, radius=1), world, 1) == pytest.approx(10 * np.pi**2)
     # all round and hard-edged, a spot is a point light
     assert light_power(SpotLight(inner_cone_angle=np.pi, outer_cone_angle=np.pi), world, 1) == pytest.approx(4 * np.pi)
     np.testing.assert_allclose(selection_probabilities([1, 3]), [0.25, 0.75])

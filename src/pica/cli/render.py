@@ -42,7 +42,8 @@ def render(
         typer.Option(
             metavar="NAME",
             help="A buffer to write too; may be repeated. Beside a .png as its own picture (out.normal.png); "
-            "in an .exr as channels, which holds every buffer when none is named.",
+            "in an .exr as channels, which holds every buffer when none is named; debug.shadows.raw, .filtered, "
+            ".history, .variance and .footprint show the work of the shadow filters.",
         ),
     ] = None,
     path_traced: Annotated[bool, typer.Option("--path-traced", help="Use the reference path tracer.")] = False,
@@ -105,6 +106,7 @@ def render(
         kind, count = "samples", samples or 256
     else:
         renderer = pica.Renderer(content, pixels, settings=settings, device=device)
+        renderer.debug = any(name.startswith("debug.") for name in aov or [])
         kind, count = "frames", frames
     result: dict[str, Any] = {"scene": scene, "device": renderer.device_name, "size": list(pixels), kind: count}
     said = f"{'x'.join(map(str, pixels))}, {count} {kind}"

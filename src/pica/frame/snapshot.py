@@ -29,22 +29,25 @@ def copies(device: Device, textures: Mapping[str, spy.Texture]) -> dict[str, spy
     for name, texture in textures.items():
         kept[name] = device.handle.create_texture(
             format=texture.format,
+            type=texture.type,
+            array_length=texture.array_length,
             width=texture.width,
             height=texture.height,
             usage=spy.TextureUsage.shader_resource | spy.TextureUsage.copy_destination,
             label=f"{name} kept",
         )
-        encoder.copy_texture(
-            kept[name],
-            0,
-            0,
-            spy.uint3(0, 0, 0),
-            texture,
-            0,
-            0,
-            spy.uint3(0, 0, 0),
-            spy.uint3(texture.width, texture.height, 1),
-        )
+        for layer in range(texture.array_length):
+            encoder.copy_texture(
+                kept[name],
+                layer,
+                0,
+                spy.uint3(0, 0, 0),
+                texture,
+                layer,
+                0,
+                spy.uint3(0, 0, 0),
+                spy.uint3(texture.width, texture.height, 1),
+            )
     device.handle.submit_command_buffer(encoder.finish())
     return kept
 

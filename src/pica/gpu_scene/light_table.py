@@ -7,7 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.scene.channels import channel_bits
-from pica.scene.light import DirectionalLight, DiskLight, Light, PointLight, RectangleLight, SphereLight, SpotLight
+from pica.scene.light import (
+    DirectionalLight,
+    DiskLight,
+    Light,
+    PointLight,
+    RectangleLight,
+    SphereLight,
+    SpotLight,
+    TubeLight,
+)
 from pica.scene.model import Scene
 
 LIGHT_DTYPE = np.dtype(
@@ -37,8 +46,9 @@ LIGHT_TYPES: dict[type[object] | str, int] = {
     RectangleLight: 3,
     DiskLight: 4,
     SphereLight: 5,
-    "emissive_triangles": 6,
-    "environment": 7,
+    TubeLight: 6,
+    "emissive_triangles": 7,
+    "environment": 8,
 }
 """The numbers of the enum LightType; the named ones are rows without a shape of their own."""
 
@@ -69,8 +79,9 @@ def scene_radius(scene: Scene) -> float:
 def pack_light(light: Light, world: Matrix) -> Row:
     """One light as a LIGHT_DTYPE scalar, placed by its node's (4, 4) world matrix; selection probability 0.
 
-    The node's scale counts for rectangles, disks and spheres and, as KHR_lights_punctual has it, for no other light.
-    A sheared rectangle is squared up at the same area; a ball under uneven scale keeps its volume.
+    The node's scale counts for rectangles, disks, spheres and tubes and, as KHR_lights_punctual has it, for no other
+    light. A sheared rectangle is squared up at the same area; under uneven scale a ball keeps its volume, a tube its
+    length and the area of its section.
     """
     row = np.zeros((), LIGHT_DTYPE)
     row["type"] = LIGHT_TYPES[type(light)]
@@ -85,6 +96,9 @@ def pack_light(light: Light, world: Matrix) -> Row:
         row["direction"] = _back_side(world)
     elif isinstance(light, SphereLight):
         row["radius"] = light.radius * _ball_scale(world)
+    elif isinstance(light, TubeLight):
+        row["halfX"] = world[:3, 0] * light.length / 2
+        row["radius"] = light.radius * _tube_scale(world)
     elif isinstance(light, DirectionalLight):
         row["radius"] = math.sin(light.angular_diameter / 2)
     else:
@@ -116,6 +130,9 @@ def light_power(light: Light, world: Matrix, scene_radius: float) -> float:
             return strength * math.pi * _area(light, world)
         case SphereLight():
             return strength * (2 * math.pi * light.radius * _ball_scale(world)) ** 2
+        case TubeLight():
+            radius, length = light.radius * _tube_scale(world), light.length * float(np.linalg.norm(world[:3, 0]))
+            return strength * 2 * math.pi**2 * radius * (length + 2 * radius)
 
 
 def selection_probabilities(powers: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float32]:
@@ -159,6 +176,12 @@ def _back_side(world: Matrix) -> Matrix:
 
 def _ball_scale(world: Matrix) -> float:
     return float(abs(np.linalg.det(world[:3, :3]))) ** (1 / 3)
+
+
+def _tube_scale(world: Matrix) -> float:
+    """Of a tube's radius: the square root of what its section grows by."""
+    along = float(np.linalg.norm(world[:3, 0]))
+    return math.sqrt(float(abs(np.linalg.det(world[:3, :3]))) / max(along, 1e-300))
 
 
 def _unit(vector: Matrix) -> Matrix:

@@ -47,13 +47,14 @@ class LightTable:
         radius = scene_radius(scene)
         lights = [(light_power(node.light, node.world, radius), node) for node in scene.nodes() if node.light]
         lights.sort(key=lambda pair: -pair[0])
-        self._nodes = [node for _, node in lights]
-        self._lit = frozenset(self._nodes)
+        self.nodes = [node for _, node in lights]
+        """Of the lights with a shape of their own, by place in the table."""
+        self._lit = frozenset(self.nodes)
         self.light_count = len(lights)
-        self.names = [node.light.name or node.name for node in self._nodes if node.light]
+        self.names = [node.light.name or node.name for node in self.nodes if node.light]
         """What the lights are called, in the order of their rows."""
         powers = [power for power, _ in lights]
-        rows = [pack_light(node.light, node.world) for node in self._nodes if node.light]
+        rows = [pack_light(node.light, node.world) for node in self.nodes if node.light]
 
         emissive, emissive_power, self.first_emissive = _emissive_triangles(emissive_sections)
         self.emissive_light = len(rows) if len(emissive) else None
@@ -99,7 +100,7 @@ class LightTable:
 
     def update(self, encoder: spy.CommandEncoder) -> None:
         """Upload the lights anew after some moved or were set. How often each is chosen stays as it was."""
-        for index, node in enumerate(self._nodes):
+        for index, node in enumerate(self.nodes):
             if node.light is not None:
                 share = self._table[index]["selectionProbability"]
                 self._table[index] = pack_light(node.light, node.world)

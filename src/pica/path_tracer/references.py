@@ -30,4 +30,4 @@ class CountedShare:
                 self._trace(recording, self._size, counted=self._counted, taken=taken, samples=count, **inputs)
         counted = np.asarray(self._counted.to_numpy())
         rays, misses = counted[..., 0], counted[..., 1]
-        return np.where(rays > 0, misses / np.maximum(rays, 1), np.nan).astype(np.float32)
+        return np.where(rays > 0, misses / np.maximum(rays, 1e-9), np.nan).astype(np.float32)

@@ -57,7 +57,13 @@ class MeasuredShadows(MeasuredEffect):
         """One layer a light."""
         slots = self._slots()
         layers = visibility_layers(buffers["shadows"].to_numpy(), len(slots))
-        return {name: layers[..., slot] for name, slot in slots.items()}
+        found = {name: layers[..., slot] for name, slot in slots.items()}
+        shadows = self.renderer.shadows
+        filtered = shadows.debug_views().get("filtered") if shadows else None
+        if filtered is not None:
+            for name in list(found)[: filtered.array_length]:
+                found[name] = np.asarray(filtered.to_numpy(layer=slots[name]), np.float32)[..., :3].mean(-1)
+        return found
 
     def reference(self, samples: int) -> Layers:
         """One layer a light; NaN where no sample of the light can bring light."""

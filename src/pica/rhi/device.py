@@ -166,11 +166,22 @@ class Device:
         return self.buffer(label, data=flat, struct_size=size, usage=usage)
 
     def texture(
-        self, label: str, texture_format: spy.Format, size: tuple[int, int], usage: spy.TextureUsage = _TEXTURE
+        self,
+        label: str,
+        texture_format: spy.Format,
+        size: tuple[int, int],
+        usage: spy.TextureUsage = _TEXTURE,
+        layers: int | None = None,
     ) -> spy.Texture:
-        """A texture of (width, height) texels without content."""
+        """A texture of (width, height) texels without content; an array of textures where `layers` are told."""
         texture = self.handle.create_texture(
-            format=texture_format, width=size[0], height=size[1], usage=usage, label=label
+            type=spy.TextureType.texture_2d if layers is None else spy.TextureType.texture_2d_array,
+            array_length=layers or 1,
+            format=texture_format,
+            width=size[0],
+            height=size[1],
+            usage=usage,
+            label=label,
         )
         self.count_memory(texture.memory_usage.device)
         return texture

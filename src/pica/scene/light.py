@@ -4,6 +4,7 @@ Photometric units are glTF's. Colours are linear Rec. 709 and multiply the unit.
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 from pica.scene.channels import ALL_CHANNELS, checked_channels
 
@@ -12,16 +13,20 @@ WHITE: Color = (1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Channelled:
+class _AnyLight:
+    """What all lights have."""
+
     lighting_channels: frozenset[int] = ALL_CHANNELS
     """Of 0 to 5: the light reaches the nodes that are in one of them, and only these hide it."""
+    shadow_denoiser: Literal["svgf", "anisotropic", "off"] | None = None
+    """The filter of this light's soft shadow in real time; None: as the setting shadows.denoiser says."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lighting_channels", checked_channels(self.lighting_channels))
 
 
 @dataclass(frozen=True)
-class DirectionalLight(_Channelled):
+class DirectionalLight(_AnyLight):
     """A light so far away that its rays are parallel, such as the sun."""
 
     color: Color = WHITE
@@ -33,7 +38,7 @@ class DirectionalLight(_Channelled):
 
 
 @dataclass(frozen=True)
-class PointLight(_Channelled):
+class PointLight(_AnyLight):
     """A light that shines equally in all directions, from a sphere of the given radius."""
 
     color: Color = WHITE
@@ -47,7 +52,7 @@ class PointLight(_Channelled):
 
 
 @dataclass(frozen=True)
-class SpotLight(_Channelled):
+class SpotLight(_AnyLight):
     """A point light limited to a cone."""
 
     color: Color = WHITE
@@ -65,7 +70,7 @@ class SpotLight(_Channelled):
 
 
 @dataclass(frozen=True)
-class RectangleLight(_Channelled):
+class RectangleLight(_AnyLight):
     """A rectangle in its node's XY plane that shines from its -Z side."""
 
     color: Color = WHITE
@@ -79,7 +84,7 @@ class RectangleLight(_Channelled):
 
 
 @dataclass(frozen=True)
-class DiskLight(_Channelled):
+class DiskLight(_AnyLight):
     """A disk in its node's XY plane that shines from its -Z side."""
 
     color: Color = WHITE
@@ -91,7 +96,7 @@ class DiskLight(_Channelled):
 
 
 @dataclass(frozen=True)
-class SphereLight(_Channelled):
+class SphereLight(_AnyLight):
     """A sphere around its node's origin that shines outwards."""
 
     color: Color = WHITE
@@ -102,4 +107,18 @@ class SphereLight(_Channelled):
     name: str = ""
 
 
-Light = DirectionalLight | PointLight | SpotLight | RectangleLight | DiskLight | SphereLight
+@dataclass(frozen=True)
+class TubeLight(_AnyLight):
+    """A tube along its node's X axis with round ends, a capsule, that shines outwards."""
+
+    color: Color = WHITE
+    radiance: float = 1.0
+    """Nits."""
+    length: float = 1.0
+    """Metres between the middles of the two round ends."""
+    radius: float = 0.05
+    """Metres."""
+    name: str = ""
+
+
+Light = DirectionalLight | PointLight | SpotLight | RectangleLight | DiskLight | SphereLight | TubeLight

@@ -32,15 +32,16 @@ class RasterVisibility:
             {"viewports": [spy.Viewport.from_size(*size)], "scissor_rects": [spy.ScissorRect.from_size(*size)]}
         )
         self._state.index_format = spy.IndexFormat.uint32
-        self._targets: spy.RenderPassDesc | None = None
+        self._targets: dict[spy.Texture, spy.RenderPassDesc] = {}
+        self._views: list[spy.TextureView] = []
 
     def __call__(self, frame: FrameContext, scene: GpuScene, visibility: spy.Texture) -> None:
         """Fill `visibility` (width, height, rg32_uint)."""
-        if self._targets is None:
-            self._targets = self._render_targets(visibility)
+        if visibility not in self._targets:
+            self._targets[visibility] = self._render_targets(visibility)
         self._state.index_buffer = scene.geometry.indices
         frame.profiler.begin(frame.encoder, "raster")
-        with frame.encoder.begin_render_pass(self._targets) as encoder:
+        with frame.encoder.begin_render_pass(self._targets[visibility]) as encoder:
             for draws in scene.draws:
                 self._pass(draws.kind)(scene.material_types).bind(encoder, scene=scene, frame=frame)
                 encoder.set_render_state(self._state)
@@ -48,14 +49,13 @@ class RasterVisibility:
         frame.profiler.end(frame.encoder)
 
     def _render_targets(self, visibility: spy.Texture) -> spy.RenderPassDesc:
-        self._views = visibility.create_view(), self._depth.create_view()
+        target, depth = visibility.create_view(), self._depth.create_view()
+        self._views += target, depth
         return spy.RenderPassDesc(
             {
-                "color_attachments": [
-                    {"view": self._views[0], "load_op": spy.LoadOp.clear, "clear_value": [0, 0, 0, 0]}
-                ],
+                "color_attachments": [{"view": target, "load_op": spy.LoadOp.clear, "clear_value": [0, 0, 0, 0]}],
                 "depth_stencil_attachment": {
-                    "view": self._views[1],
+                    "view": depth,
                     "depth_load_op": spy.LoadOp.clear,
                     "depth_clear_value": 0.0,
                 },
@@ -102,6 +102,7 @@ class GBufferEffect:
 
     def __call__(self, frame: FrameContext, scene: GpuScene) -> GBuffer:
         """The G-buffer of this frame."""
+        self._buffer.turn()
         textures = self._buffer.textures
         if self._raster is not None:
             self._raster(frame, scene, textures["visibility"])

@@ -3,7 +3,9 @@
 import slangpy as spy
 
 from pica.effects.lighting.light_slots import LightSlots
+from pica.effects.lighting.ltc_tables import LtcTables
 from pica.effects.lighting.prefiltered import PrefilteredEnvironment
+from pica.effects.shadows.shadows import ShadowTextures
 from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.scene import GpuScene
@@ -18,6 +20,9 @@ class DirectLighting:
     def __init__(self, device: Device, size: Size, scene: GpuScene, settings: LightingSettings) -> None:
         self._radiance = device.texture("radiance", spy.Format.rgba32_float, size)
         self._no_shadows = device.texture("no shadows", spy.Format.rg32_uint, (1, 1))
+        self._not_filtered = device.texture("no filtered shadows", spy.Format.rgba16_float, (1, 1), layers=1)
+        self._whole_lights = settings.area_lights == "ltc"
+        self._ltc_tables = LtcTables(device)
         self._use_prefiltered = settings.environment == "prefiltered"
         self._prefiltered = PrefilteredEnvironment(device, scene, wanted=self._use_prefiltered)
         self._direct = ForTypes(
@@ -30,9 +35,9 @@ class DirectLighting:
         gbuffer: GBuffer,
         scene: GpuScene,
         slots: LightSlots,
-        visibility: spy.Texture | None,
+        shadows: ShadowTextures | None,
     ) -> spy.Texture:
-        """The lit picture of this frame; without `visibility` nothing casts a shadow."""
+        """The lit picture of this frame; without `shadows` nothing casts any."""
         self._direct(scene.material_types)(
             frame,
             frame.grid,
@@ -40,8 +45,12 @@ class DirectLighting:
             gbuffer=gbuffer,
             scene=scene,
             lightSlots=slots,
-            visibility=visibility or self._no_shadows,
-            shadowed=int(visibility is not None),
+            reservoirs=slots.reservoirs,
+            visibility=shadows.bits if shadows else self._no_shadows,
+            shadowed=int(shadows is not None),
+            filteredShadows=shadows.filtered if shadows else self._not_filtered,
+            wholeLights=int(self._whole_lights),
+            ltcTables=self._ltc_tables,
             prefiltered=self._prefiltered,
             radiance=self._radiance,
         )

@@ -1,29 +1,65 @@
-"""Shadows of all light slots: one ray a pixel and slot, unfiltered."""
+"""Shadows of all light slots: one ray a pixel and slot; those of the strongest soft lights are filtered."""
+
+from dataclasses import dataclass
 
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.effects.lighting.light_slots import LightSlots
+from pica.effects.shadows.denoiser import ShadowDenoiser
 from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
 from pica.rhi.schedulers import Tracer, ray_effect
+from pica.settings import ShadowsSettings
+
+
+@dataclass(frozen=True)
+class ShadowTextures:
+    """What the shadows of a frame are."""
+
+    bits: spy.Texture
+    """(width, height, rg32_uint) one bit a slot. Red: the light's sample is not hidden; green: a ray was traced."""
+    filtered: spy.Texture
+    """(width, height, denoised slots, rgba16_float) share of a slot's light that reaches the pixel, 0 to 1."""
 
 
 class Shadows:
-    """Which light slots reach each pixel: a texture (width, height, rg32_uint) with one bit a slot.
+    """Which part of each light reaches each pixel."""
 
-    Red: the light's sample is not hidden. Green: a ray was traced to find out.
-    """
-
-    def __init__(self, device: Device, size: Size, tracer: Tracer | None = None) -> None:
-        self._visibility = device.texture("shadow visibility", spy.Format.rg32_uint, size)
+    def __init__(self, device: Device, size: Size, settings: ShadowsSettings, tracer: Tracer | None = None) -> None:
+        self._device, self._size = device, size
+        self._bits = device.texture("shadow visibility", spy.Format.rg32_uint, size)
+        self._samples = device.texture("shadow samples", spy.Format.rgba16_float, (1, 1), layers=1)
+        self._slopes = device.texture("shadow slopes", spy.Format.r16_float, (1, 1), layers=1)
+        self._layers = 0
+        self._denoiser = ShadowDenoiser(device, size, settings.history)
         self._trace = ray_effect(device, "effects/shadows/shadow_rays.slang", "ShadowRays", "hit", tracer)
 
-    def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene, slots: LightSlots) -> spy.Texture:
-        """The visibility of this frame's light samples."""
+    def reset(self) -> None:
+        """Drop the history."""
+        self._denoiser.reset()
+
+    def debug_views(self) -> dict[str, spy.Texture]:
+        """What can be shown of the newest frame, by name: see views.py. Nothing without denoised slots."""
+        return {"samples": self._samples, **self._denoiser.debug_views()} if self._layers else {}
+
+    def __call__(
+        self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene, slots: LightSlots, moved: bool
+    ) -> ShadowTextures:
+        """The visibility of this frame's light samples, and the shadows that many of them make.
+
+        `moved`: something differs from the frame before.
+        """
+        if len(slots.denoised) > self._layers:
+            self._layers = len(slots.denoised)
+            self._device.give_back(self._samples, self._slopes)
+            self._samples = self._device.texture(
+                "shadow samples", spy.Format.rgba16_float, self._size, layers=self._layers
+            )
+            self._slopes = self._device.texture("shadow slopes", spy.Format.r16_float, self._size, layers=self._layers)
         self._trace(
             frame,
             frame.size,
@@ -31,9 +67,15 @@ class Shadows:
             gbuffer=gbuffer,
             scene=scene,
             lightSlots=slots,
-            visibility=self._visibility,
+            reservoirs=slots.reservoirs,
+            visibility=self._bits,
+            samples=self._samples,
+            slopes=self._slopes,
         )
-        return self._visibility
+        if not slots.denoised:
+            return ShadowTextures(self._bits, self._samples)
+        filtered = self._denoiser(frame, gbuffer, scene, slots, self._samples, self._slopes, moved)
+        return ShadowTextures(self._bits, filtered)
 
 
 def visibility_layers(bits: NDArray[np.uint32], slots: int) -> NDArray[np.float32]:

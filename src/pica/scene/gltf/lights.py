@@ -17,6 +17,7 @@ from pica.scene.light import (
     RectangleLight,
     SphereLight,
     SpotLight,
+    TubeLight,
 )
 
 _DIRECTIONAL, _POINT, _SPOT = "directional", "point", "spot"
@@ -25,6 +26,7 @@ _AREA: dict[str, tuple[type[Light], tuple[str, ...]]] = {
     "rectangle": (RectangleLight, ("width", "height")),
     "disk": (DiskLight, ("radius",)),
     "sphere": (SphereLight, ("radius",)),
+    "tube": (TubeLight, ("length", "radius")),
 }
 
 
