@@ -5,7 +5,8 @@ from typing import Any
 
 import slangpy as spy
 
-from pica.effects.ambient_occlusion.ambient_occlusion import AmbientOcclusion, open_share
+from pica.effects.ambient_occlusion.ambient_occlusion import AmbientOcclusion
+from pica.effects.ambient_occlusion.views import occlusion_views, open_share
 from pica.effects.antialiasing.accumulate import Accumulation
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.lighting.light_slots import LightSlots
@@ -122,9 +123,11 @@ class Renderer:
         if "shadows" in kept:
             aovs["shadows"] = lambda: visibility_layers(kept["shadows"].to_numpy(), self._slots.count)
         if "ambient_occlusion" in kept:
-            aovs["ambient_occlusion"] = lambda: open_share(kept["ambient_occlusion"].to_numpy())
+            aovs["ambient_occlusion"] = lambda: open_share(kept["ambient_occlusion"])
         if self.debug and self.shadows and self._slots.denoised:
             aovs |= shadow_views(copies(self.device, self.shadows.debug_views()), self._slots.svgf)
+        if self.debug and self.ambient_occlusion:
+            aovs |= occlusion_views(copies(self.device, self.ambient_occlusion.debug_views()))
         return Frame(
             color=lambda: rgb(kept["color"]),
             display=lambda: rgb(kept["display"]),

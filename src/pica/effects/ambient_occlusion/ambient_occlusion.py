@@ -1,10 +1,8 @@
 """Ambient occlusion by rays or in screen space."""
 
-import numpy as np
 import slangpy as spy
-from numpy.typing import NDArray
 
-from pica.effects.ambient_occlusion.filter import OcclusionFilter, OcclusionHistory
+from pica.effects.ambient_occlusion.filter import HorizonFilter, RayFilter
 from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.scene import GpuScene
@@ -24,19 +22,23 @@ class AmbientOcclusion:
     def __init__(self, device: Device, size: Size, settings: AmbientOcclusionSettings, tracer: Tracer | None) -> None:
         self._settings = settings
         self._raw = device.texture("ambient occlusion raw", spy.Format.rg16_float, size)
-        self._trace = self._search = self._history = self._filter = None
+        self._filter: RayFilter | HorizonFilter | None = None
+        self._trace = self._search = None
         if settings.mode == "ray_traced":
             self._trace = ray_effect(device, f"{_FOLDER}/occlusion_rays.slang", "OcclusionRays", "hit", tracer)
+            self._filter = RayFilter(device, size, settings.rays) if settings.filter else None
         else:
             self._search = device.compute(f"{_FOLDER}/horizons.slang")
-        if settings.filter:
-            self._history = OcclusionHistory(device, size)
-            self._filter = OcclusionFilter(device, size)
+            self._filter = HorizonFilter(device, size) if settings.filter else None
 
     def reset(self) -> None:
         """Drop the history."""
-        if self._history is not None:
-            self._history.reset()
+        if self._filter is not None:
+            self._filter.reset()
+
+    def debug_views(self) -> dict[str, spy.Texture]:
+        """What can be shown of the newest frame, by name: see views.py."""
+        return {"raw": self._raw, **(self._filter.debug_views() if self._filter else {})}
 
     def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene, moved: bool) -> spy.Texture:
         """The open share of this frame's G-buffer. `moved`: something differs from the frame before."""
@@ -47,13 +49,4 @@ class AmbientOcclusion:
             self._trace(frame, frame.size, scene=scene, rayCount=settings.rays, **shared)
         if self._search is not None:
             self._search(frame, frame.grid, **shared)
-        if self._history is None:
-            return self._raw
-        signal = self._history(frame, gbuffer, self._raw, settings.rays, moved)
-        return self._filter(frame, gbuffer, signal)
-
-
-def open_share(texels: NDArray[np.float16]) -> NDArray[np.float32]:
-    """(height, width) numbers from 0 to 1 of a texture that AmbientOcclusion returned, one channel or more."""
-    channel = texels if texels.ndim == 2 else texels[..., 0]
-    return np.clip(channel.astype(np.float32), 0, 1)
+        return self._raw if self._filter is None else self._filter(frame, gbuffer, self._raw, moved)
