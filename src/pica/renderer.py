@@ -5,6 +5,8 @@ from typing import Any
 
 import slangpy as spy
 
+from pica.effects.ambient_occlusion.ambient_occlusion import AmbientOcclusion
+from pica.effects.ambient_occlusion.views import occlusion_views, open_share
 from pica.effects.antialiasing.accumulate import Accumulation
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.lighting.light_slots import LightSlots
@@ -50,6 +52,8 @@ class Renderer:
         self._frames = FrameSequence(device, size, settings.seed)
         self.gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
         self.shadows = Shadows(device, size, settings.shadows, tracer) if settings.shadows.mode != "off" else None
+        occlusion = settings.ambient_occlusion
+        self.ambient_occlusion = AmbientOcclusion(device, size, occlusion, tracer) if occlusion.mode != "off" else None
         self.lighting = DirectLighting(device, size, self._gpu_scene, settings.lighting)
         self.antialiasing = Accumulation(device, size)
         self.post = Post(device, size, settings.post)
@@ -69,6 +73,8 @@ class Renderer:
         self.antialiasing.reset()
         if self.shadows:
             self.shadows.reset()
+        if self.ambient_occlusion:
+            self.ambient_occlusion.reset()
 
     def advance(self, camera: Camera) -> dict[str, spy.Texture]:
         """Record and submit one frame. Returns its buffers, which the next frame overwrites."""
@@ -80,12 +86,14 @@ class Renderer:
         self._slots.choose(frame, gbuffer, scene)
         self.seen = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": self._slots}
         shadows = self.shadows(frame, gbuffer, scene, self._slots, moved) if self.shadows else None
-        radiance = self.lighting(frame, gbuffer, scene, self._slots, shadows)
+        occlusion = self.ambient_occlusion(frame, gbuffer, scene, moved) if self.ambient_occlusion else None
+        radiance = self.lighting(frame, gbuffer, scene, self._slots, shadows, occlusion)
         picture = self.antialiasing(frame, radiance, moved)
         display = self.post(frame, picture)
         self._frames.end(frame)
         buffers = {**gbuffer.textures, "color": picture, "display": display}
-        return buffers if shadows is None else {**buffers, "shadows": shadows.bits}
+        effects = {"shadows": shadows.bits if shadows else None, "ambient_occlusion": occlusion}
+        return buffers | {name: texture for name, texture in effects.items() if texture is not None}
 
     @property
     def single_lights(self) -> list[str]:
@@ -115,8 +123,12 @@ class Renderer:
         aovs = gbuffer_aovs(seen, self._gpu_scene, camera)
         if "shadows" in kept:
             aovs["shadows"] = lambda: visibility_layers(kept["shadows"].to_numpy(), self._slots.count)
+        if "ambient_occlusion" in kept:
+            aovs["ambient_occlusion"] = lambda: open_share(kept["ambient_occlusion"])
         if self.debug and self.shadows and self._slots.denoised:
             aovs |= shadow_views(copies(self.device, self.shadows.debug_views()), self._slots.svgf)
+        if self.debug and self.ambient_occlusion:
+            aovs |= occlusion_views(copies(self.device, self.ambient_occlusion.debug_views()))
         return Frame(
             color=lambda: rgb(kept["color"]),
             display=lambda: rgb(kept["display"]),

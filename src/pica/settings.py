@@ -1,5 +1,6 @@
 """Every setting of the renderer: its unit, its range and what more or less of it buys."""
 
+import re
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -19,7 +20,8 @@ class _Checked:
         hints = get_type_hints(type(self))
         for setting in fields(self):  # type: ignore[arg-type]
             value, hint = getattr(self, setting.name), hints[setting.name]
-            where = f"{type(self).__name__.removesuffix('Settings').lower()}.{setting.name}"
+            group = re.sub("(?<!^)(?=[A-Z])", "_", type(self).__name__.removesuffix("Settings")).lower()
+            where = f"{group}.{setting.name}"
             if get_origin(hint) is Literal and value not in get_args(hint):
                 raise SettingsError(f"setting {where}: {value!r} is not one of {', '.join(map(str, get_args(hint)))}")
             if hint is bool and not isinstance(value, bool):
@@ -85,6 +87,31 @@ class ShadowsSettings(_Checked):
 
 
 @dataclass(frozen=True)
+class AmbientOcclusionSettings(_Checked):
+    """How open the surroundings of each surface are: dims ambient light that has no shadows of its own."""
+
+    mode: Literal["off", "ray_traced", "ground_truth"] = "off"
+    """ray_traced: rays about the normal; ground_truth: GTAO, from the depth buffer alone. A sampled environment
+    has shadows of its own and is not dimmed."""
+    rays: int = _range(1, 16, 1)
+    """Rays a pixel and frame (ray_traced). Higher: less noise, more time."""
+    min_distance: float = _range(0.0, 1000.0, 0.0)
+    """Metres; what is nearer hides nothing. Above 0: fine detail, dimmed by its textures already, stays bright."""
+    max_distance: float = _range(0.001, 10000.0, 2.0)
+    """Metres; what is further hides nothing. Near field: about 0.5; far field: about 20. Higher: slower rays."""
+    filter: bool = True
+    """Smooth over neighbours and earlier frames. false: this frame's rays or horizons alone."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.min_distance >= self.max_distance:
+            raise SettingsError(
+                f"setting ambient_occlusion.min_distance: {self.min_distance} is not below max_distance"
+                f" {self.max_distance}"
+            )
+
+
+@dataclass(frozen=True)
 class LightingSettings(_Checked):
     """Direct light."""
 
@@ -116,6 +143,7 @@ class Settings(_Checked):
     geometry: GeometrySettings = field(default_factory=GeometrySettings)
     rays: RaysSettings = field(default_factory=RaysSettings)
     shadows: ShadowsSettings = field(default_factory=ShadowsSettings)
+    ambient_occlusion: AmbientOcclusionSettings = field(default_factory=AmbientOcclusionSettings)
     lighting: LightingSettings = field(default_factory=LightingSettings)
     post: PostSettings = field(default_factory=PostSettings)
     seed: int = _range(0, 2**31 - 1, 0)
@@ -162,6 +190,7 @@ PRESETS = {
     "raster": Settings(
         visibility=VisibilitySettings("raster"),
         shadows=ShadowsSettings("off"),
+        ambient_occlusion=AmbientOcclusionSettings("ground_truth"),
         lighting=LightingSettings("prefiltered"),
     ),
 }

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from pica import Scene, Settings
 
-_EFFECTS = ("shadows",)
+_EFFECTS = ("shadows", "ambient_occlusion")
 _SEQUENCES = ("still", "camera", "objects", "light")
 
 

@@ -32,6 +32,9 @@ def benchmark(renderer: Renderer, camera: Camera | None = None, frames: int = 20
     rays = {}
     if "primary_rays" in gpu:
         rays["primary_rays"] = renderer.size[0] * renderer.size[1]
+    if "occlusion_rays" in gpu:
+        covered = int(np.count_nonzero(buffers["visibility"].to_numpy()[..., 0]))
+        rays["occlusion_rays"] = covered * renderer.settings.ambient_occlusion.rays
     if "shadows" in buffers:
         traced = np.asarray(buffers["shadows"].to_numpy())[..., 1]
         rays["shadow_rays"] = int(np.unpackbits(np.ascontiguousarray(traced).view(np.uint8)).sum())

@@ -12,6 +12,7 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.effects.ambient_occlusion.views import open_share
 from pica.effects.shadows.shadows import visibility_layers
 from pica.errors import SettingsError
 from pica.path_tracer.references import CountedShare
@@ -72,7 +73,35 @@ class MeasuredShadows(MeasuredEffect):
         }
 
 
-EFFECTS: dict[str, Callable[[Renderer], MeasuredEffect]] = {"shadows": MeasuredShadows}
+class MeasuredOcclusion(MeasuredEffect):
+    """The open share of the surroundings."""
+
+    def __init__(self, renderer: Renderer) -> None:
+        super().__init__(renderer)
+        if renderer.ambient_occlusion is None:
+            raise SettingsError(
+                "compare --effect ambient_occlusion: setting ambient_occlusion.mode is off, so nothing can be compared"
+            )
+        self._open = CountedShare(
+            renderer.device, renderer.size, "ambient_visibility", "AmbientVisibility", renderer.tracer
+        )
+
+    def result(self, buffers: dict[str, spy.Texture]) -> Layers:
+        """One layer."""
+        return {"open": open_share(buffers["ambient_occlusion"])}
+
+    def reference(self, samples: int) -> Layers:
+        """One layer; NaN where there is no surface."""
+        settings = self.renderer.settings.ambient_occlusion
+        seen = {name: self.renderer.seen[name] for name in ("frame", "gbuffer", "scene")}
+        lengths = {"minDistance": settings.min_distance, "maxDistance": settings.max_distance}
+        return {"open": self._open(samples, **seen, **lengths)}
+
+
+EFFECTS: dict[str, Callable[[Renderer], MeasuredEffect]] = {
+    "shadows": MeasuredShadows,
+    "ambient_occlusion": MeasuredOcclusion,
+}
 
 
 @dataclass

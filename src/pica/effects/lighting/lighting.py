@@ -23,6 +23,7 @@ class DirectLighting:
         self._not_filtered = device.texture("no filtered shadows", spy.Format.rgba16_float, (1, 1), layers=1)
         self._whole_lights = settings.area_lights == "ltc"
         self._ltc_tables = LtcTables(device)
+        self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
         self._use_prefiltered = settings.environment == "prefiltered"
         self._prefiltered = PrefilteredEnvironment(device, scene, wanted=self._use_prefiltered)
         self._direct = ForTypes(
@@ -36,8 +37,13 @@ class DirectLighting:
         scene: GpuScene,
         slots: LightSlots,
         shadows: ShadowTextures | None,
+        occlusion: spy.Texture | None,
     ) -> spy.Texture:
-        """The lit picture of this frame; without `shadows` nothing casts any."""
+        """The lit picture of this frame; without `shadows` nothing casts any.
+
+        `occlusion`: the open share of each pixel's surroundings, which dims the prefiltered environment, the only light
+        here that has no shadows of its own.
+        """
         self._direct(scene.material_types)(
             frame,
             frame.grid,
@@ -51,6 +57,8 @@ class DirectLighting:
             filteredShadows=shadows.filtered if shadows else self._not_filtered,
             wholeLights=int(self._whole_lights),
             ltcTables=self._ltc_tables,
+            occlusion=occlusion or self._no_occlusion,
+            occluded=int(occlusion is not None),
             prefiltered=self._prefiltered,
             radiance=self._radiance,
         )

@@ -1,0 +1,102 @@
+"""The filters of ambient occlusion: a history in time, and a mean over neighbours in the picture."""
+
+import slangpy as spy
+
+from pica.frame.context import FrameContext, Size
+from pica.frame.gbuffer import GBuffer
+from pica.rhi.device import Device
+
+_FOLDER = "effects/ambient_occlusion"
+_STEPS = (1, 2, 4)
+"""Pixels between the taps of each spatial pass over rays."""
+_STILL = 256.0
+"""Frames that the history holds while nothing moves."""
+_MOVING = 32.0
+"""And while something does."""
+_CLAMP_WIDTH = 2.0
+"""Standard errors of a frame's 5x5 mean by which the history may differ while something moves."""
+_HORIZONS_WORTH = 16
+"""Rays that a pixel's horizons tell as much as, after their mean over 4x4 pixels."""
+
+
+class _History:
+    """The mean of the frames so far."""
+
+    def __init__(self, device: Device, size: Size) -> None:
+        self.means = [device.texture("occlusion history", spy.Format.rgba16_float, size) for _ in range(2)]
+        self.signal = device.texture("occlusion signal", spy.Format.rgba16_float, size)
+        self._accumulate = device.compute(f"{_FOLDER}/occlusion_history.slang")
+        self.empty = True
+
+    def __call__(
+        self, frame: FrameContext, gbuffer: GBuffer, occlusion: spy.Texture, rays: int, moved: bool
+    ) -> spy.Texture:
+        """The mean with this frame's `occlusion`, as occlusion_history.slang's `signal`."""
+        self.means.reverse()
+        self._accumulate(
+            frame,
+            frame.grid,
+            frame=frame,
+            gbuffer=gbuffer,
+            occlusion=occlusion,
+            previousHistory=self.means[1],
+            history=self.means[0],
+            signal=self.signal,
+            remembered=1.0 if self.empty else (_MOVING if moved else _STILL),
+            clampWidth=_CLAMP_WIDTH if moved else 0.0,
+            rayCount=float(rays),
+        )
+        self.empty = False
+        return self.signal
+
+
+class RayFilter:
+    """First in time, then in the picture, as wide as what the history does not know yet asks for."""
+
+    def __init__(self, device: Device, size: Size, rays: int) -> None:
+        self._rays = rays
+        self._history = _History(device, size)
+        self._filtered = [device.texture("filtered occlusion", spy.Format.rgba16_float, size) for _ in range(2)]
+        # A pass whose parameters differ from dispatch to dispatch would be bound anew each time.
+        self._passes = [device.compute(f"{_FOLDER}/occlusion_filter.slang") for _ in _STEPS]
+
+    def reset(self) -> None:
+        """Drop the history."""
+        self._history.empty = True
+
+    def debug_views(self) -> dict[str, spy.Texture]:
+        """See views.py."""
+        return {"history": self._history.means[0], "filtered": self._filtered[(len(_STEPS) - 1) % 2]}
+
+    def __call__(self, frame: FrameContext, gbuffer: GBuffer, occlusion: spy.Texture, moved: bool) -> spy.Texture:
+        """(width, height, rgba16_float): the open share in red, its variance in blue."""
+        signal = self._history(frame, gbuffer, occlusion, self._rays, moved)
+        for number, step in enumerate(_STEPS):
+            target = self._filtered[number % 2]
+            self._passes[number](
+                frame, frame.grid, frame=frame, gbuffer=gbuffer, signal=signal, filtered=target, step=step
+            )
+            signal = target
+        return signal
+
+
+class HorizonFilter:
+    """First in the picture, over 4x4 pixels, then in time (Jimenez et al. 2016, section 4.3)."""
+
+    def __init__(self, device: Device, size: Size) -> None:
+        self._smoothed = device.texture("smoothed occlusion", spy.Format.rgba16_float, size)
+        self._smooth = device.compute(f"{_FOLDER}/horizon_filter.slang")
+        self._history = _History(device, size)
+
+    def reset(self) -> None:
+        """Drop the history."""
+        self._history.empty = True
+
+    def debug_views(self) -> dict[str, spy.Texture]:
+        """See views.py."""
+        return {"history": self._history.means[0], "filtered": self._history.signal}
+
+    def __call__(self, frame: FrameContext, gbuffer: GBuffer, occlusion: spy.Texture, moved: bool) -> spy.Texture:
+        """(width, height, rgba16_float): the open share in red, its variance in blue."""
+        self._smooth(frame, frame.grid, frame=frame, gbuffer=gbuffer, occlusion=occlusion, filtered=self._smoothed)
+        return self._history(frame, gbuffer, self._smoothed, _HORIZONS_WORTH, moved)
