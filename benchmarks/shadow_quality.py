@@ -36,12 +36,14 @@ LIGHTS: dict[str, tuple[Light, tuple[float, float, float]]] = {
 
 
 def lit(scene: Scene, light: Light, eye: tuple[float, float, float]) -> Scene:
-    """The scene with this light alone, which shines to the origin."""
+    """The scene with this light alone, which shines to the origin; nothing else shines."""
     for node in list(scene.nodes()):
         if node.light is not None and node.parent is None:
             scene.remove(node)
         elif node.light is not None:
             node.light = None
+        for section in node.mesh.sections if node.mesh is not None else ():
+            section.material.emission = (0.0, 0.0, 0.0)
     scene.environment = None
     lamp = scene.add(Node("lamp", light=light))
     lamp.transform = aim(eye, (0, 0, 0))
