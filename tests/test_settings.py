@@ -1,4 +1,4 @@
-from dataclasses import FrozenInstanceError, fields, is_dataclass
+from dataclasses import FrozenInstanceError, fields, is_dataclass, replace
 
 import pytest
 
@@ -69,4 +69,6 @@ def test_every_group_names_itself_in_errors_as_on_the_command_line():
     for group in fields(settings):
         value = getattr(settings, group.name)
         if is_dataclass(value):
-            assert type(value).__name__.removesuffix("Settings").lower() == group.name
+            first = fields(value)[0].name
+            with pytest.raises(SettingsError, match=rf"^setting {group.name}\.{first}: "):
+                replace(value, **{first: "neither"})
