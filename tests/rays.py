@@ -10,6 +10,8 @@ from pica.settings import Settings
 
 CAMERA, SURFACE, SHADOW = range(3)
 """RayType of rhi/ray_effect.slang."""
+MASKS = (1, 2, 0xFC)
+"""What rays of each type meet unless they say more."""
 
 RAY = np.dtype(
     [
@@ -17,7 +19,7 @@ RAY = np.dtype(
         ("minimum", "f4"),
         ("direction", "f4", 3),
         ("maximum", "f4"),
-        ("type", "u4"),
+        ("type_and_mask", "u4"),
         ("seed", "u4"),
     ]
 )
@@ -47,13 +49,14 @@ class RayCaster:
         with self.device.record() as recording:
             self.scene.update(recording)
 
-    def __call__(self, origins, directions, kind: int = SURFACE, seeds=0, minimum=0.0, maximum=1e30) -> np.ndarray:
-        """(n,) HIT for (n, 3) origins and directions."""
+    def __call__(self, origins, directions, kind: int = SURFACE, seeds=0, minimum=0.0, maximum=1e30, mask=None):
+        """(n,) HIT for (n, 3) origins and directions; `mask`: what the rays meet, one or (n,)."""
         directions = np.atleast_2d(np.float32(directions))
         origins, directions = np.broadcast_arrays(np.float32(origins), directions)
         rays = np.zeros(len(origins), RAY)
         rays["origin"], rays["direction"] = origins, directions
-        rays["minimum"], rays["maximum"], rays["type"], rays["seed"] = minimum, maximum, kind, seeds
+        rays["minimum"], rays["maximum"], rays["seed"] = minimum, maximum, seeds
+        rays["type_and_mask"] = kind | np.uint32(MASKS[kind] if mask is None else mask) << 8
         source = self.device.structured("rays", rays)
         target = self.device.structured("hits", np.zeros(len(rays), HIT))
         shadows = len(rays) if kind == SHADOW else 0

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from pica.scene.material import Material
     from pica.scene.material_types import register_material
     from pica.scene.model import Scene
+    from pica.scene.primitives import Primitives
+    from pica.scene.shape_types import register_shape
     from pica.settings import Settings
 
 __all__ = [
@@ -31,12 +33,14 @@ __all__ = [
     "Frame",
     "Material",
     "PathTracer",
+    "Primitives",
     "Renderer",
     "Scene",
     "Settings",
     "errors",
     "load",
     "register_material",
+    "register_shape",
     "scenes",
 ]
 
@@ -46,11 +50,13 @@ _HOME = {
     "Frame": "pica.output",
     "Material": "pica.scene.material",
     "PathTracer": "pica.path_tracer.path_tracer",
+    "Primitives": "pica.scene.primitives",
     "Renderer": "pica.renderer",
     "Scene": "pica.scene.model",
     "Settings": "pica.settings",
     "load": "pica.scene.loading",
     "register_material": "pica.scene.material_types",
+    "register_shape": "pica.scene.shape_types",
 }
 _MODULES = ("errors", "scenes")
 

@@ -17,6 +17,10 @@ class MaterialTypeError(PicaError):
     """A material type that cannot be used, or parameters that do not fit it. Names the type, the file and the fault."""
 
 
+class ShapeError(PicaError):
+    """A shape that cannot be used, or parameters that do not fit it. Names the shape, the file and the fault."""
+
+
 class SettingsError(PicaError, ValueError):
     """A setting that does not exist or is out of range. Names the setting, the value and the range."""
 

@@ -74,7 +74,7 @@ class Renderer:
         """Record and submit one frame. Returns its buffers, which the next frame overwrites."""
         frame = self._frames.begin(camera)
         scene = self._gpu_scene
-        moved = scene.update(frame) or frame.camera_moved
+        moved = scene.update(frame, frame.camera) or frame.camera_moved
         self._slots.update(scene.lights)
         gbuffer = self.gbuffer(frame, scene)
         self.seen = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": self._slots}

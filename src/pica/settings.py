@@ -58,6 +58,9 @@ class RaysSettings(_Checked):
     tracer: Literal["auto", "device", "embree"] = "auto"
     """What traces ray buffers. device: its own ray tracing pipeline; embree: Embree on the processor, from the extra
     pica[cpu]; auto: Embree where the device runs on the processor too and Embree is installed."""
+    simplified_materials: bool = False
+    """Reflection rays meet materials without normal maps and with coarse textures (docs/materials.md). Cheaper, and
+    reflections lose their small detail. The path tracer, as the reference, never simplifies."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from pica.gpu_scene.geometry import VERTEX
 from pica.gpu_scene.light_table import LIGHT_DTYPE
 from pica.gpu_scene.lights import EMISSIVE_TRIANGLE
 from pica.gpu_scene.materials import MATERIAL, SLOT
+from pica.gpu_scene.primitives import BOX
 from pica.gpu_scene.scene import INSTANCE, NOT_EMISSIVE, RECORD
 from pica.rhi.acceleration import INSTANCE as RT_INSTANCE
 from pica.rhi.binding import parameters_of
@@ -42,6 +43,7 @@ def described(dtype: np.dtype) -> list[tuple[str, int, int]]:
         ("instances", INSTANCE),
         ("vertices", VERTEX),
         ("materials", MATERIAL),
+        ("boxes", BOX),
         ("lights", LIGHT_DTYPE),
         ("emissiveTriangles", EMISSIVE_TRIANGLE),
     ],
@@ -60,8 +62,8 @@ def test_texture_slots_agree(elements):
 
 
 def test_plain_buffers_agree(elements):
-    sizes = {name: elements[name].stride for name in ("positions", "indices", "lightCumulative")}
-    assert sizes == {"positions": 12, "indices": 4, "lightCumulative": 4}
+    sizes = {name: elements[name].stride for name in ("positions", "indices", "shapeNumbers", "lightCumulative")}
+    assert sizes == {"positions": 12, "indices": 4, "shapeNumbers": 4, "lightCumulative": 4}
 
 
 def test_instance_of_the_driver_is_64_bytes():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pica.errors import SceneError
+from pica.scene.channels import ALL_CHANNELS
 from pica.scene.gltf import read
 from pica.scene.light import DirectionalLight, DiskLight, Light, PointLight, RectangleLight, SphereLight, SpotLight
 from tests.scene.gltf_files import GltfFile, rotation_y
@@ -175,4 +176,46 @@ def test_bad_nodes_are_named(nodes: list[dict[str, Any]], fault: str, tmp_path: 
     file = GltfFile()
     file.json["nodes"] = nodes
     with pytest.raises(SceneError, match=f"model.gltf: .*{fault}"):
+        read(file.write(tmp_path))
+
+
+def test_visibility_and_lighting_channels_from_extras(tmp_path: Path) -> None:
+    file = GltfFile()
+    pica = {"visible_to_camera": False, "visible_to_reflections": False, "casts_shadows": False}
+    file.mesh(node={"extras": {"pica": {**pica, "lighting_channels": [0, 3]}}})
+    file.mesh()
+    hidden, plain = read(file.write(tmp_path)).nodes()
+    assert (hidden.visible_to_camera, hidden.visible_to_reflections, hidden.casts_shadows) == (False, False, False)
+    assert hidden.lighting_channels == {0, 3}
+    assert (plain.visible_to_camera, plain.visible_to_reflections, plain.casts_shadows) == (True, True, True)
+    assert plain.lighting_channels == ALL_CHANNELS
+
+
+def test_lighting_channels_of_lights(tmp_path: Path) -> None:
+    """A light's own, else those of its node; an area light has its node's."""
+    file = GltfFile()
+    lights = [{"type": "point", "extras": {"pica": {"lighting_channels": [1]}}}, {"type": "spot", "spot": {}}]
+    file.json["extensions"] = {"KHR_lights_punctual": {"lights": lights}}
+    channels = {"pica": {"lighting_channels": [5]}}
+    for light, extras in ((0, {}), (0, channels), (1, channels), (1, {})):
+        file.add("nodes", extensions={"KHR_lights_punctual": {"light": light}}, extras=extras)
+    file.add("nodes", extras={"pica": {"light": {"type": "sphere"}, "lighting_channels": []}})
+    file.mesh()
+    found = [node.light.lighting_channels for node in read(file.write(tmp_path)).nodes() if node.light]
+    assert found == [{1}, {5}, {5}, ALL_CHANNELS, frozenset()]
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("visible_to_camera", 1, r"nodes\[0\].extras.pica.visible_to_camera: 1 is not true or false"),
+        ("casts_shadows", "no", r"nodes\[0\].extras.pica.casts_shadows: 'no' is not true or false"),
+        ("lighting_channels", [6], r"nodes\[0\].*lighting_channels: 6 is not a whole number from 0 to 5"),
+        ("lighting_channels", 2, r"nodes\[0\].*lighting_channels: 2 is not an array"),
+    ],
+)
+def test_wrong_visibility_is_an_error_that_names_the_place(tmp_path: Path, key: str, value: Any, message: str) -> None:
+    file = GltfFile()
+    file.mesh(node={"extras": {"pica": {key: value}}})
+    with pytest.raises(SceneError, match=message):
         read(file.write(tmp_path))

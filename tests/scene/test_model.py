@@ -7,6 +7,7 @@ import pytest
 
 from pica.errors import SceneError
 from pica.scene.camera import Camera
+from pica.scene.light import PointLight, SphereLight
 from pica.scene.material import Material
 from pica.scene.model import Node, Scene
 from pica.scene.procedural.placing import mesh, move, stretch, turn
@@ -170,3 +171,31 @@ def test_framing_shows_the_whole_box(aspect):
     reach = math.tan(camera.vertical_fov / 2)
     assert (np.abs(seen[:, 1]) <= -seen[:, 2] * reach).all()
     assert (np.abs(seen[:, 0]) <= -seen[:, 2] * reach * aspect).all()
+
+
+def test_what_is_set_on_a_node_is_told_once() -> None:
+    scene = Scene()
+    node, other = scene.add(Node("node", light=PointLight())), scene.add(Node("other", visible_to_camera=False))
+    changes = scene.subscribe()
+    assert not changes.take().any(), "what a constructor sets is no change"
+    node.visible_to_camera = False
+    node.lighting_channels = {1, 2}
+    node.light = SphereLight(lighting_channels=(3,))
+    other.casts_shadows = False
+    taken = changes.take()
+    assert taken.altered == [node, other] and taken.any() and not taken.moved
+    assert node.lighting_channels == frozenset({1, 2}) and node.light.lighting_channels == frozenset({3})
+    assert (other.visible_to_camera, other.visible_to_reflections) == (False, True)
+    node.light = None
+    scene.remove(node)
+    assert changes.take().altered == []
+    node.casts_shadows = False
+    assert not changes.take().any(), "it is in no scene any more"
+
+
+@pytest.mark.parametrize("wrong", [{6}, [-1], 3, None, ["0"], [0.5]])
+def test_channels_that_there_are_not_are_an_error_of_one_line(wrong: object) -> None:
+    with pytest.raises(SceneError, match=r"^lighting channels .* 0 to 5$"):
+        Node().lighting_channels = wrong
+    with pytest.raises(SceneError, match=r"^lighting channels .* 0 to 5$"):
+        PointLight(lighting_channels=wrong)

@@ -25,6 +25,7 @@ FIELDS = {
     "angleScale": "float",
     "angleOffset": "float",
     "area": "float",
+    "channels": "uint",
 }
 SOURCE = """
 __exported import shaders.lights;

@@ -16,6 +16,7 @@ BUILT_IN = {
     "machine_world": "machine_world",
     "cornell": "cornell",
     "sphere_grid": "sphere_grid",
+    "landscape": "landscape",
 }
 MAX_SIDE = 16384
 """Pixels; what graphics devices allow for one picture."""

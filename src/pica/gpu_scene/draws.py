@@ -21,17 +21,24 @@ class Facing(Enum):
     BOTH = "both"
     FRONT = "front"
     FRONT_MIRRORED = "front mirrored"
+    BOXES = "boxes"
+    """The backs of boxes round primitives."""
+    BOXES_MIRRORED = "boxes mirrored"
 
 
 CULL = {
     Facing.BOTH: spy.CullMode.none,
     Facing.FRONT: spy.CullMode.back,
     Facing.FRONT_MIRRORED: spy.CullMode.back,
+    Facing.BOXES: spy.CullMode.front,
+    Facing.BOXES_MIRRORED: spy.CullMode.front,
 }
 FRONT = {
     Facing.BOTH: spy.FrontFaceMode.counter_clockwise,
     Facing.FRONT: spy.FrontFaceMode.counter_clockwise,
     Facing.FRONT_MIRRORED: spy.FrontFaceMode.clockwise,
+    Facing.BOXES: spy.FrontFaceMode.counter_clockwise,
+    Facing.BOXES_MIRRORED: spy.FrontFaceMode.clockwise,
 }
 
 
@@ -59,6 +66,10 @@ class SectionDraws:
     record: NDArray[np.int64]
     first_index: NDArray[np.uint32]
     index_count: NDArray[np.uint32]
+    instances: NDArray[np.uint32]
+    """Of boxes; 1 for triangles."""
+    boxes: NDArray[np.bool_]
+    """Whether boxes are drawn, with primitives in them, in place of triangles."""
     opaque: NDArray[np.bool_]
     double_sided: NDArray[np.bool_]
     mirrored: NDArray[np.bool_]
@@ -68,13 +79,15 @@ def draw_lists(device: Device, sections: SectionDraws) -> list[DrawList]:
     """Opaque ones first, so that they hide what is costlier to shade."""
     arguments = np.zeros(len(sections.first_index), _ARGUMENTS)
     arguments["index_count"] = sections.index_count
-    arguments["instances"] = 1
+    arguments["instances"] = sections.instances
     arguments["first_index"] = sections.first_index
     arguments["record"] = sections.record
     selections = {
-        Facing.BOTH: sections.double_sided,
-        Facing.FRONT: ~sections.double_sided & ~sections.mirrored,
-        Facing.FRONT_MIRRORED: ~sections.double_sided & sections.mirrored,
+        Facing.BOTH: ~sections.boxes & sections.double_sided,
+        Facing.FRONT: ~sections.boxes & ~sections.double_sided & ~sections.mirrored,
+        Facing.FRONT_MIRRORED: ~sections.boxes & ~sections.double_sided & sections.mirrored,
+        Facing.BOXES: sections.boxes & ~sections.mirrored,
+        Facing.BOXES_MIRRORED: sections.boxes & sections.mirrored,
     }
     lists = []
     for opaque in (True, False):

@@ -7,6 +7,8 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.errors import SceneError
+from pica.gpu_scene.primitives import BOX_INDICES, PlacedPrimitives, PrimitiveBuffers
 from pica.rhi.acceleration import ObjectFlags, RtGeometry, RtSection, build_compact
 from pica.rhi.device import Device
 from pica.rhi.tables import DeviceTable
@@ -31,22 +33,30 @@ class PlacedSection:
 
 @dataclass(frozen=True)
 class MeshPart:
-    """The sections of a mesh that share a bottom-level structure: they are culled alike and of one material type."""
+    """The sections of a mesh that share a bottom-level structure: they are culled alike and of one hit group."""
 
     geometry: RtGeometry
     first_section: int
     flags: ObjectFlags
-    material_type: str
+    hit_group: str
+    """A material type or, for primitives, "shape/type": entries of a MaterialTypeSet."""
 
 
 @dataclass
 class GpuMesh:
-    """A mesh on the GPU: its sections in the order of their records, its parts, and how many nodes show it."""
+    """A mesh on the GPU: its sections and then its primitives in the order of their records, its parts, its users."""
 
     mesh: Mesh
     sections: list[PlacedSection]
+    primitives: list[PlacedPrimitives]
     parts: list[MeshPart]
     users: int = 0
+    """How many nodes show it."""
+
+    @property
+    def placed(self) -> list[PlacedSection | PlacedPrimitives]:
+        """What has a record each."""
+        return [*self.sections, *self.primitives]
 
 
 class GeometryBuffers:
@@ -63,7 +73,12 @@ class GeometryBuffers:
         self._vertices = DeviceTable(device, "vertices", VERTEX.itemsize, read_write)
         self._indices = DeviceTable(device, "indices", 4, built_from | spy.BufferUsage.index_buffer)
         self._previous = DeviceTable(device, "previous positions", 12, read_write)
+        self.primitives = PrimitiveBuffers(device)
+        self.first_box_index = 0
+        """Of BOX_INDICES among the indices, where there are primitives."""
+        self._has_box_indices = False
         self._meshes: dict[int, GpuMesh] = {}
+        self._shown: dict[Node, int] = {}  # a node may show another mesh by the time that this one is released
         self._unbuilt: list[RtGeometry] = []
 
     @property
@@ -88,11 +103,11 @@ class GeometryBuffers:
 
     def mesh(self, node: Node) -> GpuMesh:
         """The mesh that a node shows, after `acquire`."""
-        return self._meshes[_key(node)]
+        return self._meshes[self._shown[node]]
 
     def acquire(self, encoder: spy.CommandEncoder, node: Node) -> GpuMesh:
         """The mesh of a node that comes; recorded for upload when nobody else shows it."""
-        key = _key(node)
+        key = self._shown[node] = _key(node)
         if key not in self._meshes:
             self._meshes[key] = self._upload(encoder, node)
         self._meshes[key].users += 1
@@ -100,7 +115,7 @@ class GeometryBuffers:
 
     def release(self, node: Node) -> None:
         """The node goes, and with its last node the mesh."""
-        key = _key(node)
+        key = self._shown.pop(node)
         mesh = self._meshes[key]
         mesh.users -= 1
         if mesh.users:
@@ -113,19 +128,26 @@ class GeometryBuffers:
             self._indices.give_back(placed.first_index, placed.section.indices.size)
             if placed.first_previous != NOT_DEFORMED:
                 self._previous.give_back(placed.first_previous, count)
+        for primitives in mesh.primitives:
+            self.primitives.give_back(primitives)
         for part in mesh.parts:
             part.geometry.forget()
 
     def build(self, encoder: spy.CommandEncoder) -> None:
         """Record the builds of the structures that are new and do not deform."""
         for geometry in self._unbuilt:
-            geometry.build(encoder, self.positions, self.indices)
+            geometry.build(encoder, self._corners(geometry.has_boxes), self.indices)
         self._unbuilt = []
 
     def build_compact(self) -> None:
         """As `build`, at once and into as little memory as may be; waits for the GPU."""
-        build_compact(self._device, self._unbuilt, self.positions, self.indices)
+        for boxes in (False, True):
+            alike = [geometry for geometry in self._unbuilt if geometry.has_boxes == boxes]
+            build_compact(self._device, alike, self._corners(boxes), self.indices)
         self._unbuilt = []
+
+    def _corners(self, boxes: bool) -> spy.Buffer:
+        return self.primitives.boxes if boxes else self.positions
 
     def _upload(self, encoder: spy.CommandEncoder, node: Node) -> GpuMesh:
         assert node.mesh is not None
@@ -136,10 +158,29 @@ class GeometryBuffers:
             first_index = self._indices.take(encoder, section.indices)
             previous = self._previous.take(encoder, section.positions) if node.deforms else NOT_DEFORMED
             placed.append(PlacedSection(section, first_vertex, first_index, previous))
-        mesh = GpuMesh(node.mesh, placed, self._parts(placed, node.deforms))
+        primitives, parts = self._upload_primitives(encoder, node, len(placed))
+        mesh = GpuMesh(node.mesh, placed, primitives, [*self._parts(placed, node.deforms), *parts])
         if not node.deforms:
             self._unbuilt.extend(part.geometry for part in mesh.parts)
         return mesh
+
+    def _upload_primitives(
+        self, encoder: spy.CommandEncoder, node: Node, first_section: int
+    ) -> tuple[list[PlacedPrimitives], list[MeshPart]]:
+        assert node.mesh is not None
+        filled = [primitives for primitives in node.mesh.primitives if len(primitives)]
+        if filled and node.deforms:
+            raise SceneError(f"node {node.name!r}: its mesh has primitives, which cannot be skinned or morphed")
+        if filled and not self._has_box_indices:
+            self.first_box_index, self._has_box_indices = self._indices.take(encoder, BOX_INDICES), True
+        placed = [self.primitives.upload(encoder, primitives) for primitives in filled]
+        placed.sort(key=lambda p: p.hit_group)
+        parts = []
+        for hit_group, group in groupby(placed, lambda p: p.hit_group):
+            run = list(group)
+            structure = self.primitives.structure(run)
+            parts.append(MeshPart(structure, first_section + placed.index(run[0]), ObjectFlags.NONE, hit_group))
+        return placed, parts
 
     def _parts(self, sections: list[PlacedSection], deforms: bool) -> list[MeshPart]:
         parts = []

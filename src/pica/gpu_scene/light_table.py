@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.scene.channels import channel_bits
 from pica.scene.light import DirectionalLight, DiskLight, Light, PointLight, RectangleLight, SphereLight, SpotLight
 from pica.scene.model import Scene
 
@@ -23,7 +24,8 @@ LIGHT_DTYPE = np.dtype(
         ("angleScale", np.float32),
         ("angleOffset", np.float32),
         ("area", np.float32),
-        ("unused", np.uint32, 2),
+        ("channels", np.uint32),
+        ("unused", np.uint32),
     ]
 )
 """One row, 96 bytes: the struct Light of shaders/lights.slang, field by field."""
@@ -72,6 +74,7 @@ def pack_light(light: Light, world: Matrix) -> Row:
     """
     row = np.zeros((), LIGHT_DTYPE)
     row["type"] = LIGHT_TYPES[type(light)]
+    row["channels"] = channel_bits(light.lighting_channels)
     row["position"] = world[:3, 3]
     strength = _strength(light)
     row["emission"] = np.multiply(light.color, strength)

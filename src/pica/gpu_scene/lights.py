@@ -18,7 +18,8 @@ from pica.gpu_scene.light_table import (
 )
 from pica.gpu_scene.materials import average_emission
 from pica.rhi.device import Device
-from pica.scene.model import Scene, Section
+from pica.scene.channels import ALL_CHANNELS, channel_bits
+from pica.scene.model import Node, Scene, Section
 
 # shaders/scene_types.slang: EmissiveTriangle
 EMISSIVE_TRIANGLE = np.dtype([("record", "u4"), ("primitive", "u4"), ("cumulative", "f4")])
@@ -48,6 +49,7 @@ class LightTable:
         lights.sort(key=lambda pair: -pair[0])
         self.nodes = [node for _, node in lights]
         """Of the lights with a shape of their own, by place in the table."""
+        self._lit = frozenset(self.nodes)
         self.light_count = len(lights)
         self.names = [node.light.name or node.name for node in self.nodes if node.light]
         """What the lights are called, in the order of their rows."""
@@ -83,12 +85,21 @@ class LightTable:
             "emissiveLight": len(rows) if self.emissive_light is None else self.emissive_light,
         }
 
+    @property
+    def masked(self) -> bool:
+        """Whether some light does not reach every channel."""
+        return bool((self._table["channels"][: self.light_count] != channel_bits(ALL_CHANNELS)).any())
+
+    def has(self, node: Node) -> bool:
+        """Whether the node's light is in the table."""
+        return node in self._lit
+
     def buffers(self) -> list[spy.Buffer]:
         """What the table takes on the device."""
         return [value for value in self.parameters.values() if isinstance(value, spy.Buffer)]
 
     def update(self, encoder: spy.CommandEncoder) -> None:
-        """Upload the lights anew after some moved. How often each is chosen stays as it was."""
+        """Upload the lights anew after some moved or were set. How often each is chosen stays as it was."""
         for index, node in enumerate(self.nodes):
             if node.light is not None:
                 share = self._table[index]["selectionProbability"]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from pica.rhi.device import Device
 from pica.rhi.material_types import MAX_PARAMETERS, STANDARD_ONLY, MaterialTypeSet
+from pica.rhi.shape_types import shapes_of
 from pica.rhi.tables import HostTable
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
 
@@ -66,7 +67,9 @@ class MaterialTable:
 
     @property
     def types(self) -> MaterialTypeSet:
-        """The material types that were ever in use; a type's place is its number in shaders and its hit group."""
+        """The material types that were ever in use; a type's place is its number in shaders and its hit group.
+
+        Among them what primitives have for hit groups (rhi/shape_types.py)."""
         return self._types or STANDARD_ONLY
 
     def acquire(self, material: Material) -> int:
@@ -78,6 +81,12 @@ class MaterialTable:
             self.table.rows[row] = self._packed(material)
         self._users[key] = self._users.get(key, 0) + 1
         return self._materials[key][0]
+
+    def shape_number(self, hit_group: str) -> int:
+        """`SectionRecord.shape` of primitives with this entry "shape/type", whose material has been acquired."""
+        if hit_group not in self._types:
+            self._types += (hit_group,)
+        return shapes_of(self._types).index(hit_group.split("/")[0]) + 1
 
     def release(self, material: Material) -> None:
         """Somebody stops using it."""

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,24 +12,34 @@ from pica.gpu_scene.draws import DrawList, SectionDraws, draw_lists
 from pica.gpu_scene.environment import environment_map
 from pica.gpu_scene.geometry import GeometryBuffers
 from pica.gpu_scene.lights import EmissiveSection, LightTable
+from pica.gpu_scene.masks import SEEN_BY_CAMERA, SEEN_BY_SURFACES, instance_mask, is_masked, mask_and_channels
 from pica.gpu_scene.materials import MaterialTable, average_emission
+from pica.gpu_scene.primitives import BOX_INDICES
 from pica.rhi.acceleration import RtObject, RtScene
 from pica.rhi.device import Device
 from pica.rhi.material_types import MaterialTypeSet
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
+from pica.scene.camera import Camera
 from pica.scene.material import AlphaMode
 from pica.scene.model import Node, Scene, Section
+from pica.scene.primitives import Primitives
 
 # shaders/scene_types.slang: SectionRecord and Instance
 RECORD = np.dtype(
     [
         (name, "u4")
-        for name in ("first_index", "first_vertex", "material", "instance", "first_emissive", "first_previous")
+        for name in ("first_index", "first_vertex", "material", "instance", "first_emissive", "first_previous", "shape")
     ]
 )
 INSTANCE = np.dtype(
-    [("to_world", "f4", (3, 4)), ("previous_to_world", "f4", (3, 4)), ("node", "u4"), ("first_record", "u4")]
+    [
+        ("to_world", "f4", (3, 4)),
+        ("previous_to_world", "f4", (3, 4)),
+        ("node", "u4"),
+        ("first_record", "u4"),
+        ("mask_and_channels", "u4"),
+    ]
 )
 NOT_EMISSIVE = 0xFFFFFFFF
 
@@ -40,7 +51,16 @@ class _Placement:
     instances: range
     records: range
     objects: range
-    sections: list[Section]
+    sections: list[Section | Primitives]
+    identities: NDArray[np.int64] | None
+    """Of the instances as they were last placed."""
+
+    def have_come(self, node: Node) -> NDArray[np.bool_]:
+        """(instances,) which of them show something else than before; asking again gives none."""
+        before, self.identities = self.identities, node.identities
+        if before is None or node.identities is None:
+            return np.zeros(len(self.instances), bool)
+        return np.asarray(before != node.identities)
 
 
 class GpuScene:
@@ -59,11 +79,13 @@ class GpuScene:
         self._instances = HostTable(device, "instances", INSTANCE)
         self._records = HostTable(device, "records", RECORD)
         self.rt_scene = RtScene(device)
-        self._deform = device.compute("gpu_scene/deform.slang")
         self._deformations: dict[Node, Deformation] = {}
         self._placements: dict[Node, _Placement] = {}
-        self._record_sections: dict[int, Section] = {}
-        self._node_numbers = 0
+        self._record_sections: dict[int, Section | Primitives] = {}
+        self._masked: set[Node] = set()
+        self._numbers: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
+        self._node_count = 0
+        self._facing: dict[Node, None] = {}
         self._just_moved: list[Node] = []
         self._just_deformed: list[Node] = []
         self.lights = LightTable(device, scene, [])
@@ -104,11 +126,16 @@ class GpuScene:
         """What raster draws; made when first asked for after a change."""
         return draw_lists(self._device, self._section_draws())
 
-    def update(self, recording: Recording) -> bool:
+    def update(self, recording: Recording, camera: Camera | None = None) -> bool:
         """Upload what changed since the last frame and rebuild the top level; True when anything did.
 
+        What faces the camera is told it first; None leaves it as it was.
         What moved or deformed in the frame before is brought up to date once more, as it stands still now.
         """
+        if camera is not None:
+            for node in (*self._facing, *self._changes.added):
+                if node.faces_camera is not None:
+                    node.faces_camera.face(camera)
         changes = self._changes.take()
         for node in changes.removed:
             self._remove(node)
@@ -121,57 +148,70 @@ class GpuScene:
         again = dict.fromkeys((*self._just_deformed, *deformed))
         self._deform_all(recording, [node for node in again if node in self._deformations])
         self._place_objects(added)
-        come_or_gone = (*changes.added, *changes.removed)
+        masked = [node for node in changes.altered if self._mask(node)]
+        come_or_gone = (*changes.added, *changes.removed, *masked)
         lights_differ = any(node.light is not None or _shines(node) for node in come_or_gone)
-        lights_moved = any(node.light is not None for node in changes.moved)
+        lights_differ |= any(self.lights.has(node) != (node.light is not None) for node in changes.altered)
+        lights_moved = any(node.light is not None for node in (*changes.moved, *changes.altered))
         if lights_differ:
             self._make_lights()
         elif lights_moved:
             self.lights.update(recording.encoder)
-        if changes.removed or added or moved or self._just_moved or again:
+        if changes.removed or added or moved or self._just_moved or again or masked or lights_differ or lights_moved:
             self._flush(recording)
         self._just_moved, self._just_deformed = moved, deformed
-        return bool(changes.removed or added or moved or deformed or lights_differ or lights_moved)
+        return bool(changes.removed or added or moved or deformed or masked or lights_differ or lights_moved)
 
     def _add(self, recording: Recording, node: Node) -> bool:
         """Upload what a node shows; its objects follow once its structures are recorded. False: it shows nothing."""
-        self._node_numbers += 1
-        if node.mesh is None or not node.mesh.sections or not len(node.instance_transforms()):
+        if node not in self._numbers:
+            self._node_count += 1
+            self._numbers[node] = self._node_count
+        if node.faces_camera is not None:
+            self._facing[node] = None
+        if node.mesh is None or not (node.mesh.sections or node.mesh.primitives) or not len(node.instance_transforms()):
             return False
         mesh = self.geometry.acquire(recording.encoder, node)
         transforms = node.instance_transforms()[:, :3]
-        count, sections = len(transforms), len(mesh.sections)
+        count, sections = len(transforms), len(mesh.placed)
         first_instance = self._instances.take(count)
         first_record = self._records.take(count * sections)
         first_object = self.rt_scene.slots.take(count * len(mesh.parts))
-        materials = [self.materials.acquire(placed.section.material) for placed in mesh.sections]
+        materials = [self.materials.acquire(placed.section.material) for placed in mesh.placed]
+        shapes = [self.materials.shape_number(placed.hit_group) for placed in mesh.primitives]
         rows = self._instances.rows[first_instance : first_instance + count]
         rows["to_world"] = rows["previous_to_world"] = transforms
-        rows["node"] = self._node_numbers
+        rows["node"] = self._numbers[node]
         rows["first_record"] = first_record + sections * np.arange(count)
+        rows["mask_and_channels"] = mask_and_channels(node)
         records = self._records.rows[first_record : first_record + count * sections].reshape(count, sections)
         records["instance"] = first_instance + np.arange(count)[:, None]
         records["material"] = materials
         records["first_emissive"] = NOT_EMISSIVE
         for name in ("first_index", "first_vertex", "first_previous"):
-            records[name] = [getattr(placed, name) for placed in mesh.sections]
+            records[name] = [getattr(placed, name) for placed in mesh.placed]
+        records["shape"] = [0] * len(mesh.sections) + shapes
         placement = self._placements[node] = _Placement(
             instances=range(first_instance, first_instance + count),
             records=range(first_record, first_record + count * sections),
             objects=range(first_object, first_object + count * len(mesh.parts)),
-            sections=[placed.section for placed in mesh.sections],
+            sections=[placed.section for placed in mesh.placed],
+            identities=node.identities,
         )
+        self._note_masked(node)
         for index, record in enumerate(placement.records):
             self._record_sections[record] = placement.sections[index % sections]
         if node.deforms:
-            self._deformations[node] = Deformation(self._device, self._deform, node, self.geometry, self._rebuild_at)
+            self._deformations[node] = Deformation(self._device, node, self.geometry, self._rebuild_at)
         self._forget_draws()
         return True
 
     def _remove(self, node: Node) -> None:
+        self._facing.pop(node, None)
         placement = self._placements.pop(node, None)
         if placement is None:
             return
+        self._masked.discard(node)
         self.rt_scene.remove(placement.objects)
         self._instances.give_back(placement.instances.start, len(placement.instances))
         self._records.give_back(placement.records.start, len(placement.records))
@@ -184,6 +224,26 @@ class GpuScene:
         self.geometry.release(node)
         self._forget_draws()
 
+    def _mask(self, node: Node) -> bool:
+        """Upload who sees a node and its lighting channels; False: they are as they were, or it shows nothing."""
+        placement = self._placements.get(node)
+        if placement is None:
+            return False
+        instances, now = np.array(placement.instances), mask_and_channels(node)
+        before = int(self.instances["mask_and_channels"][instances[0]])
+        if now == before:
+            return False
+        self.instances["mask_and_channels"][instances] = now
+        self._instances.touch(instances)
+        self.rt_scene.mask(placement.objects, instance_mask(node))
+        if (now ^ before) & SEEN_BY_CAMERA:
+            self._forget_draws()
+        self._note_masked(node)
+        return True
+
+    def _note_masked(self, node: Node) -> None:
+        (self._masked.add if is_masked(node) else self._masked.discard)(node)
+
     def _move(self, nodes: list[Node]) -> None:
         """All at once: a hundred small NumPy calls cost more than their arithmetic."""
         placements = [self._placements[node] for node in nodes]
@@ -195,7 +255,8 @@ class GpuScene:
         instances = _numbers(np.array([p.instances.start for p in placements]), counts)
         objects = _numbers(np.array([p.objects.start for p in placements]), counts * parts)
         before = self.instances["to_world"][instances]
-        self.instances["previous_to_world"][instances] = before
+        come = np.concatenate([placement.have_come(node) for placement, node in zip(placements, nodes, strict=True)])
+        self.instances["previous_to_world"][instances] = np.where(come[:, None, None], now, before)
         self.instances["to_world"][instances] = now
         self._instances.touch(instances)
         self.rt_scene.move(objects, np.repeat(now, np.repeat(parts, counts), axis=0))
@@ -211,10 +272,10 @@ class GpuScene:
                 placed = RtObject(
                     part.geometry,
                     int(instance["first_record"]) + part.first_section,
-                    self.material_types.index(part.material_type),
+                    self.material_types.index(part.hit_group),
                     part.flags,
                 )
-                self.rt_scene.place(slot, placed, instance["to_world"])
+                self.rt_scene.place(slot, placed, instance["to_world"], instance_mask(node))
 
     def _deform_all(self, recording: Recording, nodes: list[Node]) -> None:
         """All vertices first, then all structures: one wait between the two, not one a node."""
@@ -232,15 +293,20 @@ class GpuScene:
 
     def _make_lights(self) -> None:
         shining = [
-            EmissiveSection(record, section, self.instances[self.records[record]["instance"]]["to_world"])
+            (
+                EmissiveSection(record, section, instance["to_world"]),
+                bool(instance["mask_and_channels"] & SEEN_BY_SURFACES),
+            )
             for record, section in self._record_sections.items()
-            if average_emission(section.material) > 0
+            if isinstance(section, Section) and average_emission(section.material) > 0
+            for instance in [self.instances[self.records[record]["instance"]]]
         ]
         self._device.give_back(*self.lights.buffers())
-        self.lights = LightTable(self._device, self.source, shining)
-        for shone in shining:
-            self._records.rows[shone.record]["first_emissive"] = self.lights.first_emissive[shone.record]
-            self._records.touch(np.array([shone.record]))
+        self.lights = LightTable(self._device, self.source, [emissive for emissive, seen in shining if seen])
+        for emissive, _ in shining:
+            first = self.lights.first_emissive.get(emissive.record, NOT_EMISSIVE)
+            self._records.rows[emissive.record]["first_emissive"] = first
+            self._records.touch(np.array([emissive.record]))
 
     def _flush(self, recording: Recording) -> None:
         """Upload the tables, build the top level, and let the block know where everything is now."""
@@ -253,20 +319,28 @@ class GpuScene:
             previousPositions=self.geometry.previous_positions,
             vertices=self.geometry.vertices,
             indices=self.geometry.indices,
+            boxes=self.geometry.primitives.boxes,
+            shapeNumbers=self.geometry.primitives.numbers,
             records=self._records.buffer,
             instances=self._instances.buffer,
             materials=self.materials.table.buffer,
+            masked=int(bool(self._masked) or self.lights.masked),
             **self.lights.parameters,
         )
 
     def _section_draws(self) -> SectionDraws:
-        records = np.fromiter(self._record_sections, np.int64, len(self._record_sections))
-        sections = list(self._record_sections.values())
+        every = np.fromiter(self._record_sections, np.int64, len(self._record_sections))
+        masks = self.instances["mask_and_channels"][self.records["instance"][every]]
+        records = every[masks & SEEN_BY_CAMERA != 0]
+        sections = [self._record_sections[record] for record in records.tolist()]
         materials = [section.material for section in sections]
+        shapes = self.records["shape"][records] > 0
         return SectionDraws(
             record=records,
-            first_index=self.records["first_index"][records],
-            index_count=np.array([section.indices.size for section in sections], np.uint32),
+            first_index=np.where(shapes, self.geometry.first_box_index, self.records["first_index"][records]),
+            index_count=np.array([BOX_INDICES.size if isinstance(s, Primitives) else s.indices.size for s in sections]),
+            instances=np.array([len(s) if isinstance(s, Primitives) else 1 for s in sections], np.uint32),
+            boxes=shapes,
             opaque=np.array([m.alpha_mode is AlphaMode.OPAQUE for m in materials], bool),
             double_sided=np.array([m.double_sided for m in materials], bool),
             mirrored=_mirrored(self.instances["to_world"])[self.records["instance"][records]],

@@ -68,7 +68,7 @@ class PathTracer:
         samples = max(samples, 1)
         for done in range(samples):
             frame = self._frames.begin(camera, jittered=False)
-            self._gpu_scene.update(frame)
+            self._gpu_scene.update(frame, frame.camera)
             if done == 0:
                 frame.encoder.clear_texture_float(self._sum)
                 gbuffer = self._gbuffer(frame, self._gpu_scene)

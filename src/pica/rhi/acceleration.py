@@ -1,6 +1,6 @@
 """Acceleration structures as seed 000, 19.2 splits them: RtGeometry, RtObject, RtScene."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import IntFlag
 from typing import Any
@@ -16,6 +16,7 @@ from pica.rhi.tables import HostTable
 # VkAccelerationStructureInstanceKHR: transform, custom index and mask, hit group offset and flags, address.
 INSTANCE = np.dtype([("transform", "f4", (3, 4)), ("id_and_mask", "u4"), ("group_and_flags", "u4"), ("handle", "u8")])
 
+_BOX = 24  # bytes
 _BOTTOM = spy.AccelerationStructureKind.bottom_level
 
 
@@ -43,24 +44,40 @@ class RtSection:
     """False: any-hit shaders decide whether each hit counts (alpha)."""
 
 
+@dataclass(frozen=True)
+class RtBoxes:
+    """A run of boxes with one material; what is in them is for intersection shaders to find."""
+
+    first: int
+    count: int
+    opaque: bool
+
+
 class RtGeometry:
     """One bottom-level structure, made of sections that index shared vertex and index buffers.
+
+    Or of boxes, which index a buffer of (low, high) corners that stands in for that of the vertices.
 
     A deforming one can be refitted: the same tree with new boxes, several times faster than a build.
     """
 
-    def __init__(self, device: Device, sections: list[RtSection], deforms: bool = False) -> None:
+    def __init__(self, device: Device, sections: Sequence[RtSection | RtBoxes], deforms: bool = False) -> None:
         self._device, self.sections, self.deforms = device, sections, deforms
         flags = spy.AccelerationStructureBuildFlags
         self._flags = flags.prefer_fast_trace | (flags.allow_update if deforms else flags.allow_compaction)
         self.buffers: tuple[spy.Buffer, spy.Buffer] | None = None
-        """Positions and indices that the structure was last built from or refitted to."""
+        """Positions (or boxes) and indices that the structure was last built from or refitted to."""
         self.builds = self.refits = 0
         """How many were recorded."""
         self._descs: list[spy.AccelerationStructureBuildDesc] = []
         self._scratch: spy.Buffer | None = None
         self._size = 0
         self.structure: spy.AccelerationStructure
+
+    @property
+    def has_boxes(self) -> bool:
+        """Whether it is made of boxes."""
+        return any(isinstance(section, RtBoxes) for section in self.sections)
 
     def build(
         self,
@@ -151,12 +168,19 @@ def build_compact(device: Device, geometries: list[RtGeometry], positions: spy.B
     device.handle.wait_for_idle()
 
 
-def _inputs(
-    positions: spy.Buffer, indices: spy.Buffer, sections: list[RtSection]
-) -> list[spy.AccelerationStructureBuildInputTriangles]:
+def _inputs(positions: spy.Buffer, indices: spy.Buffer, sections: Sequence[RtSection | RtBoxes]) -> list[Any]:
     flags = spy.AccelerationStructureGeometryFlags
     return [
-        spy.AccelerationStructureBuildInputTriangles(
+        spy.AccelerationStructureBuildInputProceduralPrimitives(
+            {
+                "aabb_buffers": [spy.BufferOffsetPair(positions, _BOX * section.first)],
+                "aabb_stride": _BOX,
+                "primitive_count": section.count,
+                "flags": flags.opaque if section.opaque else flags.none,
+            }
+        )
+        if isinstance(section, RtBoxes)
+        else spy.AccelerationStructureBuildInputTriangles(
             {
                 "vertex_buffers": [spy.BufferOffsetPair(positions, 12 * section.first_vertex)],
                 "vertex_format": spy.Format.rgb32_float,
@@ -174,7 +198,7 @@ def _inputs(
 
 @dataclass(frozen=True)
 class RtObject:
-    """One placed geometry: which, where, and what rays see of it."""
+    """One placed geometry: which, and what rays see of it."""
 
     geometry: RtGeometry
     first_record: int
@@ -182,7 +206,6 @@ class RtObject:
     hit_group: int = 0
     """Which of a pipeline's hit groups its hits are for."""
     flags: ObjectFlags = ObjectFlags.NONE
-    mask: int = 0xFF
 
 
 class RtScene:
@@ -194,9 +217,15 @@ class RtScene:
         self.slots = HostTable(device, "rt objects", INSTANCE, usage)
         self.objects: dict[int, RtObject] = {}  # a top level does not keep its parts alive
         self._watchers: list[set[int]] = []
+        self._with_boxes: set[int] = set()
         self._built: tuple[spy.Buffer, spy.AccelerationStructureBuildDesc, spy.Buffer] | None = None
         self._size = 0
         self.structure: spy.AccelerationStructure
+
+    @property
+    def has_boxes(self) -> bool:
+        """Whether any object is made of boxes, which only intersection shaders can look into."""
+        return bool(self._with_boxes)
 
     def watch(self) -> set[int]:
         """A set that gathers the slots which are filled, moved or emptied; whoever asked for it takes them out."""
@@ -207,14 +236,16 @@ class RtScene:
         for watcher in self._watchers:
             watcher.update(slots)
 
-    def place(self, slot: int, placed: RtObject, transform: NDArray[Any]) -> None:
-        """Put an object into a slot, (3, 4) object to world."""
+    def place(self, slot: int, placed: RtObject, transform: NDArray[Any], mask: int = 0xFF) -> None:
+        """Put an object into a slot, (3, 4) object to world; `mask` as for `mask`."""
         row = self.slots.rows[slot]
-        row["id_and_mask"] = placed.first_record | placed.mask << 24
+        row["id_and_mask"] = placed.first_record | mask << 24
         row["group_and_flags"] = placed.hit_group | int(placed.flags) << 24
         row["handle"] = _handle(placed.geometry.structure)
         row["transform"] = transform
         self.objects[slot] = placed
+        if placed.geometry.has_boxes:
+            self._with_boxes.add(slot)
         self._tell([slot])
         self.slots.touch(np.array([slot]))
 
@@ -224,11 +255,20 @@ class RtScene:
         self.slots.touch(slots)
         self._tell(slots.tolist())
 
+    def mask(self, slots: range, mask: int) -> None:
+        """Only rays whose mask has one of these 8 bits meet the objects of slots, from the next `build` on."""
+        numbers = np.array(slots)
+        ids = self.slots.rows["id_and_mask"][numbers] & np.uint32(0xFFFFFF)
+        self.slots.rows["id_and_mask"][numbers] = ids | np.uint32(mask << 24)
+        self.slots.touch(numbers)
+        self._tell(slots)
+
     def remove(self, slots: range) -> None:
         """Empty slots and give them back."""
         self._tell(slots)
         for slot in slots:
             del self.objects[slot]
+        self._with_boxes.difference_update(slots)
         self.slots.give_back(slots.start, len(slots))
 
     def build(self, recording: Recording) -> None:

@@ -19,6 +19,7 @@ from pica.rhi.binding import ParameterBlock
 from pica.rhi.material_types import STANDARD_ONLY, MaterialTypes, MaterialTypeSet
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
+from pica.rhi.shape_types import ShapeTypes
 
 T = TypeVar("T")
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -107,6 +108,15 @@ class Device:
     def material_types(self) -> MaterialTypes:
         """The material types that this device has compiled."""
         return MaterialTypes(self.handle)
+
+    @cached_property
+    def shape_types(self) -> ShapeTypes:
+        """The shapes that this device has compiled."""
+        return ShapeTypes(self.handle)
+
+    def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
+        """What to link with a program so that it knows these material types and the shapes among them."""
+        return [*self.material_types.linked(types), *self.shape_types.linked(types)]
 
     @contextmanager
     def record(self) -> Iterator[DeviceRecording]:
@@ -224,7 +234,7 @@ class Device:
     def _program(self, module: str, entries: list[str], types: MaterialTypeSet = STANDARD_ONLY) -> spy.ShaderProgram:
         try:
             loaded = self.handle.load_module(module)
-            modules = [loaded, *self.material_types.linked(types)]
+            modules = [loaded, *self.linked(types)]
             return self.handle.link_program(modules, [loaded.entry_point(entry) for entry in entries])
         except (RuntimeError, spy.SlangCompileError) as error:
             raise DeviceError(f"{module}: {error}") from error

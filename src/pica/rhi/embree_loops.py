@@ -17,12 +17,13 @@ ROWS = 21
 _NEAR, _TIME, _FAR, _MASK, _ID, _FLAGS = 3, 7, 8, 9, 10, 11
 _U, _V, _PRIMITIVE, _GEOMETRY, _INSTANCE = 15, 16, 17, 18, 19
 _NONE = 0xFFFFFFFF
-# Columns of the shaders' Ray (rhi/ray_effect.slang): origin 0-2, minimum 3, direction 4-6, maximum 7, type 8, seed 9.
-_MINIMUM, _MAXIMUM, _TYPE = 3, 7, 8
+# Columns of the shaders' Ray (rhi/ray_effect.slang): origin 0-2, minimum 3, direction 4-6, maximum 7, type and
+# mask 8, seed 9.
+_MINIMUM, _MAXIMUM, _TYPE_AND_MASK = 3, 7, 8
 _CAMERA = 0
 # Bits of masks: 0 to 7 belong to objects, these two to the sections below.
 OPAQUE, CUTOUT = 1 << 8, 1 << 9
-OBJECTS = 0xFF
+_OBJECTS = 0xFF
 
 
 @intrinsic
@@ -66,7 +67,14 @@ def cull_backs(arguments: Any) -> None:
 
 @njit(nogil=True, cache=True)
 def _load(
-    rays: NDArray[np.float32], queue: NDArray[np.uint32], begin: int, end: int, mask: int, packet: Any, bits: Any
+    rays: NDArray[np.float32],
+    ray_bits: NDArray[np.uint32],
+    queue: NDArray[np.uint32],
+    begin: int,
+    end: int,
+    sections: int,
+    packet: Any,
+    bits: Any,
 ) -> None:
     for lane in range(LANES):
         bits[0, lane] = 0
@@ -77,8 +85,8 @@ def _load(
             for field in range(7):
                 packet[1 + field, lane] = rays[ray, field]
             packet[1 + _FAR, lane] = rays[ray, _MAXIMUM]
+            bits[1 + _MASK, lane] = (ray_bits[ray, _TYPE_AND_MASK] >> 8 & _OBJECTS) | sections
         packet[1 + _TIME, lane] = 0
-        bits[1 + _MASK, lane] = mask
         bits[1 + _FLAGS, lane] = 0
         bits[1 + _GEOMETRY, lane] = _NONE
         bits[1 + _INSTANCE, lane] = _NONE
@@ -141,10 +149,10 @@ def nearest(
     address = bits.ctypes.data
     for begin in range(0, len(queue), LANES):
         end = min(begin + LANES, len(queue))
-        _load(rays, queue, begin, end, OBJECTS | OPAQUE | CUTOUT, packet, bits)
+        _load(rays, ray_bits, queue, begin, end, OPAQUE | CUTOUT, packet, bits)
         camera = False
         for lane in range(end - begin):
-            type = ray_bits[queue[begin + lane], _TYPE]
+            type = ray_bits[queue[begin + lane], _TYPE_AND_MASK] & 0xFF
             packet[1 + _ID, lane] = type
             camera = camera or type == _CAMERA
         _call(intersect, address, scene, address + 4 * LANES, culling if camera else 0)
@@ -159,6 +167,7 @@ def shadows(
     scene: int,
     cutouts: int,
     rays: NDArray[np.float32],
+    ray_bits: NDArray[np.uint32],
     hits: NDArray[np.float32],
     hit_bits: NDArray[np.uint32],
     queue: NDArray[np.uint32],
@@ -175,7 +184,7 @@ def shadows(
     blocked = np.zeros(LANES, np.bool_)
     for begin in range(0, len(queue), LANES):
         end = min(begin + LANES, len(queue))
-        _load(rays, queue, begin, end, OBJECTS | OPAQUE, packet, bits)
+        _load(rays, ray_bits, queue, begin, end, OPAQUE, packet, bits)
         _call(occluded, address, scene, address + 4 * LANES, 0)
         left = False
         for lane in range(end - begin):
@@ -185,7 +194,7 @@ def shadows(
             else:
                 blocked[lane] = False
                 left = left or bits[0, lane] != 0
-            bits[1 + _MASK, lane] = OBJECTS | CUTOUT
+            bits[1 + _MASK, lane] ^= OPAQUE | CUTOUT
         if cutouts != 0 and left:
             _call(intersect, address, cutouts, address + 4 * LANES, 0)
         _store(queue, begin, end, records, hits, hit_bits, packet, bits)

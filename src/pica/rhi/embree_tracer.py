@@ -41,9 +41,10 @@ class _Geometry:
 
     def __init__(self, device: Device, source: RtGeometry, culled: bool) -> None:
         self._embree, self._device, self._source, self._culled = embree.library(), device, source, culled
-        self._sections = [self._section(section) for section in source.sections]
+        self._triangles = [section for section in source.sections if isinstance(section, RtSection)]
+        self._sections = [self._section(section) for section in self._triangles]
         self.scene = self._scene(dict(enumerate(self._sections)))
-        cutouts = {n: g for n, g in enumerate(self._sections) if not source.sections[n].opaque}
+        cutouts = {n: g for n, g in enumerate(self._sections) if not self._triangles[n].opaque}
         self.cutouts = self._scene(cutouts) if cutouts else 0
         self._builds = self._refits = 0
         self.update()
@@ -74,7 +75,7 @@ class _Geometry:
         assert source.buffers is not None
         self._kept = [(buffer, HostBuffer(self._device, buffer).read()) for buffer in source.buffers]
         positions, indices = (data.ctypes.data for _, data in self._kept)
-        for geometry, section in zip(self._sections, source.sections, strict=True):
+        for geometry, section in zip(self._sections, self._triangles, strict=True):
             shared = partial(self._embree.SetSharedGeometryBuffer, geometry)
             start, count = 12 * section.first_vertex, section.vertex_count
             shared(embree.VERTEX_BUFFER, 0, embree.FLOAT3, positions, start, 12, count)
@@ -176,7 +177,7 @@ class EmbreeTracer:
             embree_loops.nearest(intersect, self._all.scene, culling, *values, *worker.packet)
 
         def shadows(part: NDArray[np.uint32], worker: _Worker) -> None:
-            values = ray_values, hit_values, hit_bits, part, self._records
+            values = ray_values, ray_bits, hit_values, hit_bits, part, self._records
             embree_loops.shadows(intersect, occluded, self._all.scene, cutouts, *values, *worker.packet)
 
         self._run(nearest, waiting[: queue.nearest])
@@ -216,10 +217,10 @@ class EmbreeTracer:
         self._changes.clear()
         if not moved:
             return
-        transforms = self._source.slots.rows["transform"]
+        rows = self._source.slots.rows
         for slot in moved & self._shown.keys():
             for top in (self._all, self._cutouts):
-                top.place(slot, transforms[slot], self._shown[slot].mask)
+                top.place(slot, rows["transform"][slot], int(rows["id_and_mask"][slot] >> 24))
         self._all.commit()
         self._cutouts.commit()
         embree.check()

@@ -17,12 +17,12 @@ from pica.errors import MaterialTypeError
 from pica.scene.material_types import STANDARD, MaterialSource, material_source
 
 MaterialTypeSet = tuple[str, ...]
-"""Names of the types that a program knows, by the number that materials carry (`Material.type` in shaders)."""
+"""Names of the types that a program knows, by the number that materials carry (`Material.type` in shaders), and among
+them "shape/type" for each shape that a material of that type is on (rhi/shape_types.py). One hit group each."""
 STANDARD_ONLY: MaterialTypeSet = (STANDARD,)
 MAX_PARAMETERS = 16
 """32-bit numbers of a material's own; scene_types.slang: MATERIAL_PARAMETERS."""
 
-_INTERFACE = "shaders/material_type.slang"
 _STANDARD_SOURCE = """
 module {alias};
 import shaders.standard_material;
@@ -30,6 +30,7 @@ public typealias {type} = StandardMaterial;
 """
 _ALIAS = """
 module {alias};
+import {interface};
 import {module};
 public typealias {type} = {struct};
 """
@@ -74,7 +75,7 @@ class MaterialType:
     @property
     def struct(self) -> str:
         """What the alias module calls it."""
-        return f"MaterialType_{self.name}"
+        return f"material_struct_{self.name}"
 
     def packed(self, what: str, values: dict[str, Any]) -> NDArray[np.uint32]:
         """Parameters as (MAX_PARAMETERS,) numbers. Raises MaterialTypeError for a name or a shape that does not fit."""
@@ -126,12 +127,15 @@ class MaterialTypes:
     def __getitem__(self, name: str) -> MaterialType:
         """Raises MaterialTypeError when the type's file has a fault."""
         if name not in self._types:
-            self._types[name] = self._standard() if name == STANDARD else self._compiled(material_source(name))
+            if name == STANDARD:
+                self._types[name] = self._standard()
+            else:
+                self._types[name] = MaterialType(name, *compiled(self._device, material_source(name)))
         return self._types[name]
 
     def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
         """What to link with a program so that it knows these types."""
-        if types == STANDARD_ONLY:
+        if plain(types) == {0: STANDARD}:
             return []
         if types not in self._modules:
             self._modules[types] = self._all(types)
@@ -143,48 +147,13 @@ class MaterialTypes:
         self._device.load_module_from_source(alias, _STANDARD_SOURCE.format(alias=alias, type=made.struct))
         return made
 
-    def _compiled(self, source: MaterialSource) -> MaterialType:
-        # The session remembers modules by name, so a name stands for one source only.
-        digest = hashlib.sha256(source.text.encode()).hexdigest()[:12]
-        module, alias = f"material_{source.name}_{digest}", f"material_alias_{source.name}_{digest}"
-        try:
-            loaded = self._device.load_module_from_source(module, source.text, source.path)
-        except (RuntimeError, spy.SlangCompileError) as error:
-            raise MaterialTypeError(f"material type {source.name!r}: {_first_error(source, str(error))}") from None
-        struct = self._implementation(source, loaded)
-        parameters = _parameters(source, loaded.layout.find_type_by_name(f"{struct}.Parameters"))
-        made = MaterialType(source.name, alias, parameters)
-        try:
-            text = _ALIAS.format(alias=alias, module=module, type=made.struct, struct=struct)
-            self._device.load_module_from_source(alias, text)
-        except (RuntimeError, spy.SlangCompileError):
-            fault = f"struct {struct} is not visible; mark it public or leave out the file's `module` line"
-            raise MaterialTypeError(f"material type {source.name!r}: {source.path}: {fault}") from None
-        return made
-
-    def _implementation(self, source: MaterialSource, loaded: spy.SlangModule) -> str:
-        """The name of the one struct that implements the interface."""
-        layout = loaded.layout
-        interface = layout.find_type_by_name("IMaterialType")
-        structs: Any = loaded.module_decl.children_of_kind(spy.DeclReflection.Kind.struct)
-        found = [
-            struct.name
-            for struct in structs
-            if interface is not None and layout.is_sub_type(layout.find_type_by_name(struct.name), interface)
-        ]
-        if len(found) != 1:
-            fault = f"{len(found)} structs implement IMaterialType ({_INTERFACE}), not one"
-            if not found:
-                fault = f"no struct implements IMaterialType ({_INTERFACE})"
-            raise MaterialTypeError(f"material type {source.name!r}: {source.path}: {fault}")
-        return found[0]
-
     def _all(self, types: MaterialTypeSet) -> spy.SlangModule:
-        made = [self[name] for name in types]
-        name = "material_types_" + hashlib.sha256(" ".join(m.alias for m in made).encode()).hexdigest()[:12]
+        numbered = plain(types)
+        made = [self[name] for name in numbered.values()]
+        name = f"material_types_{digest(' '.join(f'{n} {m.alias}' for n, m in zip(numbered, made, strict=True)))}"
 
         def switch(call: str) -> str:
-            labels = [*(f"case {index}:" for index in range(len(made) - 1)), "default:"]
+            labels = [*(f"case {number}:" for number in list(numbered)[:-1]), "default:"]
             return " ".join(f"{label} {call.format(m.struct)}" for label, m in zip(labels, made, strict=True))
 
         text = _ALL.format(
@@ -197,6 +166,63 @@ class MaterialTypes:
         return self._device.load_module_from_source(name, text)
 
 
+def plain(types: MaterialTypeSet) -> dict[int, str]:
+    """The material types alone, by their numbers."""
+    return {number: name for number, name in enumerate(types) if "/" not in name}
+
+
+def digest(text: str) -> str:
+    """The session remembers modules by name, so a name stands for one source only."""
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def compiled(device: spy.Device, source: MaterialSource) -> tuple[str, np.dtype[Any]]:
+    """Compile a registered file: the module that says its name, and what its `struct Parameters` has.
+
+    Raises the source's own error when the file has a fault.
+    """
+    marked = f"{source.name}_{digest(source.text)}"
+    module, alias = f"{source.word}_{marked}", f"{source.word}_alias_{marked}"
+    try:
+        loaded = device.load_module_from_source(module, source.text, source.path)
+    except (RuntimeError, spy.SlangCompileError) as error:
+        raise source.fault(_first_error(source, str(error))) from None
+    struct, made_of_it = _implementation(source, loaded)
+    parameters = _parameters(source, loaded.layout.find_type_by_name(f"{struct}.Parameters"))
+    interface = source.interface_file.removesuffix(".slang").replace("/", ".")
+    try:
+        text = _ALIAS.format(
+            alias=alias,
+            interface=interface,
+            module=module,
+            type=f"{source.word}_struct_{source.name}",
+            struct=made_of_it,
+        )
+        device.load_module_from_source(alias, text)
+    except (RuntimeError, spy.SlangCompileError):
+        what = f"struct {struct} is not visible; mark it public or leave out the file's `module` line"
+        raise source.fault(f"{source.path}: {what}") from None
+    return alias, parameters
+
+
+def _implementation(source: MaterialSource, loaded: spy.SlangModule) -> tuple[str, str]:
+    """The name of the one struct that implements an interface, and of what is to be used."""
+    layout = loaded.layout
+    interfaces = {name: layout.find_type_by_name(name) for name in source.interfaces}
+    structs: Any = loaded.module_decl.children_of_kind(spy.DeclReflection.Kind.struct)
+    found = [
+        (struct.name, source.interfaces[name].format(struct.name))
+        for struct in structs
+        for name, interface in interfaces.items()
+        if interface is not None and layout.is_sub_type(layout.find_type_by_name(struct.name), interface)
+    ]
+    if len(found) != 1:
+        wanted = f"{' or '.join(interfaces)} ({source.interface_file})"
+        what = f"{len(found)} structs implement {wanted}, not one" if found else f"no struct implements {wanted}"
+        raise source.fault(f"{source.path}: {what}")
+    return found[0]
+
+
 def _parameters(source: MaterialSource, struct: spy.TypeReflection | None) -> np.dtype[Any]:
     fields = []
     known: Any = struct.fields if struct is not None else []
@@ -205,13 +231,13 @@ def _parameters(source: MaterialSource, struct: spy.TypeReflection | None) -> np
         plain = kind in (spy.TypeReflection.Kind.scalar, spy.TypeReflection.Kind.vector)
         if not plain or field.type.scalar_type not in _SCALARS:
             fault = f"parameter {field.name!r} is not a float, int or uint, nor a vector of them"
-            raise MaterialTypeError(f"material type {source.name!r}: {source.path}: {fault}")
+            raise source.fault(f"{source.path}: {fault}")
         count = field.type.col_count if kind == spy.TypeReflection.Kind.vector else 1
         fields.append((field.name, _SCALARS[field.type.scalar_type], (count,) if count > 1 else ()))
     made = np.dtype(fields)
     if made.itemsize > 4 * MAX_PARAMETERS:
         fault = f"Parameters are {made.itemsize // 4} numbers, more than {MAX_PARAMETERS}"
-        raise MaterialTypeError(f"material type {source.name!r}: {source.path}: {fault}")
+        raise source.fault(f"{source.path}: {fault}")
     return made
 
 

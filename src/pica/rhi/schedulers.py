@@ -23,6 +23,7 @@ Wants = Literal["hit", "surface"]
 _EFFECT_MODULE = "rhi/ray_effect.slang"
 _GROUP = 8
 _LINE = 64
+_SLANG_BOOL = {True: "true", False: "false"}
 _ENTRIES = """
 import rhi.ray_effect;
 import {module};
@@ -45,7 +46,7 @@ void advance(uint3 thread : SV_DispatchThreadID)
     if (thread.x < waiting.x + waiting.y)
     {{
         uint index = queue[placeInQueue(thread.x, waiting, grid)];
-        runAdvance<{effect}, Wants.{wants}>(index, grid, hits, rays, states, next, counts);
+        runAdvance<{effect}, Wants.{wants}, {simplified}>(index, grid, hits, rays, states, next, counts);
     }}
 }}
 """
@@ -68,7 +69,7 @@ _CLOSEST_HIT = """
 [shader("closesthit")]
 void closest_{name}(inout PackedSurface payload, BuiltInTriangleIntersectionAttributes attributes)
 {{
-    payload = closestSurface<{struct}>(attributes.barycentrics);
+    payload = closestSurface<{struct}, {simplified}>(attributes.barycentrics);
 }}
 """
 
@@ -89,25 +90,39 @@ class _RayProgram:
     """A ray generation shader linked with the hit shaders of some material types: one hit group a type."""
 
     def __init__(
-        self, device: Device, name: str, generation: spy.SlangModule, wants: Wants, types: MaterialTypeSet
+        self,
+        device: Device,
+        name: str,
+        generation: spy.SlangModule,
+        wants: Wants,
+        simplified: bool,
+        types: MaterialTypeSet,
     ) -> None:
-        key = ("rays", generation.name, wants, types)
-        program, self.pipeline, self.table = device.kept(key, lambda: self._made(device, generation, wants, types))
+        key = ("rays", generation.name, wants, simplified, types)
+        program, self.pipeline, self.table = device.kept(
+            key, lambda: self._made(device, generation, wants, simplified, types)
+        )
         self.parameters = ProgramParameters(device.handle, name, program)
 
     @staticmethod
     def _made(
-        device: Device, generation: spy.SlangModule, wants: Wants, types: MaterialTypeSet
+        device: Device, generation: spy.SlangModule, wants: Wants, simplified: bool, types: MaterialTypeSet
     ) -> tuple[spy.ShaderProgram, spy.RayTracingPipeline, spy.ShaderTable]:
         shaders = device.handle.load_module(_EFFECT_MODULE)
         miss = f"{wants}Miss"
-        modules = [generation, shaders, *device.material_types.linked(types)]
+        modules = [generation, shaders, *device.linked(types)]
         entries = [generation.entry_point("main"), shaders.entry_point(miss)]
         if wants == "hit":
             entries.append(shaders.entry_point("hitClosest"))
         groups = []
-        for material_type in (device.material_types[name] for name in types):
-            module = _hit_shaders(device, material_type, wants)
+        for name in types:
+            material_type = device.material_types[name.split("/")[-1]]
+            if "/" in name:
+                own_modules, own_entries, group = device.shape_types.hit_group(name, material_type, wants, simplified)
+                modules, entries = [*modules, *own_modules], [*entries, *own_entries]
+                groups.append(group)
+                continue
+            module = _hit_shaders(device, material_type, wants, simplified)
             modules.append(module)
             any_hit, closest = f"any_{material_type.name}", f"closest_{material_type.name}"
             entries.append(module.entry_point(any_hit))
@@ -135,22 +150,29 @@ def _types_of(values: dict[str, Any]) -> MaterialTypeSet:
     return STANDARD_ONLY if scene is None else scene.material_types
 
 
-def _hit_shaders(device: Device, material_type: MaterialType, wants: Wants) -> spy.SlangModule:
-    source, payload = _ANY_HIT, "HitPayload"
+def _hit_shaders(device: Device, material_type: MaterialType, wants: Wants, simplified: bool) -> spy.SlangModule:
+    source, payload, name = _ANY_HIT, "HitPayload", f"{wants}_{material_type.alias}"
     if wants == "surface":
         source, payload = _ANY_HIT + _CLOSEST_HIT, "PackedSurface"
+        name += "_simplified" if simplified else ""
     text = source.format(
-        alias=material_type.alias, name=material_type.name, struct=material_type.struct, payload=payload
+        alias=material_type.alias,
+        name=material_type.name,
+        struct=material_type.struct,
+        payload=payload,
+        simplified=_SLANG_BOOL[simplified],
     )
-    return device.handle.load_module_from_source(f"{wants}_{material_type.alias}", text)
+    return device.handle.load_module_from_source(name, text)
 
 
 class _RayPipeline:
     """A ray generation shader with the hit shaders that go with what it wants and with the scene's material types."""
 
-    def __init__(self, device: Device, name: str, generation: spy.SlangModule, wants: Wants) -> None:
+    def __init__(
+        self, device: Device, name: str, generation: spy.SlangModule, wants: Wants, simplified: bool = False
+    ) -> None:
         self.name = name
-        self._program = ForTypes(lambda types: _RayProgram(device, name, generation, wants, types))
+        self._program = ForTypes(lambda types: _RayProgram(device, name, generation, wants, simplified, types))
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
         program = self._program(_types_of(values))
@@ -167,12 +189,11 @@ class _RayPipeline:
 class PipelineEffect(_RayPipeline):
     """The effect as one ray generation shader that loops over its rays (tiers 2 and 3)."""
 
-    def __init__(self, device: Device, module: str, effect: str, wants: Wants) -> None:
+    def __init__(self, device: Device, module: str, effect: str, wants: Wants, simplified: bool) -> None:
         name = Path(module).stem
         source = _RAY_GENERATION.format(module=_import_path(module), effect=effect, wants=wants)
-        super().__init__(
-            device, name, device.handle.load_module_from_source(f"{name}_{effect}_pipeline", source), wants
-        )
+        loaded = device.handle.load_module_from_source(f"{name}_{effect}_pipeline", source)
+        super().__init__(device, name, loaded, wants, simplified)
 
 
 @dataclass(frozen=True)
@@ -227,7 +248,7 @@ class _Kernel:
     def _made(
         device: Device, module: spy.SlangModule, entry: str, types: MaterialTypeSet
     ) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
-        modules = [module, *device.material_types.linked(types)]
+        modules = [module, *device.linked(types)]
         program = device.handle.link_program(modules, [module.entry_point(entry)])
         return program, device.handle.create_compute_pipeline(program)
 
@@ -235,12 +256,22 @@ class _Kernel:
 class BufferEffect:
     """The effect as compute kernels around buffers of rays and hits (tier 1)."""
 
-    def __init__(self, device: Device, module: str, effect: str, wants: Wants, tracer: Tracer) -> None:
+    def __init__(
+        self, device: Device, module: str, effect: str, wants: Wants, simplified: bool, tracer: Tracer
+    ) -> None:
         self.name = name = Path(module).stem
         self._device = device
         self._tracer = tracer
-        source = _ENTRIES.format(module=_import_path(module), effect=effect, wants=wants, group=_GROUP, line=_LINE)
-        loaded = device.handle.load_module_from_source(f"{name}_{effect}_buffers", source)
+        source = _ENTRIES.format(
+            module=_import_path(module),
+            effect=effect,
+            wants=wants,
+            simplified=_SLANG_BOOL[simplified],
+            group=_GROUP,
+            line=_LINE,
+        )
+        suffix = "buffers_simplified" if simplified else "buffers"
+        loaded = device.handle.load_module_from_source(f"{name}_{effect}_{suffix}", source)
         self._kernels = ForTypes(
             lambda types: [_Kernel(device, name, loaded, entry, types) for entry in ("start", "advance")]
         )
@@ -297,16 +328,20 @@ class BufferEffect:
 RayEffect = PipelineEffect | BufferEffect
 
 
-def ray_effect(device: Device, module: str, effect: str, wants: Wants, tracer: Tracer | None = None) -> RayEffect:
+def ray_effect(
+    device: Device, module: str, effect: str, wants: Wants, tracer: Tracer | None = None, simplified: bool = False
+) -> RayEffect:
     """The effect struct `effect` of `module` (a path below the package), run through ray buffers and `tracer`
     where one is given, else as a ray tracing pipeline.
 
+    `simplified`: its surface rays meet simplified materials (seed 000, 19.3.2.1; RaysSettings.simplified_materials);
+    camera rays never do.
     Raises BindingError when the module does not compile.
     """
     try:
         if tracer is not None:
-            return BufferEffect(device, module, effect, wants, tracer)
-        return PipelineEffect(device, module, effect, wants)
+            return BufferEffect(device, module, effect, wants, simplified, tracer)
+        return PipelineEffect(device, module, effect, wants, simplified)
     except (RuntimeError, spy.SlangCompileError) as error:
         raise BindingError(f"{module}: {error}") from error
 

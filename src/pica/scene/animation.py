@@ -3,7 +3,7 @@
 Times are in seconds, rotations unit quaternions (x, y, z, w).
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
@@ -51,12 +51,23 @@ class Channel:
 
 
 class Animation:
-    """Channels that play together. Raises SceneError for a channel that moves a node without a pose."""
+    """Channels that play together. Raises SceneError for a channel that moves a node without a pose.
 
-    def __init__(self, channels: Iterable[Channel], name: str = "") -> None:
+    `drivers` are called with the time in seconds, to set what no channel reaches, such as particles; they must look at
+    nothing else. `duration`: seconds, the least, for drivers that go on after the last key.
+    """
+
+    def __init__(
+        self,
+        channels: Iterable[Channel],
+        name: str = "",
+        drivers: Iterable[Callable[[float], None]] = (),
+        duration: float = 0.0,
+    ) -> None:
         self.name = name
         self.channels = list(channels)
-        self.duration = max((float(channel.times[-1]) for channel in self.channels), default=0.0)
+        self.drivers = list(drivers)
+        self.duration = max([duration, *(float(channel.times[-1]) for channel in self.channels)])
         """Seconds until the last key; play `time % duration` for a loop."""
         placing = (channel.node for channel in self.channels if channel.path in _PLACING)
         self._nodes = list(dict.fromkeys(placing))
@@ -84,6 +95,8 @@ class Animation:
                     node.weights = weights
         if self._nodes:
             self._place(Pose(**parts))
+        for drive in self.drivers:
+            drive(time)
 
     def _place(self, poses: Pose) -> None:
         """Move the nodes to the poses, which hold one row a node."""
@@ -97,8 +110,9 @@ class Animation:
 
 def together(animations: Iterable[Animation]) -> Animation:
     """All animations as one; where two move the same value of a node, the later one does."""
-    channels = {(channel.node, channel.path): channel for each in animations for channel in each.channels}
-    return Animation(channels.values())
+    every = list(animations)
+    channels = {(channel.node, channel.path): channel for each in every for channel in each.channels}
+    return Animation(channels.values(), drivers=[drive for each in every for drive in each.drivers])
 
 
 def compose(translation: Floats, rotation: Floats, scale: Floats) -> Floats:

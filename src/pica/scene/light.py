@@ -6,20 +6,26 @@ Photometric units are glTF's. Colours are linear Rec. 709 and multiply the unit.
 from dataclasses import dataclass
 from typing import Literal
 
+from pica.scene.channels import ALL_CHANNELS, checked_channels
+
 Color = tuple[float, float, float]
 WHITE: Color = (1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Shadowed:
-    """What all lights have."""
+class _AnyLight:
+    lighting_channels: frozenset[int] = ALL_CHANNELS
+    """Of 0 to 5: the light reaches the nodes that are in one of them, and only these hide it."""
 
     shadow_denoiser: Literal["svgf", "anisotropic", "off"] | None = None
     """The filter of this light's soft shadow in real time; None: as the setting shadows.denoiser says."""
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lighting_channels", checked_channels(self.lighting_channels))
+
 
 @dataclass(frozen=True)
-class DirectionalLight(_Shadowed):
+class DirectionalLight(_AnyLight):
     """A light so far away that its rays are parallel, such as the sun."""
 
     color: Color = WHITE
@@ -31,7 +37,7 @@ class DirectionalLight(_Shadowed):
 
 
 @dataclass(frozen=True)
-class PointLight(_Shadowed):
+class PointLight(_AnyLight):
     """A light that shines equally in all directions, from a sphere of the given radius."""
 
     color: Color = WHITE
@@ -45,7 +51,7 @@ class PointLight(_Shadowed):
 
 
 @dataclass(frozen=True)
-class SpotLight(_Shadowed):
+class SpotLight(_AnyLight):
     """A point light limited to a cone."""
 
     color: Color = WHITE
@@ -63,7 +69,7 @@ class SpotLight(_Shadowed):
 
 
 @dataclass(frozen=True)
-class RectangleLight(_Shadowed):
+class RectangleLight(_AnyLight):
     """A rectangle in its node's XY plane that shines from its -Z side."""
 
     color: Color = WHITE
@@ -77,7 +83,7 @@ class RectangleLight(_Shadowed):
 
 
 @dataclass(frozen=True)
-class DiskLight(_Shadowed):
+class DiskLight(_AnyLight):
     """A disk in its node's XY plane that shines from its -Z side."""
 
     color: Color = WHITE
@@ -89,7 +95,7 @@ class DiskLight(_Shadowed):
 
 
 @dataclass(frozen=True)
-class SphereLight(_Shadowed):
+class SphereLight(_AnyLight):
     """A sphere around its node's origin that shines outwards."""
 
     color: Color = WHITE

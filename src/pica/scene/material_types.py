@@ -3,8 +3,9 @@
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
-from pica.errors import MaterialTypeError
+from pica.errors import MaterialTypeError, PicaError
 
 STANDARD = "standard"
 """glTF's metallic-roughness material."""
@@ -17,6 +18,29 @@ class MaterialSource:
     name: str
     path: Path
     text: str
+    kind: ClassVar[str] = "material type"
+    word: ClassVar[str] = "material"
+    """What names of its modules begin with."""
+    interface_file: ClassVar[str] = "shaders/material_type.slang"
+    interfaces: ClassVar[dict[str, str]] = {"IMaterialType": "{}"}
+    """What its struct may implement, and what to make of it."""
+    error: ClassVar[type[PicaError]] = MaterialTypeError
+
+    def fault(self, what: str) -> PicaError:
+        """The error that says what is wrong with it."""
+        return self.error(f"{self.kind} {self.name!r}: {what}")
+
+
+def read_source(made: type[MaterialSource], name: str, path: str | Path) -> MaterialSource:
+    """A source from its file. Raises its error for a name that is not a word and for a file that cannot be read."""
+    path = Path(path).resolve()
+    if not re.fullmatch("[a-z][a-z0-9_]*", name):
+        raise made(name, path, "").fault("a name is a lower case letter, then letters, digits and _")
+    try:
+        return made(name, path, path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not a text file"
+        raise made(name, path, "").fault(f"{path}: {reason}") from None
 
 
 _registered: dict[str, MaterialSource] = {}
@@ -29,17 +53,10 @@ def register_material(name: str, path: str | Path) -> None:
     compiled when a renderer first meets the type. The same file under the same name again changes nothing.
     Raises MaterialTypeError for a name that is taken or not a word, and for a file that cannot be read.
     """
-    path = Path(path).resolve()
-    if not re.fullmatch("[a-z][a-z0-9_]*", name):
-        raise MaterialTypeError(f"material type {name!r}: a name is a lower case letter, then letters, digits and _")
-    try:
-        source = MaterialSource(name, path, path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not a text file"
-        raise MaterialTypeError(f"material type {name!r}: {path}: {reason}") from None
+    source = read_source(MaterialSource, name, path)
     if name == STANDARD or _registered.get(name, source) != source:
         holder = "pica itself" if name == STANDARD else _registered[name].path
-        raise MaterialTypeError(f"material type {name!r}: the name is taken by {holder}; choose another")
+        raise source.fault(f"the name is taken by {holder}; choose another")
     _registered[name] = source
 
 

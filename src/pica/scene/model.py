@@ -14,10 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 from pica.errors import SceneError
 from pica.scene.animation import Animation, Pose, together
 from pica.scene.camera import Camera
+from pica.scene.changes import ChangeSet
+from pica.scene.channels import ALL_CHANNELS, checked_channels
+from pica.scene.deformer import CameraFacing, Deformer, FacesCamera
 from pica.scene.environment import Environment
 from pica.scene.light import Light
 from pica.scene.material import Material
+from pica.scene.primitives import Primitives
 from pica.scene.skin import Skin, deform
+from pica.scene.watched import Watched
 
 
 @dataclass(eq=False)
@@ -73,10 +78,12 @@ _ATTRIBUTES = ("positions", "normals", "tangents", "uv0", "uv1", "colors")
 
 @dataclass(eq=False)
 class Mesh:
-    """Sections that move together."""
+    """Sections and primitives that move together."""
 
-    sections: list[Section]
+    sections: list[Section] = field(default_factory=list)
     name: str = ""
+    primitives: list[Primitives] = field(default_factory=list)
+    """What is not made of triangles. A node whose mesh has any can be moved, but not skinned or morphed."""
 
     @property
     def target_count(self) -> int:
@@ -85,73 +92,41 @@ class Mesh:
         return max((len(positions) for positions in targets if positions is not None), default=0)
 
 
-@dataclass
-class Changes:
-    """What became of a scene's nodes; each node once a list."""
-
-    added: "list[Node]"
-    removed: "list[Node]"
-    moved: "list[Node]"
-    """With all below them."""
-    deformed: "list[Node]"
-    """Their vertices moved against each other, by weights or by joints."""
-
-    def any(self) -> bool:
-        """Whether there was any change."""
-        return bool(self.added or self.removed or self.moved or self.deformed)
-
-
-class ChangeSet:
-    """Collects changes for somebody who follows a scene; made by Scene.subscribe."""
-
-    def __init__(self) -> None:
-        self.added: dict[Node, None] = {}
-        self.removed: dict[Node, None] = {}
-        self.moved: dict[Node, None] = {}
-        self.deformed: dict[Node, None] = {}
-
-    def add(self, node: "Node") -> None:
-        """A node has come; one that goes and comes back counts as both."""
-        self.added[node] = None
-
-    def remove(self, node: "Node") -> None:
-        """A node has gone."""
-        if node in self.added and node not in self.removed:
-            del self.added[node]
-        else:
-            self.removed[node] = None
-            self.added.pop(node, None)
-        self.moved.pop(node, None)
-        self.deformed.pop(node, None)
-
-    def take(self) -> Changes:
-        """The changes since the last call, and forget them."""
-        changes = Changes(list(self.added), list(self.removed), list(self.moved), list(self.deformed))
-        for collected in (self.added, self.removed, self.moved, self.deformed):
-            collected.clear()
-        return changes
-
-
 @dataclass(eq=False)
 class Node:
     """A place in the world and what stands there. Set `transform` to move it with its children."""
 
     name: str = ""
     mesh: Mesh | None = None
-    light: Light | None = None
+    light: Watched[Light | None] = Watched(None)
+    """Lights are immutable: set another one, such as `dataclasses.replace(node.light, intensity=3.0)`."""
     camera: Camera | None = None
     """Its own transform is ignored: the node's world matrix places it."""
     instances: NDArray[np.float64] | None = None
     """(count, 4, 4) copies of the mesh relative to this node (EXT_mesh_gpu_instancing); None: one, at the node."""
     extras: dict[str, object] = field(default_factory=dict)
+    visible_to_camera: Watched[bool] = Watched(True)
+    """Whether the camera sees the mesh. This and what follows is about the node's own mesh, not about its children."""
+    visible_to_reflections: Watched[bool] = Watched(True)
+    """Whether rays for reflected light meet it; if not, its emission lights nothing."""
+    casts_shadows: Watched[bool] = Watched(True)
+    """Whether it hides lights of its channels, and the environment."""
+    lighting_channels: Watched[frozenset[int]] = Watched(ALL_CHANNELS, checked_channels)
+    """Of 0 to 5: lights reach meshes in one of their channels, and these alone hide them. The mesh's own emission
+    reaches those in one of its channels. SceneError for other numbers."""
     pose: Pose | None = None
     """What a file or an animation made `transform` from; None: a matrix, and animations cannot place the node."""
+    faces_camera: FacesCamera | None = None
+    """Told the camera before each picture; set before the node comes into a scene."""
+    identities: NDArray[np.int64] | None = None
+    """(count,) which thing each instance shows: where that changes, it has come, not moved. None: always the same."""
     children: list["Node"] = field(default_factory=list)
     parent: "Node | None" = field(default=None, repr=False)
     _transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
     _world: NDArray[np.float64] | None = field(default=None, repr=False)
     _weights: NDArray[np.float64] | None = field(default=None, repr=False)
     _skin: Skin | None = field(default=None, repr=False)
+    _deformer: Deformer | None = field(default=None, repr=False)
     _carried: "tuple[Node, ...]" = field(default=(), repr=False)
     """The skinned nodes that this one places, as their skin's root."""
     _bent: "tuple[Node, ...]" = field(default=(), repr=False)
@@ -187,8 +162,7 @@ class Node:
         if len(values) != count:
             raise SceneError(f"node {self.name!r}: {len(values)} weights for a mesh with {count} morph targets")
         self._weights = values
-        for listener in self._listeners or ():
-            listener.deformed[self] = None
+        self.tell_deformed()
 
     @property
     def skin(self) -> Skin | None:
@@ -204,9 +178,44 @@ class Node:
             link._bent += (self,)
 
     @property
+    def deformer(self) -> Deformer | None:
+        """What writes the mesh's vertices instead of a skin and weights; set it once, before the node is shown."""
+        return self._deformer
+
+    @deformer.setter
+    def deformer(self, deformer: Deformer) -> None:
+        if deformer.node is not None:
+            raise SceneError(f"node {self.name!r}: its deformer belongs to node {deformer.node.name!r} already")
+        self._deformer, deformer.node = deformer, self
+        if isinstance(deformer, CameraFacing):
+            self.faces_camera = deformer
+
+    @property
     def deforms(self) -> bool:
-        """Whether the mesh has a shape of its own at this node, by a skin or by weights."""
-        return self.mesh is not None and (self._skin is not None or self._weights is not None)
+        """Whether the mesh has a shape of its own at this node, by a skin, by weights or by a deformer."""
+        own = self._skin is not None or self._weights is not None or self._deformer is not None
+        return self.mesh is not None and own
+
+    def tell_deformed(self) -> None:
+        """The mesh's vertices are to be written anew."""
+        for listener in self._listeners or ():
+            listener.deformed[self] = None
+
+    def show(self, mesh: Mesh | None) -> None:
+        """Show another mesh from the next picture on."""
+        self.mesh = mesh
+        for listener in self._listeners or ():
+            listener.remove(self)
+            listener.add(self)
+
+    def place_instances(self, instances: NDArray[np.float64], identities: NDArray[np.int64] | None = None) -> None:
+        """Put the copies of the mesh elsewhere: `instances` and `identities` as above, as many as there were or not."""
+        count = None if self.instances is None else len(self.instances)
+        self.instances, self.identities = instances, identities
+        if len(instances) != count:
+            self.show(self.mesh)
+        for listener in self._listeners or ():
+            listener.moved[self] = None
 
     @property
     def world(self) -> NDArray[np.float64]:
@@ -354,13 +363,14 @@ class Scene:
 
 
 def _corners(node: Node, mesh: Mesh) -> NDArray[np.float64]:
-    """(8, 3) corners of the box round what triangles use of the node's mesh; (0, 3) when that is nothing."""
+    """(8, 3) corners of the box round what the node's mesh shows; (0, 3) when that is nothing."""
     used = [
         (deform(section, node)[0] if node.deforms else section.positions)[np.unique(section.indices)]
         for section in mesh.sections
         if len(section.indices)
     ]
-    if not used:
+    used += [primitives.bounds.reshape(-1, 3) for primitives in mesh.primitives]
+    if not sum(map(len, used)):
         return np.zeros((0, 3))
     points = np.concatenate(used).astype(np.float64)
     low, high = points.min(0), points.max(0)

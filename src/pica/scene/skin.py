@@ -63,8 +63,10 @@ def deform(section: "Section", node: "Node") -> tuple[Floats, Floats, Floats]:
     """Positions (vertices, 3), unit normals (vertices, 3) and tangents (vertices, 4) of a section as `node` poses it.
 
     First morphed, then skinned; node.instance_transforms() places them in the world. Tangents are kept at a right
-    angle to the normals. What shaders compute is checked against this.
+    angle to the normals. What shaders compute is checked against this. A node with a deformer leaves it all to that.
     """
+    if node.deformer is not None:
+        return node.deformer.deform(section)
     positions, normals, tangents = (
         _morphed(base, offsets, node.weights)
         for base, offsets in (

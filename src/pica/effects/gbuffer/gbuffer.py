@@ -6,7 +6,7 @@ import slangpy as spy
 
 from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.draws import CULL, FRONT, DrawKind
+from pica.gpu_scene.draws import CULL, FRONT, DrawKind, Facing
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
 from pica.rhi.material_types import ForTypes
@@ -64,10 +64,12 @@ class RasterVisibility:
 
     def _pass(self, kind: DrawKind) -> ForTypes[RasterPass]:
         if kind not in self._passes:
-            shaders = "vertexMain", "opaqueMain" if kind.opaque else "coveredMain"
+            file, shaders = "raster.slang", ("vertexMain", "opaqueMain" if kind.opaque else "coveredMain")
+            if kind.facing in (Facing.BOXES, Facing.BOXES_MIRRORED):
+                file, shaders = "raster_primitives.slang", ("vertexMain", "fragmentMain")
             state = RasterState((spy.Format.rg32_uint,), CULL[kind.facing], FRONT[kind.facing])
             self._passes[kind] = ForTypes(
-                lambda types: self._device.raster(f"{_FOLDER}/raster.slang", shaders, state, types=types)
+                lambda types: self._device.raster(f"{_FOLDER}/{file}", shaders, state, types=types)
             )
         return self._passes[kind]
 

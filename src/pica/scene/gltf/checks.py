@@ -40,6 +40,15 @@ def number(
     raise SceneError(f"{where}: {shown(value)} is not a number{_span(low, high)}")
 
 
+def flag(value: object, where: str, default: bool) -> bool:
+    """True or false; `default` where the file says nothing."""
+    if value is None:
+        return default
+    if not isinstance(value, bool):
+        raise SceneError(f"{where}: {shown(value)} is not true or false")
+    return value
+
+
 def numbers(
     value: object, count: int, where: str, low: float = -math.inf, high: float = math.inf,
     default: tuple[float, ...] | None = None,

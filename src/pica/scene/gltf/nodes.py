@@ -14,7 +14,7 @@ from pica.scene.gltf.animations import read_animations
 from pica.scene.gltf.checks import choice, extension, listing, mapping, number, numbers, text
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.deformation import bind, read_skin, target_count
-from pica.scene.gltf.lights import read_light
+from pica.scene.gltf.lights import read_light, read_visibility
 from pica.scene.gltf.meshes import Meshes
 from pica.scene.model import Node, Scene
 from pica.scene.skin import Skin
@@ -66,6 +66,7 @@ class _Builder:
             camera=None if entry.camera is None else _camera(self._document, entry.camera, text(entry.name), where),
             instances=_instances(self._document, entry, where),
             extras=mapping(entry.extras, f"{where}.extras"),
+            **read_visibility(entry, where),
         )
         if entry.matrix is not None:
             node.transform = _matrix(entry, where)

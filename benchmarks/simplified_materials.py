@@ -1,0 +1,137 @@
+"""What simplified materials save in a reflection, and what they change: the figures of docs/materials.md.
+
+    python benchmarks/simplified_materials.py FlightHelmet.gltf [--size 640x360] [--frames 64] [--roughness 0 0.3]
+        [--scheduler pipeline] [--device NAME] [--env SKY.hdr] [--picture F]
+
+Five by five copies of the file's meshes on a plane, with the camera among them. All that the camera sees is white metal
+of one roughness and sends out one reflection ray a pixel, whose surface is lit by one shadow ray (one_bounce.slang).
+With and without take turns, frame by frame. Prints one JSON line a roughness: medians of the effect's time from its
+first kernel to its last, waits included, and the error of the mean picture without detail against the one with it. Both
+have the same noise but for what the materials change.
+"""
+
+import argparse
+import json
+import time
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+
+import pica
+from benchmarks.flight_helmet import helmet_on_plane
+from pica.effects.gbuffer.gbuffer import GBufferEffect
+from pica.frame.context import FrameSequence, Size
+from pica.gpu_scene.scene import GpuScene
+from pica.pictures import write_png
+from pica.quality.errors import compare, exposed
+from pica.rhi.device import Device
+from pica.rhi.schedulers import Tracer, ray_effect
+from pica.rhi.tracers import choose_tracer
+from pica.scene.model import Scene
+
+_SPACING = 0.5
+"""Metres between two copies."""
+_SHADER = Path(__file__).with_name("one_bounce.slang")
+
+
+class OneBounce:
+    """The reflection of a scene in everything that the camera sees."""
+
+    def __init__(self, device: Device, size: Size, simplified: bool, tracer: Tracer | None) -> None:
+        device.handle.load_module_from_source("one_bounce", _SHADER.read_text(), _SHADER)
+        self._trace = ray_effect(device, "one_bounce", "OneBounce", "surface", tracer, simplified)
+        self._sum = device.texture("reflected", spy.Format.rgba32_float, size)
+
+    def __call__(self, frame: Any, gbuffer: Any, scene: GpuScene, roughness: float) -> None:
+        """Add one sample a pixel."""
+        if frame.index == 0:
+            frame.encoder.clear_texture_float(self._sum)
+        self._trace(
+            frame, frame.size, frame=frame, gbuffer=gbuffer, scene=scene, reflected=self._sum, roughness=roughness
+        )
+
+    def mean(self) -> np.ndarray:
+        """(height, width, 3) nits."""
+        values = self._sum.to_numpy()
+        return np.float32(values[..., :3] / np.maximum(values[..., 3:], 1))
+
+
+def crowd(path: str, environment: str | None = None) -> tuple[Scene, pica.Camera]:
+    """The helmet on its plane, 25 times."""
+    scene, camera = helmet_on_plane(path, environment)
+    moves = np.tile(np.eye(4), (25, 1, 1))
+    moves[:, (0, 2), 3] = np.stack(np.meshgrid(np.arange(-2, 3), np.arange(-2, 3)), -1).reshape(-1, 2) * _SPACING
+    for node in scene.nodes():
+        if node.mesh is not None and node.name != "ground":
+            node.instances = np.linalg.inv(node.world) @ moves @ node.world
+    return scene, camera
+
+
+def measure(
+    device: Device, scene: Scene, camera: pica.Camera, size: Size, frames: int, roughness: float, scheduler: str
+) -> tuple[dict[str, Any], list[np.ndarray]]:
+    """Milliseconds and errors, and both pictures."""
+    settings = pica.Settings().with_values({"rays.scheduler": scheduler})
+    gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
+    tracer = choose_tracer(device, settings.rays, gpu_scene)
+    gbuffer_effect = GBufferEffect(device, size, "auto", tracer)
+    ways = {"detailed": OneBounce(device, size, False, tracer), "simplified": OneBounce(device, size, True, tracer)}
+    sequences = {name: FrameSequence(device, size, settings.seed) for name in ways}
+    times: dict[str, list[float]] = {name: [] for name in ways}
+    for number in range(frames):
+        for name, way in ways.items():
+            frame = sequences[name].begin(camera)
+            gpu_scene.update(frame)
+            gbuffer = gbuffer_effect(frame, gpu_scene)
+            device.handle.submit_command_buffer(frame.encoder.finish())
+            device.handle.wait_for_idle()
+            frame.encoder = device.handle.create_command_encoder()
+            begun = time.perf_counter()
+            way(frame, gbuffer, gpu_scene, roughness)
+            sequences[name].end(frame)
+            device.handle.wait_for_idle()
+            if number:  # the first one compiles
+                times[name].append((time.perf_counter() - begun) * 1e3)
+    pictures = [way.mean() for way in ways.values()]
+    errors = compare(*pictures)
+    ratios = [simple / full for full, simple in zip(times["detailed"], times["simplified"], strict=True)]
+    figures = {
+        "roughness": roughness,
+        "ms": {name: round(median(values), 3) for name, values in times.items()},
+        "ratio": round(median(ratios), 3),
+        **{name: round(value, 4) for name, value in errors.numbers().items()},
+        "brightness": round(float(pictures[1].mean() / pictures[0].mean()), 4),
+    }
+    return figures, [exposed(picture, errors.exposure) for picture in pictures]
+
+
+def main() -> None:
+    """Measure every roughness."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("path")
+    parser.add_argument("--size", default="640x360")
+    parser.add_argument("--frames", type=int, default=64)
+    parser.add_argument("--roughness", type=float, nargs="+", default=[0.0, 0.3])
+    parser.add_argument("--scheduler", default="auto")
+    parser.add_argument("--device")
+    parser.add_argument("--env")
+    parser.add_argument("--picture")
+    arguments = parser.parse_args()
+    width, height = (int(length) for length in arguments.size.split("x"))
+    device = Device(arguments.device)
+    scene, camera = crowd(arguments.path, arguments.env)
+    for roughness in arguments.roughness:
+        figures, pictures = measure(
+            device, scene, camera, (width, height), arguments.frames, roughness, arguments.scheduler
+        )
+        print(json.dumps({"device": device.name, "size": [width, height], **figures}), flush=True)
+        if arguments.picture:
+            side_by_side = np.rint(np.concatenate(pictures, axis=1) * 255).astype(np.uint8)
+            write_png(arguments.picture.replace(".png", f"_{roughness}.png"), side_by_side)
+
+
+if __name__ == "__main__":
+    main()

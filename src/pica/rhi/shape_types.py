@@ -1,0 +1,164 @@
+"""Shapes as Slang modules: one alias for each, one module that stands for all that a scene uses, and their hit shaders.
+
+A program knows shapes by entries "shape/type" in its MaterialTypeSet: each is a hit group whose intersection shader is
+the shape's and whose other shaders are the material type's. So a scene without shapes has the programs it always had.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.errors import ShapeError
+from pica.rhi.material_types import MaterialType, MaterialTypeSet, compiled, digest
+from pica.scene.primitives import Primitives
+from pica.scene.shape_types import shape_source
+
+_ALL = """
+module {name};
+import shaders.shape_type;
+{imports}
+public struct AllShapes : IShape
+{{
+    public static bool intersect(ShapeInput shape, ObjectRay ray, out float distance)
+    {{
+        switch (shape.kind) {{ {intersect} }}
+    }}
+    public static float3 normal(ShapeInput shape, float3 place)
+    {{
+        switch (shape.kind) {{ {normal} }}
+    }}
+    public static float2 uv(ShapeInput shape, float3 place)
+    {{
+        switch (shape.kind) {{ {uv} }}
+    }}
+}}
+export struct Shapes : IShape = AllShapes;
+export public static const bool SHAPES_IN_USE = true;
+"""
+_HIT = """
+import rhi.shape_hits;
+import {shape_alias};
+import {material_alias};
+[shader("intersection")]
+void intersect_{name}() {{ reportCrossings<{shape}>(); }}
+[shader("anyhit")]
+void any_{name}(inout {payload} payload, ShapeAttributes attributes)
+{{
+    ignoreUncoveredShape<{material}, {shape}>(payload.seed);
+}}
+"""
+_CLOSEST_HIT = """
+[shader("closesthit")]
+void closest_{name}(inout PackedSurface payload, ShapeAttributes attributes)
+{{
+    payload = closestShape<{material}, {shape}, {simplified}>();
+}}
+"""
+
+
+@dataclass(frozen=True)
+class ShapeType:
+    """A compiled shape."""
+
+    name: str
+    alias: str
+    """The module to import for it."""
+    parameters: np.dtype[Any]
+    """What each primitive must give."""
+
+    @property
+    def struct(self) -> str:
+        """What the alias module calls it."""
+        return f"shape_struct_{self.name}"
+
+    def packed(self, primitives: Primitives) -> NDArray[np.uint32]:
+        """Parameters as (primitives, numbers each). Raises ShapeError for a name or a form that does not fit."""
+        given, known = set(primitives.parameters), set(self.parameters.names or ())
+        if given != known:
+            fault = f"lack {sorted(known - given)}" if known - given else f"have no {sorted(given - known)}"
+            raise ShapeError(f"primitives of shape {self.name!r} {fault}; their parameters are {sorted(known)}")
+        rows = np.zeros(len(primitives), self.parameters)
+        for name, values in primitives.parameters.items():
+            if values.shape != rows[name].shape:
+                fault = f"parameter {name!r} is {values.shape}, but must be {rows[name].shape}"
+                raise ShapeError(f"primitives of shape {self.name!r}: {fault}")
+            rows[name] = values
+        return rows.view(np.uint32).reshape(len(rows), -1)
+
+
+def shapes_of(types: MaterialTypeSet) -> list[str]:
+    """The shapes in use, by number: `SectionRecord.shape` in shaders is one more."""
+    return list(dict.fromkeys(name.split("/")[0] for name in types if "/" in name))
+
+
+class ShapeTypes:
+    """The shapes of one device, compiled when first asked for."""
+
+    def __init__(self, device: spy.Device) -> None:
+        self._device = device
+        self._types: dict[str, ShapeType] = {}
+        self._modules: dict[tuple[str, ...], spy.SlangModule] = {}
+
+    def __getitem__(self, name: str) -> ShapeType:
+        """Raises ShapeError when nobody registered the shape or its file has a fault."""
+        if name not in self._types:
+            self._types[name] = ShapeType(name, *compiled(self._device, shape_source(name)))
+        return self._types[name]
+
+    def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
+        """What to link with a program so that it knows the shapes among these types."""
+        shapes = tuple(shapes_of(types))
+        if not shapes:
+            return []
+        if shapes not in self._modules:
+            self._modules[shapes] = self._all([self[name] for name in shapes])
+        return [self._modules[shapes]]
+
+    def _all(self, made: list[ShapeType]) -> spy.SlangModule:
+        name = f"shape_types_{digest(' '.join(shape.alias for shape in made))}"
+
+        def switch(call: str) -> str:
+            labels = [*(f"case {number}:" for number in range(len(made) - 1)), "default:"]
+            cases = zip(labels, made, strict=True)
+            return " ".join(f"{label} return {shape.struct}.{call};" for label, shape in cases)
+
+        text = _ALL.format(
+            name=name,
+            imports="\n".join(f"import {shape.alias};" for shape in made),
+            intersect=switch("intersect(shape, ray, distance)"),
+            normal=switch("normal(shape, place)"),
+            uv=switch("uv(shape, place)"),
+        )
+        return self._device.load_module_from_source(name, text)
+
+    def hit_group(
+        self, pair: str, material: MaterialType, wants: Literal["hit", "surface"], simplified: bool
+    ) -> tuple[list[spy.SlangModule], list[spy.SlangEntryPoint], spy.HitGroupDesc]:
+        """The hit group of an entry "shape/type": modules and entry points to link, and how they go together."""
+        shape = self[pair.split("/")[0]]
+        name = f"{shape.name}_on_{material.name}"
+        text = (_HIT if wants == "hit" else _HIT + _CLOSEST_HIT).format(
+            name=name,
+            shape_alias=shape.alias,
+            material_alias=material.alias,
+            shape=shape.struct,
+            material=material.struct,
+            payload="HitPayload" if wants == "hit" else "PackedSurface",
+            simplified=str(simplified).lower(),
+        )
+        kind = f"{wants}_simplified" if simplified else wants
+        module = self._device.load_module_from_source(f"{kind}_{shape.alias}_{material.alias}", text)
+        shared = self._device.load_module("rhi/shape_hits.slang")
+        closest = "hitClosestShape" if wants == "hit" else f"closest_{name}"
+        entries = [module.entry_point(f"{step}_{name}") for step in ("intersect", "any")]
+        entries.append((shared if wants == "hit" else module).entry_point(closest))
+        group = spy.HitGroupDesc(
+            hit_group_name=pair,
+            closest_hit_entry_point=closest,
+            any_hit_entry_point=f"any_{name}",
+            intersection_entry_point=f"intersect_{name}",
+        )
+        return [module, shared], entries, group

@@ -1,0 +1,59 @@
+"""What becomes of a scene's nodes, gathered for somebody who keeps a copy of it."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pica.scene.model import Node
+
+
+@dataclass
+class Changes:
+    """What became of a scene's nodes; each node once a list."""
+
+    added: "list[Node]"
+    removed: "list[Node]"
+    moved: "list[Node]"
+    """With all below them."""
+    deformed: "list[Node]"
+    """Their vertices moved against each other, by weights or by joints."""
+    altered: "list[Node]"
+    """What they carry as a light, who sees them or their lighting channels were set."""
+
+    def any(self) -> bool:
+        """Whether there was any change."""
+        return bool(self.added or self.removed or self.moved or self.deformed or self.altered)
+
+
+class ChangeSet:
+    """Collects changes for somebody who follows a scene; made by Scene.subscribe."""
+
+    def __init__(self) -> None:
+        self.added: dict[Node, None] = {}
+        self.removed: dict[Node, None] = {}
+        self.moved: dict[Node, None] = {}
+        self.deformed: dict[Node, None] = {}
+        self.altered: dict[Node, None] = {}
+
+    def add(self, node: "Node") -> None:
+        """A node has come; one that goes and comes back counts as both."""
+        self.added[node] = None
+
+    def remove(self, node: "Node") -> None:
+        """A node has gone."""
+        if node in self.added and node not in self.removed:
+            del self.added[node]
+        else:
+            self.removed[node] = None
+            self.added.pop(node, None)
+        self.moved.pop(node, None)
+        self.deformed.pop(node, None)
+        self.altered.pop(node, None)
+
+    def take(self) -> Changes:
+        """The changes since the last call, and forget them."""
+        collected = self.added, self.removed, self.moved, self.deformed, self.altered
+        changes = Changes(*(list(nodes) for nodes in collected))
+        for nodes in collected:
+            nodes.clear()
+        return changes

@@ -1,0 +1,25 @@
+"""Lighting channels: which lights and which meshes have to do with each other (seed 000, 19.2.1.8)."""
+
+from collections.abc import Iterable
+from operator import index
+
+from pica.errors import SceneError
+
+CHANNEL_COUNT = 6
+ALL_CHANNELS = frozenset(range(CHANNEL_COUNT))
+
+
+def checked_channels(channels: Iterable[int]) -> frozenset[int]:
+    """The channels as a set. Raises SceneError for what is none."""
+    try:
+        chosen = frozenset(index(channel) for channel in channels)
+    except TypeError:
+        chosen = None
+    if chosen is None or not chosen <= ALL_CHANNELS:
+        raise SceneError(f"lighting channels {channels!r}: must be some of the numbers 0 to {CHANNEL_COUNT - 1}")
+    return chosen
+
+
+def channel_bits(channels: frozenset[int]) -> int:
+    """Bit n stands for channel n."""
+    return sum(1 << channel for channel in channels)

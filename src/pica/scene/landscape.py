@@ -1,0 +1,194 @@
+"""Heightfield landscapes: a grid of patches, each as fine as the camera's distance asks for (seed 000, 19.2.1.3).
+
+Where patches of different levels meet, the finer one leaves out the border vertices that the coarser one does not have
+(stitching). So neighbours share their border's vertices, to the bit, and nothing shows between them, for rays no less
+than for raster. Skirts would hang walls there, which rays find from either side; morphing would move vertices, and with
+them the bottom-level structures, of all patches with every step of the camera.
+"""
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pica.errors import SceneError
+from pica.scene.camera import Camera
+from pica.scene.deformer import Floats
+from pica.scene.material import Material
+from pica.scene.model import Mesh, Node, Section
+
+Edges = tuple[int, int, int, int]
+"""Every how many vertices a patch has one on its borders towards -X, +X, -Z and +Z."""
+
+
+class Landscape:
+    """A heightfield round the origin of `node`, in XZ. A patch's mesh is made when it is first wanted.
+
+    With each camera every patch takes a level: 0, the finest, within `full_detail` metres, and one more, with half as
+    many quads along a side, each time that the distance doubles. The same camera gives the same levels, whatever came
+    before. A patch whose level or border changes gets another mesh; the others cost nothing.
+    """
+
+    def __init__(
+        self,
+        heights: ArrayLike,
+        spacing: float,
+        material: Material,
+        patch: int = 32,
+        levels: int = 4,
+        full_detail: float = 20.0,
+        name: str = "landscape",
+    ) -> None:
+        """`heights` (rows, columns) metres, rows along +Z, every `spacing` metres; `patch` quads along a patch's side.
+
+        Raises SceneError unless rows and columns are 1 more than multiples of `patch`, which 2^(levels - 1) divides.
+        """
+        self.heights = np.array(heights, np.float64)
+        if self.heights.ndim != 2 or not np.isfinite(self.heights).all() or spacing <= 0 or full_detail <= 0:
+            raise SceneError(f"landscape {name!r}: needs (rows, columns) finite heights and distances above 0")
+        rows, columns = self.heights.shape
+        if patch < 1 or levels < 1 or min(rows, columns) <= patch or (rows - 1) % patch or (columns - 1) % patch:
+            raise SceneError(f"landscape {name!r}: {rows} x {columns} heights are not 1 more than patches of {patch}")
+        if patch % 2 ** (levels - 1):
+            raise SceneError(f"landscape {name!r}: {levels} levels halve a side of {patch} quads too often")
+        self.spacing, self.material, self.patch, self.levels = spacing, material, patch, levels
+        self.full_detail = full_detail
+        self._vertices = self._made()
+        self._shape = (rows - 1) // patch, (columns - 1) // patch
+        self._boxes = self._bounds()
+        self.chosen = np.full(self._shape, levels - 1)
+        """(patches along Z, along X) level of each patch."""
+        self._edges = self._borders(self.chosen)
+        self.node = Node(name)
+        self.node.faces_camera = self
+        self._patches = [
+            [self.node.add(Node(f"{name} {z} {x}", mesh=self._mesh(z, x))) for x in range(self._shape[1])]
+            for z in range(self._shape[0])
+        ]
+
+    def face(self, camera: Camera) -> None:
+        """Take levels for a camera, and other meshes where they differ."""
+        world = self.node.world
+        if not np.linalg.det(world):
+            return
+        chosen = self.levels_from((np.linalg.inv(world) @ camera.transform[:, 3])[:3])
+        if np.array_equal(chosen, self.chosen):
+            return
+        edges = self._borders(chosen)
+        differs = (chosen != self.chosen) | (edges != self._edges).any(-1)
+        self.chosen, self._edges = chosen, edges
+        for z, x in np.argwhere(differs):
+            self._patches[z][x].show(self._mesh(int(z), int(x)))
+
+    def levels_from(self, eye: Floats) -> NDArray[np.int64]:
+        """(patches along Z, along X) levels for an eye, (3,) in the node's space, by its distance to their boxes."""
+        outside = np.maximum(np.maximum(self._boxes[0] - eye, eye - self._boxes[1]), 0)
+        distance = np.linalg.norm(outside, axis=-1)
+        doublings = np.floor(np.log2(np.maximum(distance / self.full_detail, 0.5))) + 1
+        return np.clip(doublings, 0, self.levels - 1).astype(np.int64)
+
+    def surface(self) -> Section:
+        """The whole landscape at its finest, as one section; for scattering things over it."""
+        rows, columns = self.heights.shape
+        first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1, 1, 1)
+        corners = np.array([[0, columns, columns + 1], [0, columns + 1, 1]])
+        return self._section(slice(None), slice(None), (first + corners).reshape(-1, 3).astype(np.uint32))
+
+    def height_at(self, x: ArrayLike, z: ArrayLike) -> Floats:
+        """Metres of the finest surface above places of the node's XZ plane; beyond the border it is the border's."""
+        rows, columns = self.heights.shape
+        u = np.clip(np.asarray(x, np.float64) / self.spacing + (columns - 1) / 2, 0, columns - 1)
+        v = np.clip(np.asarray(z, np.float64) / self.spacing + (rows - 1) / 2, 0, rows - 1)
+        column, row = (np.minimum(p.astype(np.intp), n - 2) for p, n in ((u, columns), (v, rows)))
+        u, v = u - column, v - row
+        here, across = self.heights[row, column], self.heights[row + 1, column + 1]
+        # Quads are split from their first corner to the one across.
+        middle = np.where(v > u, self.heights[row + 1, column], self.heights[row, column + 1])
+        low, high = np.minimum(u, v), np.maximum(u, v)
+        return np.asarray(here * (1 - high) + middle * (high - low) + across * low)
+
+    def _made(self) -> dict[str, NDArray[np.float32]]:
+        """Attributes of all vertices, (rows, columns, …). Coarser levels use some of them."""
+        rows, columns = self.heights.shape
+        x = (np.arange(columns) - (columns - 1) / 2) * self.spacing
+        z = (np.arange(rows) - (rows - 1) / 2) * self.spacing
+        grid_x, grid_z = np.meshgrid(x, z)
+        slope_z, slope_x = np.gradient(self.heights, self.spacing)
+        one, zero = np.ones_like(slope_x), np.zeros_like(slope_x)
+        normals, tangents = np.stack([-slope_x, one, -slope_z], -1), np.stack([one, slope_x, zero], -1)
+        u, v = np.meshgrid(np.arange(columns) / (columns - 1), np.arange(rows) / (rows - 1))
+        made = {
+            "positions": np.stack([grid_x, self.heights, grid_z], -1),
+            "normals": normals / np.linalg.norm(normals, axis=-1, keepdims=True),
+            "tangents": np.dstack([tangents / np.linalg.norm(tangents, axis=-1, keepdims=True), one]),
+            "uv0": np.stack([u, v], -1),
+        }
+        return {name: values.astype(np.float32) for name, values in made.items()}
+
+    def _bounds(self) -> tuple[Floats, Floats]:
+        """Lowest and highest corners, (patches along Z, along X, 3) each, of the patches' boxes."""
+        positions = self._vertices["positions"].astype(np.float64)
+        lows, highs = np.zeros((*self._shape, 3)), np.zeros((*self._shape, 3))
+        for z, x in np.ndindex(self._shape):
+            there = positions[self._rows(z, 1), self._rows(x, 1)].reshape(-1, 3)
+            lows[z, x], highs[z, x] = there.min(0), there.max(0)
+        return lows, highs
+
+    def _borders(self, chosen: NDArray[np.int64]) -> NDArray[np.int64]:
+        """(patches along Z, along X, 4) Edges of each patch: the coarser one of the two levels that meet there."""
+        padded = np.pad(chosen, 1)
+        beside = [padded[1:-1, :-2], padded[1:-1, 2:], padded[:-2, 1:-1], padded[2:, 1:-1]]
+        return 2 ** np.maximum(np.stack(beside, -1), chosen[..., None])
+
+    def _rows(self, patch: int, step: int) -> slice:
+        return slice(patch * self.patch, (patch + 1) * self.patch + 1, step)
+
+    def _mesh(self, z: int, x: int) -> Mesh:
+        step = 2 ** int(self.chosen[z, x])
+        edges: Edges = tuple(int(edge) // step for edge in self._edges[z, x])
+        indices = patch_triangles(self.patch // step, edges)
+        return Mesh([self._section(self._rows(z, step), self._rows(x, step), indices)], f"{self.node.name} {z} {x}")
+
+    def _section(self, rows: slice, columns: slice, indices: NDArray[np.uint32]) -> Section:
+        used = {name: np.ascontiguousarray(values[rows, columns]) for name, values in self._vertices.items()}
+        flat = {name: values.reshape(-1, values.shape[-1]) for name, values in used.items()}
+        colors = np.ones((len(flat["positions"]), 4), np.float32)
+        return Section(
+            flat["positions"],
+            flat["normals"],
+            flat["tangents"],
+            flat["uv0"],
+            flat["uv0"],
+            colors,
+            indices,
+            self.material,
+        )
+
+
+@cache
+def patch_triangles(quads: int, edges: Edges) -> NDArray[np.uint32]:
+    """(triangles, 3) of a patch of `quads` by `quads` quads over (quads + 1)^2 vertices, rows along +Z.
+
+    `edges`: every how many vertices its borders have one. Those between move to the nearer of the two that stay, and
+    triangles that become lines are left out; at equal distance to the one nearer to the patch's corner, so that no
+    triangle at a corner turns over.
+    """
+    side = quads + 1
+    column, row = np.meshgrid(np.arange(side), np.arange(side))
+    moved_column, moved_row = column.copy(), row.copy()
+    for end in (0, 1):
+        moved_row[:, -end] = _kept(quads, edges[end])
+        moved_column[-end, :] = _kept(quads, edges[2 + end])
+    vertices = moved_row * side + moved_column
+    a, b, c, d = vertices[:-1, :-1], vertices[:-1, 1:], vertices[1:, :-1], vertices[1:, 1:]
+    triangles = np.concatenate([np.stack(corners, -1).reshape(-1, 3) for corners in ((a, c, d), (a, d, b))])
+    first, second, third = triangles.T
+    whole = (first != second) & (second != third) & (third != first)
+    return triangles[whole].astype(np.uint32)
+
+
+def _kept(quads: int, step: int) -> NDArray[np.int64]:
+    """(quads + 1,) the nearest multiple of `step` for each number; of two as near, the one farther from the middle."""
+    numbers = np.arange(quads + 1)
+    down = (numbers + (step - 1) // 2) // step * step
+    return np.where(numbers <= quads / 2, down, quads - down[::-1])

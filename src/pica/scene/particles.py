@@ -1,0 +1,209 @@
+"""Particles: rows of arrays, shown as camera-facing sprites, as ribbons or as copies of a mesh (seed 000, 19.2.1.3)."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pica.errors import SceneError
+from pica.scene.deformer import CameraFacing, Floats, unit
+from pica.scene.material import Material
+from pica.scene.model import Mesh, Node, Section
+
+SMALLEST = 1e-5
+"""Scale of a mesh particle of size 0: a copy that is flat has no inverse, which ray tracing needs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Particles:
+    """What there is to see of n particles at one moment. Arrays of one row go for all of them."""
+
+    positions: Floats
+    """(n, 3) metres, in the space of the node that shows them."""
+    sizes: Floats = field(default_factory=lambda: np.ones(1))
+    """(n,) metres from side to side, or (n, 2) width and height; a mesh is scaled by them. 0 hides a particle."""
+    colors: Floats = field(default_factory=lambda: np.ones((1, 4)))
+    """(n, 4) linear and alpha, 0 to 1; they multiply the material's base colour. Meshes have their own."""
+    rotations: Floats = field(default_factory=lambda: np.zeros(1))
+    """(n,) radians, counter-clockwise about the direction to the camera; meshes turn about `axes`."""
+    ages: Floats = field(default_factory=lambda: np.zeros(1))
+    """(n,) share of the life that is over; the first of the second texture coordinates."""
+    identities: NDArray[np.int64] | None = None
+    """(n,) which particle each row is: where that changes it has come and not moved. None: always the same."""
+    axes: Floats = field(default_factory=lambda: np.array([[0.0, 1.0, 0.0]]))
+    """(n, 3) unit length, about which meshes turn."""
+
+    def __post_init__(self) -> None:
+        count = len(self.positions)
+        shapes = {"positions": (3,), "colors": (4,), "rotations": (), "ages": (), "axes": (3,)}
+        for name, shape in {**shapes, "sizes": np.shape(self.sizes)[1:]}.items():
+            values = np.asarray(getattr(self, name), np.float64)
+            if values.shape[1:] != shape or values.ndim == 0 or len(values) not in (1, count):
+                raise SceneError(f"particles: {name} of shape {values.shape} do not go with {count} positions")
+            object.__setattr__(self, name, np.broadcast_to(values, (count, *shape)))
+        if np.shape(self.sizes)[1:] not in ((), (2,)):
+            raise SceneError(f"particles: sizes of shape {self.sizes.shape}; give one or two numbers for each")
+        if self.identities is not None and len(self.identities) != count:
+            raise SceneError(f"particles: {len(self.identities)} identities for {count} positions")
+
+    def transforms(self) -> Floats:
+        """(n, 4, 4) that place copies of a mesh: scaled by the size, turned about the axis. Two sizes: across, up."""
+        sizes = np.maximum(self.sizes.reshape(len(self.positions), -1), SMALLEST)
+        x, y, z = self.axes.T
+        zero = np.zeros_like(x)
+        cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+        # Rodrigues' formula
+        sin, cos = (f(self.rotations)[:, None, None] for f in (np.sin, np.cos))
+        matrices = np.zeros((len(self.positions), 4, 4))
+        matrices[:, :3, :3] = np.eye(3) + sin * cross + (1 - cos) * (cross @ cross)
+        matrices[:, :3, :3] *= sizes[:, [0, -1, 0]][:, None, :]
+        matrices[:, :3, 3], matrices[:, 3, 3] = self.positions, 1
+        return matrices
+
+    def place(self, node: Node) -> None:
+        """Show every particle as a copy of the node's mesh. Rows that stay rows of the same particles are cheapest."""
+        node.place_instances(self.transforms(), self.identities)
+
+
+class Sprites(CameraFacing):
+    """Quads that turn towards the camera, one a particle; `node` shows them. Set `particles` to move them.
+
+    Second texture coordinates are (age, 0). Use a masked or a blended material, visible from both sides.
+    """
+
+    def __init__(self, capacity: int, material: Material, name: str = "sprites") -> None:
+        """`capacity`: the most particles there will be. Raises SceneError below 1."""
+        super().__init__()
+        if capacity < 1:
+            raise SceneError(f"sprites {name!r}: capacity {capacity} must be 1 or more")
+        self.capacity = capacity
+        self._particles = Particles(np.zeros((0, 3)))
+        self.version = 1
+        """Counts how often `particles` was set."""
+        # A rest position is a place in the quad, -0.5 to 0.5 to the right and up, and the number of the particle.
+        corners = np.array([(-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5), (0.5, 0.5)])
+        number = np.repeat(np.arange(capacity), 4)
+        rest = np.column_stack([np.tile(corners, (capacity, 1)), number])
+        indices = (4 * np.arange(capacity)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+        uv = rest[:, :2] * (1, -1) + 0.5
+        shown = Node(name, mesh=Mesh([facing_section(rest, uv, indices, material)], name))
+        shown.deformer = self
+
+    @property
+    def particles(self) -> Particles:
+        """What the sprites show."""
+        return self._particles
+
+    @particles.setter
+    def particles(self, particles: Particles) -> None:
+        if len(particles.positions) > self.capacity:
+            raise SceneError(f"sprites: {len(particles.positions)} particles, but room for {self.capacity}")
+        self._particles = particles
+        self.version += 1
+        self.changed()
+
+    def deform(self, section: Section) -> tuple[Floats, Floats, Floats]:
+        """As Deformer. Quads without a particle are points."""
+        particles = self._particles
+        rest = section.positions.astype(np.float64)
+        count = len(particles.positions)
+        if not count:
+            return _pointing(np.zeros((len(rest), 3)), self.to_eye(np.zeros((len(rest), 3))), self.up)
+        number = rest[:, 2].astype(np.intp)
+        row = np.minimum(number, count - 1)
+        center, angle = particles.positions[row], particles.rotations[row][:, None]
+        size = np.broadcast_to(particles.sizes.reshape(count, -1), (count, 2))[row] * (number < count)[:, None]
+        forward = self.to_eye(center)
+        _, _, tangents = _pointing(center, forward, self.up)
+        right = tangents[:, :3]
+        up = np.cross(forward, right)
+        turned = np.cos(angle) * right + np.sin(angle) * up
+        turned_up = np.cos(angle) * up - np.sin(angle) * right
+        places = center + size[:, :1] * rest[:, :1] * turned + size[:, 1:] * rest[:, 1:2] * turned_up
+        return places, forward, np.column_stack([turned, np.ones(len(rest))])
+
+
+class Ribbons(CameraFacing):
+    """Strips of triangles along strands of points, which turn about the strand towards the camera; `node` shows them.
+
+    First texture coordinates go across and along the strand from its first point, 0 to 1.
+    """
+
+    def __init__(self, strands: int, points: int, material: Material, name: str = "ribbons") -> None:
+        """Room for `strands` strands of `points` points each. Raises SceneError for fewer than 1 and 2."""
+        super().__init__()
+        if strands < 1 or points < 2:
+            raise SceneError(f"ribbons {name!r}: {strands} strands of {points} points; needs 1 of 2 at least")
+        self.strands, self.points = strands, points
+        self.positions = np.zeros((strands, points, 3))
+        self.widths = np.zeros((strands, points))
+        self.colors = np.ones((strands, points, 4))
+        self.identities: NDArray[np.int64] = np.arange(strands)
+        self.version = 1
+        """Counts what `set` was called with."""
+        # A rest position is a side, -0.5 or 0.5, the number of the point and that of the strand.
+        strand, point, side = (
+            grid.ravel() for grid in np.meshgrid(np.arange(strands), np.arange(points), (-0.5, 0.5), indexing="ij")
+        )
+        rest = np.column_stack([side, point, strand])
+        first = (2 * (points * np.arange(strands)[:, None] + np.arange(points - 1))).reshape(-1, 1, 1)
+        indices = (first + np.array([[0, 1, 3], [0, 3, 2]])).reshape(-1, 3)
+        uv = np.column_stack([side + 0.5, point / (points - 1)])
+        shown = Node(name, mesh=Mesh([facing_section(rest, uv, indices, material)], name))
+        shown.deformer = self
+
+    def set(
+        self,
+        positions: ArrayLike,
+        widths: ArrayLike,
+        colors: ArrayLike = (1.0, 1.0, 1.0, 1.0),
+        identities: NDArray[np.int64] | None = None,
+    ) -> None:
+        """Where the strands are: `positions` (strands, points, 3) metres, `widths` (strands, points) metres or what
+        broadcasts to it, `colors` (strands, points, 4) likewise, `identities` (strands,) as for particles."""
+        shape = self.strands, self.points
+        try:
+            self.positions = np.broadcast_to(np.asarray(positions, np.float64), (*shape, 3))
+            self.widths = np.broadcast_to(np.asarray(widths, np.float64), shape)
+            self.colors = np.broadcast_to(np.asarray(colors, np.float64), (*shape, 4))
+        except ValueError:
+            raise SceneError(f"ribbons: arrays do not fit {self.strands} strands of {self.points} points") from None
+        self.identities = np.arange(self.strands) if identities is None else identities
+        self.version += 1
+        self.changed()
+
+    def deform(self, section: Section) -> tuple[Floats, Floats, Floats]:
+        """As Deformer. The tangent is across the ribbon."""
+        rest = section.positions.astype(np.float64)
+        strand, point = rest[:, 2].astype(np.intp), rest[:, 1].astype(np.intp)
+        center = self.positions[strand, point]
+        after = self.positions[strand, np.minimum(point + 1, self.points - 1)]
+        before = self.positions[strand, np.maximum(point - 1, 0)]
+        along = unit(after - before, np.array([0.0, 1.0, 0.0]))
+        view = self.to_eye(center)
+        sideways = unit(np.cross(along, np.eye(3)[np.argmin(np.abs(along), axis=1)]), np.array([1.0, 0.0, 0.0]))
+        side = unit(np.cross(along, view), sideways)
+        places = center + side * (rest[:, :1] * self.widths[strand, point][:, None])
+        return places, np.cross(side, along), np.column_stack([side, np.ones(len(rest))])
+
+
+def facing_section(rest: Floats, uv: Floats, indices: NDArray[np.intp], material: Material) -> Section:
+    """A section whose vertices a deformer writes: only its rest positions and texture coordinates count."""
+    count = len(rest)
+    return Section(
+        positions=rest.astype(np.float32),
+        normals=np.tile(np.array((0, 0, 1), np.float32), (count, 1)),
+        tangents=np.tile(np.array((1, 0, 0, 1), np.float32), (count, 1)),
+        uv0=uv.astype(np.float32),
+        uv1=np.zeros((count, 2), np.float32),
+        colors=np.ones((count, 4), np.float32),
+        indices=indices.astype(np.uint32),
+        material=material,
+    )
+
+
+def _pointing(places: Floats, forward: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
+    """Positions, normals and tangents of what looks `forward`, (n, 3), with `up`, (3,), up in the picture."""
+    sideways = unit(np.cross(forward, np.eye(3)[np.argmin(np.abs(forward), axis=1)]), np.array([1.0, 0.0, 0.0]))
+    right = unit(np.cross(up, forward), sideways)
+    return places, forward, np.column_stack([right, np.ones(len(places))])

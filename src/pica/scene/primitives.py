@@ -1,0 +1,102 @@
+"""What is not made of triangles: spheres, capsules, rings, rounded boxes and shapes of the user's own."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pica.errors import SceneError
+from pica.scene.material import Material
+
+_Floats = NDArray[np.float64]
+
+
+@dataclass(eq=False)
+class Primitives:
+    """A part of a mesh with one material: primitives of one shape, which rays meet as they are.
+
+    The functions below make the built-in shapes; docs/primitives.md tells of others. Raises SceneError when the arrays
+    do not fit each other.
+    """
+
+    shape: str
+    """"sphere", "capsule", "torus", "rounded_box", or the name that register_shape gave to one of your own."""
+    parameters: dict[str, NDArray[np.generic]]
+    """What the shape's `struct Parameters` names: (count,) or (count, components) each."""
+    bounds: NDArray[np.float32]
+    """(count, 2, 3) metres, object space: lowest and highest corner of a box that each keeps within."""
+    material: Material
+
+    def __post_init__(self) -> None:
+        self.bounds = np.ascontiguousarray(self.bounds, np.float32)
+        if self.bounds.ndim != 3 or self.bounds.shape[1:] != (2, 3):
+            raise SceneError(f"primitives of shape {self.shape!r}: bounds are {self.bounds.shape}, not (count, 2, 3)")
+        if not (np.isfinite(self.bounds).all() and (self.bounds[:, 0] <= self.bounds[:, 1]).all()):
+            raise SceneError(f"primitives of shape {self.shape!r}: bounds are not finite, or low lies above high")
+        self.parameters = {name: np.asarray(values) for name, values in self.parameters.items()}
+        for name, values in self.parameters.items():
+            if values.ndim not in (1, 2) or len(values) != len(self):
+                fault = f"parameter {name!r} is {values.shape}, but there are {len(self)} bounds"
+                raise SceneError(f"primitives of shape {self.shape!r}: {fault}")
+
+    def __len__(self) -> int:
+        return len(self.bounds)
+
+
+def spheres(centers: ArrayLike, radii: ArrayLike, material: Material) -> Primitives:
+    """Spheres round (n, 3) `centers` with (n,) `radii`, or one for all; metres."""
+    center, radius = _points("sphere", centers), _lengths("sphere", radii, centers)
+    return _made("sphere", material, center - radius[:, None], center + radius[:, None], center=center, radius=radius)
+
+
+def capsules(starts: ArrayLike, ends: ArrayLike, radii: ArrayLike, material: Material) -> Primitives:
+    """What balls of (n,) `radii` pass through from (n, 3) `starts` to (n, 3) `ends`; metres."""
+    start, end, radius = _points("capsule", starts), _points("capsule", ends), _lengths("capsule", radii, starts)
+    if start.shape != end.shape:
+        raise SceneError(f"primitives of shape 'capsule': {len(start)} starts, but {len(end)} ends")
+    low, high = np.minimum(start, end) - radius[:, None], np.maximum(start, end) + radius[:, None]
+    return _made("capsule", material, low, high, start=start, end=end, radius=radius)
+
+
+def tori(centers: ArrayLike, radii: ArrayLike, tube_radii: ArrayLike, material: Material) -> Primitives:
+    """Rings about axes parallel to Y through (n, 3) `centers`; metres.
+
+    (n,) `radii` reach to the middle of the tubes, whose own are `tube_radii`. Nodes and instances turn them.
+    """
+    center, radius = _points("torus", centers), _lengths("torus", radii, centers)
+    tube = _lengths("torus", tube_radii, centers)
+    reach = np.stack([radius + tube, tube, radius + tube], -1)
+    return _made("torus", material, center - reach, center + reach, center=center, radius=radius, tubeRadius=tube)
+
+
+def rounded_boxes(centers: ArrayLike, sizes: ArrayLike, radii: ArrayLike, material: Material) -> Primitives:
+    """Boxes along the axes of (n, 3) `sizes` round (n, 3) `centers`, edges rounded by (n,) `radii`; metres."""
+    center, radius = _points("rounded_box", centers), _lengths("rounded_box", radii, centers)
+    half = np.broadcast_to(np.asarray(sizes, np.float64) / 2, center.shape)
+    if (half.min(1, initial=np.inf) < radius).any():
+        raise SceneError("primitives of shape 'rounded_box': a radius is larger than half of the box's least size")
+    return _made("rounded_box", material, center - half, center + half, center=center, halfSize=half, radius=radius)
+
+
+def _made(shape: str, material: Material, low: _Floats, high: _Floats, **parameters: _Floats) -> Primitives:
+    # Rounded outwards, by more than the shapes' own rounding.
+    slack = 1e-6 * (np.abs(low) + np.abs(high))
+    numbers: dict[str, NDArray[np.generic]] = {name: values.astype(np.float32) for name, values in parameters.items()}
+    return Primitives(shape, numbers, np.stack([low - slack, high + slack], 1).astype(np.float32), material)
+
+
+def _points(shape: str, values: ArrayLike) -> NDArray[np.float64]:
+    points = np.asarray(values, np.float64)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise SceneError(f"primitives of shape {shape!r}: places are {points.shape}, not (count, 3)")
+    return points
+
+
+def _lengths(shape: str, values: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:
+    count = len(np.asarray(points))
+    lengths = np.asarray(values, np.float64)
+    if lengths.shape not in ((), (count,)):
+        raise SceneError(f"primitives of shape {shape!r}: {lengths.shape} radii for {count} places")
+    if not (np.isfinite(lengths).all() and (lengths >= 0).all()):
+        raise SceneError(f"primitives of shape {shape!r}: a radius is negative or not a number")
+    return np.broadcast_to(lengths, (count,))
