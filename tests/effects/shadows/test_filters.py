@@ -151,6 +151,17 @@ def test_each_light_may_choose_its_filter(device):
     assert not any("anisotropic" in name for name in renderer_of(device, stage()).render(1, VIEW).timings)
 
 
+def test_a_light_may_change_its_filter(device):
+    node = shining(LIGHTS["sun"][0], FROM)
+    renderer = renderer_of(device, stage(node), denoiser="svgf")
+    assert "svgf" in renderer.render(2, VIEW).timings
+    node.light = replace(node.light, shadow_denoiser="anisotropic")
+    timings = renderer.render(1, VIEW).timings
+    assert "anisotropic" in timings and "svgf" not in timings
+    node.light = replace(node.light, shadow_denoiser="off")
+    assert "shadow_history" not in renderer.render(1, VIEW).timings
+
+
 def test_history_follows_its_light_when_another_goes(device):
     strong, weak = (shining(LIGHTS[name][0], FROM) for name in ("rectangle", "sun"))
     scene = stage(strong, weak)

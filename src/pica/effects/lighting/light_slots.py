@@ -1,5 +1,7 @@
 """Which lights get a ray of their own: the slots of shaders light_slots.slang."""
 
+import operator
+
 import numpy as np
 import slangpy as spy
 
@@ -25,6 +27,7 @@ class LightSlots:
     def __init__(self, device: Device, size: Size, settings: Settings) -> None:
         self._device, self._size, self._settings = device, size, settings
         self._lights: LightTable | None = None
+        self._shown: list[Light | None] = []
         self.count = 0
         self.single_lights: list[str] = []
         """Names of the lights that have a slot of their own, in the order of their slots."""
@@ -40,11 +43,12 @@ class LightSlots:
 
     def update(self, lights: LightTable) -> None:
         """Follow the scene's lights; does nothing while they are the same."""
-        if lights is self._lights:
-            return
-        self._lights = lights
         single = min(lights.light_count, self._settings.shadows.max_lights)
-        chosen = {light: self._denoiser(lights.nodes[light].light) for light in range(single)}
+        shown = [node.light for node in lights.nodes[:single]]
+        if lights is self._lights and all(map(operator.is_, shown, self._shown)):
+            return
+        self._lights, self._shown = lights, shown
+        chosen = {number: self._denoiser(light) for number, light in enumerate(shown)}
         denoised = [light for light in chosen if chosen[light] != "off"][: self._settings.shadows.denoised_lights]
         denoised.sort(key=lambda light: chosen[light] != "svgf")
         self.denoised = [lights.nodes[light] for light in denoised]
