@@ -1,7 +1,7 @@
 """Filtered shadows of one ray a pixel against 2048 rays: the figures of docs/shadows.md.
 
     python benchmarks/shadow_quality.py [--size 640x360] [--frames 120] [--samples 2048] [--set shadows.denoiser=svgf]
-        [--only sequences|penumbra|off|trail] [--sheets FOLDER]
+        [--only sequences|penumbra|off|trail] [--sheets FOLDER] [--jitter]
 
 machine_world under five lights, one at a time: suns of 0.5 and 5 degrees, rectangles of 1 and 4 metres, a sphere;
 then widths of penumbras, and what is left of a shadow when its light or its object has gone. One JSON object.
@@ -64,7 +64,9 @@ def sequences(device: Device, size: Any, settings: pica.Settings, arguments: arg
         for motion in ("still", "camera", "objects", "light"):
             scene = lit(pica.scenes.machine_world(), light, eye)
             renderer = pica.Renderer(scene, size, settings, device)
-            errors = compare_effect(renderer, "shadows", motion, arguments.frames, arguments.samples)
+            errors = compare_effect(
+                renderer, "shadows", motion, arguments.frames, arguments.samples, jittered=arguments.jitter
+            )
             found.setdefault(name, {})[motion] = {
                 "psnr": round(float(np.mean(errors.psnr)), 2),
                 "first": round(errors.psnr[0], 2),
@@ -90,7 +92,7 @@ def penumbras(device: Device, size: Any, settings: pica.Settings, arguments: arg
         measured = MeasuredShadows(renderer)
         camera = Camera.look_at((0, 0.2, 1), (0, 0, 0), fov=50)  # below the boards; x runs across the edge
         for _ in range(60):
-            buffers = renderer.advance(camera)
+            buffers = renderer.advance(camera, arguments.jitter)
         (result,), (expected,) = measured.result(buffers).values(), measured.reference(arguments.samples).values()
         rows = slice(size[1] // 2 - 4, size[1] // 2 + 4)
         found[f"{height} m"] = [round(_width(layer[rows].mean(0)), 2) for layer in (result, expected)]
@@ -117,7 +119,7 @@ def trail(device: Device, size: Any, settings: pica.Settings, arguments: argpars
         before: Any = None
         errors = []
         for frame in range(31 + 60):
-            buffers = renderer.advance(play(min(frame, 30)))
+            buffers = renderer.advance(play(min(frame, 30)), arguments.jitter)
             if frame in (22, 30, 31, 34, 38, 90):
                 (result,), (expected,) = measured.result(buffers).values(), measured.reference(512).values()
                 if frame == 22:
@@ -158,6 +160,7 @@ def main() -> None:
     parser.add_argument("--set", action="append", default=[])
     parser.add_argument("--only", choices=PARTS)
     parser.add_argument("--sheets")
+    parser.add_argument("--jitter", action="store_true")
     arguments = parser.parse_args()
     size = tuple(int(length) for length in arguments.size.split("x"))
     settings = pica.Settings().with_values(dict(text.split("=") for text in arguments.set))

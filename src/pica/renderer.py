@@ -76,9 +76,12 @@ class Renderer:
         if self.ambient_occlusion:
             self.ambient_occlusion.reset()
 
-    def advance(self, camera: Camera) -> dict[str, spy.Texture]:
-        """Record and submit one frame. Returns its buffers, which the next frame overwrites."""
-        frame = self._frames.begin(camera)
+    def advance(self, camera: Camera, jittered: bool = True) -> dict[str, spy.Texture]:
+        """Record and submit one frame. Returns its buffers, which the next frame overwrites.
+
+        `jittered`: False looks through the pixels' centres in every frame, which tells effects and antialiasing apart.
+        """
+        frame = self._frames.begin(camera, jittered)
         scene = self._gpu_scene
         moved = scene.update(frame, frame.camera) or frame.camera_moved
         self._slots.update(scene.lights)

@@ -135,18 +135,20 @@ def compare_effect(
     frames: int,
     samples: int,
     camera: Camera | None = None,
+    jittered: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> EffectErrors:
     """Render `frames` frames of a sequence (`sequences.SEQUENCES`) and compare one effect (`EFFECTS`) in each.
 
-    References take `samples` rays a pixel and light. Raises SettingsError when the renderer does not have the effect.
+    `jittered`: False looks through the pixels' centres. With jitter each frame shows other places, so that a history
+    is right about the pixel and wrong about the place: what differs then is antialiasing. References take `samples` rays a pixel and light. Raises SettingsError when the renderer does not have the effect.
     """
     measured = EFFECTS[effect](renderer)
     camera = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
     play = sequence(motion, renderer.scene, camera)
     errors, before = EffectErrors(), None
     for frame in range(frames):
-        buffers = renderer.advance(play(frame))
+        buffers = renderer.advance(play(frame), jittered)
         # No frame is skipped: flicker counts every one.
         result, expected = measured.result(buffers), measured.reference(samples)
         squares = {name: _squared_error(result[name], expected[name]) for name in expected}
