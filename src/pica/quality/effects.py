@@ -141,7 +141,7 @@ def compare_effect(
     """Render `frames` frames of a sequence (`sequences.SEQUENCES`) and compare one effect (`EFFECTS`) in each.
 
     `jittered`: False looks through the pixels' centres. With jitter each frame shows other places, so that a history
-    is right about the pixel and wrong about the place: what differs then is antialiasing. References take `samples` rays a
+    is right about the pixel and wrong about the place: the difference is antialiasing. References take `samples` rays a
     pixel and light. Raises SettingsError when the renderer does not have the effect.
     """
     measured = EFFECTS[effect](renderer)
