@@ -1,5 +1,6 @@
 """Every setting of the renderer: its unit, its range and what more or less of it buys."""
 
+import re
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -19,7 +20,8 @@ class _Checked:
         hints = get_type_hints(type(self))
         for setting in fields(self):  # type: ignore[arg-type]
             value, hint = getattr(self, setting.name), hints[setting.name]
-            where = f"{type(self).__name__.removesuffix('Settings').lower()}.{setting.name}"
+            group = re.sub("(?<!^)([A-Z])", r"_\1", type(self).__name__.removesuffix("Settings")).lower()
+            where = f"{group}.{setting.name}"
             if get_origin(hint) is Literal and value not in get_args(hint):
                 raise SettingsError(f"setting {where}: {value!r} is not one of {', '.join(map(str, get_args(hint)))}")
             if hint is bool and not isinstance(value, bool):
@@ -67,6 +69,8 @@ class RaysSettings(_Checked):
 class ShadowsSettings(_Checked):
     """Shadows of every light."""
 
+    method: Literal["rays", "maps"] = "rays"
+    """rays: traced from every pixel; maps: shadow maps, which need no rays and only approximate soft shadows."""
     mode: Literal["soft", "hard", "off"] = "soft"
     """soft: one ray a frame to a random point of the light; hard: to its centre; off: no shadows."""
     max_lights: int = _range(1, 29, 8)
@@ -82,6 +86,26 @@ class ShadowsSettings(_Checked):
     history: int = _range(1, 64, 8)
     """Frames that filtered shadows remember while something moves; 1: none, so each frame stands alone. Higher: less
     noise, shadows that lag behind. While nothing moves all frames count."""
+
+
+@dataclass(frozen=True)
+class ShadowMapsSettings(_Checked):
+    """Shadow maps, where shadows.method is "maps"."""
+
+    max_lights: int = _range(0, 16, 4)
+    """Lights with maps, the strongest first; the others throw no shadow. Higher: more memory and time a light."""
+    cascades: int = _range(1, 6, 4)
+    """Maps of a directional light, one behind the other along the view. Higher: finer far away, more to draw."""
+    cascade_size: int = _range(64, 8192, 2048)
+    """Texels along the edge of each cascade. Higher: sharper and more memory, 4 bytes a texel."""
+    cascade_split: float = _range(0.0, 1.0, 0.75)
+    """Between cascades of equal depth (0) and of equal depth ratio (1). Higher: finer near the camera."""
+    cascade_margin: float = _range(0.0, 1.0, 0.25)
+    """Share by which a cascade is larger than need be. Higher: drawn more seldom as the camera moves, but coarser."""
+    face_size: int = _range(64, 4096, 512)
+    """Texels along the edge of a spot light's map and of each of the six or five of other lights."""
+    taps: int = _range(4, 64, 16)
+    """Places at which a soft shadow looks for what is in the way, and then how much. Higher: less noise, slower."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +140,7 @@ class Settings(_Checked):
     geometry: GeometrySettings = field(default_factory=GeometrySettings)
     rays: RaysSettings = field(default_factory=RaysSettings)
     shadows: ShadowsSettings = field(default_factory=ShadowsSettings)
+    shadow_maps: ShadowMapsSettings = field(default_factory=ShadowMapsSettings)
     lighting: LightingSettings = field(default_factory=LightingSettings)
     post: PostSettings = field(default_factory=PostSettings)
     seed: int = _range(0, 2**31 - 1, 0)
@@ -161,7 +186,7 @@ PRESETS = {
     "hybrid": Settings(),
     "raster": Settings(
         visibility=VisibilitySettings("raster"),
-        shadows=ShadowsSettings("off"),
+        shadows=ShadowsSettings("maps"),
         lighting=LightingSettings("prefiltered"),
     ),
 }

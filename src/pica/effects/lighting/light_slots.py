@@ -46,6 +46,9 @@ class LightSlots:
         single = min(lights.light_count, self._settings.shadows.max_lights)
         chosen = {light: self._denoiser(lights.nodes[light].light) for light in range(single)}
         denoised = [light for light in chosen if chosen[light] != "off"][: self._settings.shadows.denoised_lights]
+        if self._settings.shadows.method == "maps":
+            mapped = self._settings.shadows.mode != "off"
+            denoised = list(chosen)[: self._settings.shadow_maps.max_lights if mapped else 0]
         denoised.sort(key=lambda light: chosen[light] != "svgf")
         self.denoised = [lights.nodes[light] for light in denoised]
         self.svgf = sum(chosen[light] == "svgf" for light in denoised)
