@@ -12,6 +12,7 @@ from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.lighting.light_slots import LightSlots
 from pica.effects.lighting.lighting import DirectLighting
 from pica.effects.post.post import Post
+from pica.effects.shadows.shadow_maps import ShadowMaps
 from pica.effects.shadows.shadows import Shadows, visibility_layers
 from pica.effects.shadows.views import shadow_views
 from pica.frame.aovs import gbuffer_aovs
@@ -20,6 +21,7 @@ from pica.frame.snapshot import checked_size, copies, rgb
 from pica.gpu_scene.scene import GpuScene
 from pica.output import Frame
 from pica.rhi.device import Device
+from pica.rhi.schedulers import Tracer
 from pica.rhi.tracers import choose_tracer
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -51,7 +53,7 @@ class Renderer:
         self._slots = LightSlots(device, size, settings)
         self._frames = FrameSequence(device, size, settings.seed)
         self.gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
-        self.shadows = Shadows(device, size, settings.shadows, tracer) if settings.shadows.mode != "off" else None
+        self.shadows = self._make_shadows(tracer) if settings.shadows.mode != "off" else None
         occlusion = settings.ambient_occlusion
         self.ambient_occlusion = AmbientOcclusion(device, size, occlusion, tracer) if occlusion.mode != "off" else None
         self.lighting = DirectLighting(device, size, self._gpu_scene, settings.lighting)
@@ -61,6 +63,11 @@ class Renderer:
         """What the effects of the newest frame were given, by the names that shaders have for it."""
         self.debug = False
         """Whether `render` also keeps what effects have in between, as AOVs whose names begin with "debug."."""
+
+    def _make_shadows(self, tracer: Tracer | None) -> Shadows | ShadowMaps:
+        if self.settings.shadows.method == "maps":
+            return ShadowMaps(self.device, self.size, self.settings)
+        return Shadows(self.device, self.size, self.settings.shadows, tracer)
 
     @property
     def device_name(self) -> str:
@@ -128,8 +135,8 @@ class Renderer:
             aovs["shadows"] = lambda: visibility_layers(kept["shadows"].to_numpy(), self._slots.count)
         if "ambient_occlusion" in kept:
             aovs["ambient_occlusion"] = lambda: open_share(kept["ambient_occlusion"])
-        if self.debug and self.shadows and self._slots.denoised:
-            aovs |= shadow_views(copies(self.device, self.shadows.debug_views()), self._slots.svgf)
+        if self.debug and self.shadows and (views := self.shadows.debug_views()):
+            aovs |= shadow_views(copies(self.device, views), self._slots.svgf)
         if self.debug and self.ambient_occlusion:
             aovs |= occlusion_views(copies(self.device, self.ambient_occlusion.debug_views()))
         return Frame(

@@ -69,6 +69,8 @@ class RaysSettings(_Checked):
 class ShadowsSettings(_Checked):
     """Shadows of every light."""
 
+    method: Literal["rays", "maps"] = "rays"
+    """rays: traced from every pixel; maps: shadow maps, which need no rays and only approximate soft shadows."""
     mode: Literal["soft", "hard", "off"] = "soft"
     """soft: one ray a frame to a random point of the light; hard: to its centre; off: no shadows."""
     max_lights: int = _range(1, 29, 8)
@@ -112,6 +114,26 @@ class AmbientOcclusionSettings(_Checked):
 
 
 @dataclass(frozen=True)
+class ShadowMapsSettings(_Checked):
+    """Shadow maps, where shadows.method is "maps"."""
+
+    max_lights: int = _range(0, 16, 4)
+    """Lights with maps, the strongest first; the others throw no shadow. Higher: more memory and time a light."""
+    cascades: int = _range(1, 6, 4)
+    """Maps of a directional light, one behind the other along the view. Higher: finer far away, more to draw."""
+    cascade_size: int = _range(64, 8192, 2048)
+    """Texels along the edge of each cascade. Higher: sharper and more memory, 4 bytes a texel."""
+    cascade_split: float = _range(0.0, 1.0, 0.75)
+    """Between cascades of equal depth (0) and of equal depth ratio (1). Higher: finer near the camera."""
+    cascade_margin: float = _range(0.0, 1.0, 0.25)
+    """Share by which a cascade is larger than need be. Higher: drawn more seldom as the camera moves, but coarser."""
+    face_size: int = _range(64, 4096, 512)
+    """Texels along the edge of a spot light's map and of each of the six or five of other lights."""
+    taps: int = _range(4, 64, 16)
+    """Places at which a soft shadow looks for what is in the way, and then how much. Higher: less noise, slower."""
+
+
+@dataclass(frozen=True)
 class LightingSettings(_Checked):
     """Direct light."""
 
@@ -144,6 +166,7 @@ class Settings(_Checked):
     rays: RaysSettings = field(default_factory=RaysSettings)
     shadows: ShadowsSettings = field(default_factory=ShadowsSettings)
     ambient_occlusion: AmbientOcclusionSettings = field(default_factory=AmbientOcclusionSettings)
+    shadow_maps: ShadowMapsSettings = field(default_factory=ShadowMapsSettings)
     lighting: LightingSettings = field(default_factory=LightingSettings)
     post: PostSettings = field(default_factory=PostSettings)
     seed: int = _range(0, 2**31 - 1, 0)
@@ -189,7 +212,7 @@ PRESETS = {
     "hybrid": Settings(),
     "raster": Settings(
         visibility=VisibilitySettings("raster"),
-        shadows=ShadowsSettings("off"),
+        shadows=ShadowsSettings("maps"),
         ambient_occlusion=AmbientOcclusionSettings("ground_truth"),
         lighting=LightingSettings("prefiltered"),
     ),

@@ -13,6 +13,8 @@ from pica.rhi.device import Device
 _ARGUMENTS = np.dtype(
     [("index_count", "u4"), ("instances", "u4"), ("first_index", "u4"), ("vertex_offset", "i4"), ("record", "u4")]
 )
+DRAW_SIZE = _ARGUMENTS.itemsize
+"""Bytes of a draw's arguments."""
 
 
 class Facing(Enum):

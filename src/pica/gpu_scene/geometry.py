@@ -8,6 +8,7 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.errors import SceneError
+from pica.gpu_scene.bounds import object_box
 from pica.gpu_scene.primitives import BOX_INDICES, PlacedPrimitives, PrimitiveBuffers
 from pica.rhi.acceleration import ObjectFlags, RtGeometry, RtSection, build_compact
 from pica.rhi.device import Device
@@ -29,6 +30,8 @@ class PlacedSection:
     first_index: int
     first_previous: int = NOT_DEFORMED
     """Of its vertices among the previous positions."""
+    box: tuple[NDArray[np.float32], NDArray[np.float32]] = (np.zeros(3, np.float32), np.zeros(3, np.float32))
+    """Centre and corner from there, object space, of the box round its vertices as they are without deformation."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +160,8 @@ class GeometryBuffers:
             assert self._vertices.take(encoder, _packed(section)) == first_vertex  # taken and given back alike
             first_index = self._indices.take(encoder, section.indices)
             previous = self._previous.take(encoder, section.positions) if node.deforms else NOT_DEFORMED
-            placed.append(PlacedSection(section, first_vertex, first_index, previous))
+            box = object_box(section.positions)
+            placed.append(PlacedSection(section, first_vertex, first_index, previous, box))
         primitives, parts = self._upload_primitives(encoder, node, len(placed))
         mesh = GpuMesh(node.mesh, placed, primitives, [*self._parts(placed, node.deforms), *parts])
         if not node.deforms:

@@ -8,8 +8,13 @@ SEEN_BY_CAMERA, SEEN_BY_SURFACES, FIRST_SHADOW_BIT = 1, 2, 2
 
 def instance_mask(node: Node) -> int:
     """One bit for camera rays, one for surface rays, and one for the shadow rays of each lighting channel."""
-    shadows = channel_bits(node.lighting_channels) << FIRST_SHADOW_BIT if node.casts_shadows else 0
+    shadows = shadow_mask(node.lighting_channels) if node.casts_shadows else 0
     return SEEN_BY_CAMERA * node.visible_to_camera | SEEN_BY_SURFACES * node.visible_to_reflections | shadows
+
+
+def shadow_mask(channels: frozenset[int]) -> int:
+    """What shadow rays to a light of these channels may meet."""
+    return channel_bits(channels) << FIRST_SHADOW_BIT
 
 
 def mask_and_channels(node: Node) -> int:

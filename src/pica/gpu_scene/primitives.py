@@ -5,7 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import slangpy as spy
+from numpy.typing import NDArray
 
+from pica.gpu_scene.bounds import object_box
 from pica.rhi.acceleration import RtBoxes, RtGeometry
 from pica.rhi.device import Device
 from pica.rhi.tables import DeviceTable
@@ -31,6 +33,11 @@ class PlacedPrimitives:
     numbers: int
     """How many there are."""
     first_previous: int = 0
+
+    @property
+    def box(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """As PlacedSection.box."""
+        return object_box(self.section.bounds.reshape(-1, 3))
 
     @property
     def hit_group(self) -> str:

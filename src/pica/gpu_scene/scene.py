@@ -7,6 +7,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.gpu_scene.bounds import joined, world_box
 from pica.gpu_scene.deformation import Deformation
 from pica.gpu_scene.draws import DrawList, SectionDraws, draw_lists
 from pica.gpu_scene.environment import environment_map
@@ -31,6 +32,7 @@ RECORD = np.dtype(
         (name, "u4")
         for name in ("first_index", "first_vertex", "material", "instance", "first_emissive", "first_previous", "shape")
     ]
+    + [("center", "f4", 3), ("extent", "f4", 3)]
 )
 INSTANCE = np.dtype(
     [
@@ -82,6 +84,10 @@ class GpuScene:
         self._deformations: dict[Node, Deformation] = {}
         self._placements: dict[Node, _Placement] = {}
         self._record_sections: dict[int, Section | Primitives] = {}
+        self.bounds = scene.bounds()
+        """Lowest and highest corner (3,) of a box round all that has been shown so far: it grows, and never shrinks."""
+        self.revision = 0
+        """Counts the updates that changed anything but the camera."""
         self._masked: set[Node] = set()
         self._numbers: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
         self._node_count = 0
@@ -123,8 +129,16 @@ class GpuScene:
 
     @cached_property
     def draws(self) -> list[DrawList]:
-        """What raster draws; made when first asked for after a change."""
-        return draw_lists(self._device, self._section_draws())
+        """What the camera's raster draws; made when first asked for after a change."""
+        every = self._every_record()
+        masks = self.instances["mask_and_channels"][self.records["instance"][every]]
+        return draw_lists(self._device, self._section_draws(every[masks & SEEN_BY_CAMERA != 0]))
+
+    @cached_property
+    def casters(self) -> list[DrawList]:
+        """Triangles that may throw a shadow, whatever their masks: likewise."""
+        every = self._every_record()
+        return draw_lists(self._device, self._section_draws(every[self.records["shape"][every] == 0]))
 
     def update(self, recording: Recording, camera: Camera | None = None) -> bool:
         """Upload what changed since the last frame and rebuild the top level; True when anything did.
@@ -160,7 +174,9 @@ class GpuScene:
         if changes.removed or added or moved or self._just_moved or again or masked or lights_differ or lights_moved:
             self._flush(recording)
         self._just_moved, self._just_deformed = moved, deformed
-        return bool(changes.removed or added or moved or deformed or masked or lights_differ or lights_moved)
+        changed = bool(changes.removed or added or moved or deformed or masked or lights_differ or lights_moved)
+        self.revision += changed
+        return changed
 
     def _add(self, recording: Recording, node: Node) -> bool:
         """Upload what a node shows; its objects follow once its structures are recorded. False: it shows nothing."""
@@ -191,6 +207,8 @@ class GpuScene:
         for name in ("first_index", "first_vertex", "first_previous"):
             records[name] = [getattr(placed, name) for placed in mesh.placed]
         records["shape"] = [0] * len(mesh.sections) + shapes
+        records["center"] = [placed.box[0] for placed in mesh.placed]
+        records["extent"] = [-placed.box[1] if node.deforms else placed.box[1] for placed in mesh.placed]
         placement = self._placements[node] = _Placement(
             instances=range(first_instance, first_instance + count),
             records=range(first_record, first_record + count * sections),
@@ -204,6 +222,7 @@ class GpuScene:
         if node.deforms:
             self._deformations[node] = Deformation(self._device, node, self.geometry, self._rebuild_at)
         self._forget_draws()
+        self._grow_bounds([placement])
         return True
 
     def _remove(self, node: Node) -> None:
@@ -259,9 +278,17 @@ class GpuScene:
         self.instances["previous_to_world"][instances] = np.where(come[:, None, None], now, before)
         self.instances["to_world"][instances] = now
         self._instances.touch(instances)
+        self._grow_bounds(placements)
         self.rt_scene.move(objects, np.repeat(now, np.repeat(parts, counts), axis=0))
         if (_mirrored(before) != _mirrored(now)).any():
             self._forget_draws()
+
+    def _grow_bounds(self, placements: list[_Placement]) -> None:
+        """Take in where these are now."""
+        starts, counts = np.array([(p.records.start, len(p.records)) for p in placements]).T
+        records = self.records[_numbers(starts, counts)]
+        box = world_box(self.instances["to_world"][records["instance"]], records["center"], abs(records["extent"]))
+        self.bounds = joined(self.bounds, box)
 
     def _place_objects(self, nodes: list[Node]) -> None:
         for node in nodes:
@@ -288,8 +315,9 @@ class GpuScene:
             recording.profiler.end(recording.encoder)
 
     def _forget_draws(self) -> None:
-        for draws in self.__dict__.pop("draws", ()):
-            self._device.give_back(draws.arguments)
+        for lists in ("draws", "casters"):
+            for draws in self.__dict__.pop(lists, ()):
+                self._device.give_back(draws.arguments)
 
     def _make_lights(self) -> None:
         shining = [
@@ -328,10 +356,10 @@ class GpuScene:
             **self.lights.parameters,
         )
 
-    def _section_draws(self) -> SectionDraws:
-        every = np.fromiter(self._record_sections, np.int64, len(self._record_sections))
-        masks = self.instances["mask_and_channels"][self.records["instance"][every]]
-        records = every[masks & SEEN_BY_CAMERA != 0]
+    def _every_record(self) -> NDArray[np.int64]:
+        return np.fromiter(self._record_sections, np.int64, len(self._record_sections))
+
+    def _section_draws(self, records: NDArray[np.int64]) -> SectionDraws:
         sections = [self._record_sections[record] for record in records.tolist()]
         materials = [section.material for section in sections]
         shapes = self.records["shape"][records] > 0

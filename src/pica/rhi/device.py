@@ -223,12 +223,12 @@ class Device:
     def raster(
         self,
         module: str,
-        entries: tuple[str, str],
+        entries: tuple[str, ...],
         state: RasterState,
         name: str | None = None,
         types: MaterialTypeSet = STANDARD_ONLY,
     ) -> RasterPass:
-        """A raster pass from the vertex and fragment entry points of a file; `types` as for `compute`."""
+        """A raster pass from the vertex and, if any, fragment entry points of a file; `types` as for `compute`."""
         return RasterPass(self.handle, name or Path(module).stem, self._program(module, list(entries), types), state)
 
     def _program(self, module: str, entries: list[str], types: MaterialTypeSet = STANDARD_ONLY) -> spy.ShaderProgram:

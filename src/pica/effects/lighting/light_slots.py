@@ -50,6 +50,9 @@ class LightSlots:
         self._lights, self._shown = lights, shown
         chosen = {number: self._denoiser(light) for number, light in enumerate(shown)}
         denoised = [light for light in chosen if chosen[light] != "off"][: self._settings.shadows.denoised_lights]
+        if self._settings.shadows.method == "maps":
+            mapped = self._settings.shadows.mode != "off"
+            denoised = list(chosen)[: self._settings.shadow_maps.max_lights if mapped else 0]
         denoised.sort(key=lambda light: chosen[light] != "svgf")
         self.denoised = [lights.nodes[light] for light in denoised]
         self.svgf = sum(chosen[light] == "svgf" for light in denoised)

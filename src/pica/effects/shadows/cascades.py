@@ -1,0 +1,126 @@
+"""Where the shadow maps of a directional light lie: spheres along the view, in a grid that does not move."""
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.gpu_scene.bounds import Box
+from pica.scene.camera import Camera
+from pica.settings import ShadowMapsSettings
+
+Vector = NDArray[np.float64]
+_STEP = math.sqrt(2.0)
+"""Ratio between the distances at which the shadowed part of the view may begin and end."""
+_LEAST_RATIO = 1e-3
+"""Of the nearest to the farthest of these distances."""
+_PROACTIVE = 0.75
+"""Share of its margin after which a cascade is drawn anew, if no other has to be."""
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A part of the world."""
+
+    center: Vector
+    radius: float
+
+
+def split_distances(near: float, far: float, count: int, blend: float) -> list[float]:
+    """count + 1 distances from `near` to `far`, metres: between equal steps (blend 0) and equal ratios (1).
+
+    Zhang et al. 2006, "Parallel-Split Shadow Maps for Large-Scale Virtual Environments", section 3.3, equation 7
+    (the practical split scheme).
+    """
+    shares = [i / count for i in range(count + 1)]
+    return [blend * near * (far / near) ** s + (1 - blend) * (near + s * (far - near)) for s in shares]
+
+
+def view_range(camera: Camera, box: Box) -> tuple[float, float]:
+    """Distances along the view axis between which the box lies, rounded outwards so that they seldom change."""
+    corners = np.array(np.meshgrid(*np.transpose(box))).reshape(3, -1).T
+    along = (corners - camera.transform[:3, 3]) @ -camera.transform[:3, 2]
+    far = _STEP ** math.ceil(math.log(max(float(along.max()), 2 * camera.near), _STEP))
+    near = max(float(along.min()), camera.near, far * _LEAST_RATIO)
+    return _STEP ** math.floor(math.log(near, _STEP)), far
+
+
+def slice_sphere(camera: Camera, aspect: float, near: float, far: float) -> Sphere:
+    """The smallest sphere about a point of the view axis that holds the view between two distances.
+
+    The same size wherever the camera looks, so that its texels need not change.
+    """
+    eye, forward = camera.transform[:3, 3], -camera.transform[:3, 2]
+    if camera.orthographic_height is not None:
+        half = np.array([camera.orthographic_height / 2 * aspect, camera.orthographic_height / 2, (far - near) / 2])
+        return Sphere(eye + forward * (near + far) / 2, float(np.linalg.norm(half)))
+    # Squared slope of the picture's corner. The sphere goes through the corners of both ends, unless the far ones are
+    # so wide apart that the one about their middle holds everything.
+    slope = math.tan(camera.vertical_fov / 2) ** 2 * (1 + aspect**2)
+    distance = min((near + far) / 2 * (1 + slope), far)
+    return Sphere(eye + forward * distance, math.sqrt((far - distance) ** 2 + far**2 * slope))
+
+
+def spheres(camera: Camera, aspect: float, box: Box, settings: ShadowMapsSettings) -> list[Sphere]:
+    """What each cascade has to hold. Fewer than settings.cascades where one of them holds the whole scene."""
+    center = (box[0] + box[1]) / 2
+    whole = Sphere(center, max(float(np.linalg.norm(box[1] - box[0])) / 2, 1e-6))
+    near, far = view_range(camera, box)
+    ends = split_distances(near, far, settings.cascades, settings.cascade_split)
+    wanted = []
+    for begin, end in itertools.pairwise(ends):
+        wanted.append(slice_sphere(camera, aspect, begin, end))
+        if wanted[-1].radius >= whole.radius:
+            return [*wanted[:-1], whole]
+    return wanted
+
+
+class Cascades:
+    """The views of one directional light. A view stays as it is for as long as it holds what it has to."""
+
+    def __init__(self, settings: ShadowMapsSettings) -> None:
+        self._settings = settings
+        self._drawn: list[Sphere | None] = [None] * settings.cascades
+
+    def forget(self) -> None:
+        """Light or scene have changed: every view is to be drawn anew."""
+        self._drawn = [None] * self._settings.cascades
+
+    def update(self, wanted: list[Sphere], light: Camera, box: Box) -> list[tuple[int, Camera]]:
+        """The cascades that are to be drawn to hold these spheres, each with its orthographic view from the light.
+
+        `light` is seen from where the light comes; its position does not matter. When no view has to be drawn, that
+        with the least left of its margin is, so that seldom two have to be at once.
+        """
+        axes = light.transform[:3, :3]
+        needs = [self._need(drawn, sphere, axes) for drawn, sphere in zip(self._drawn, wanted, strict=False)]
+        stale = [cascade for cascade, need in enumerate(needs) if need > 1]
+        if not stale and max(needs) > _PROACTIVE:
+            stale = [int(np.argmax(needs))]
+        self._drawn[len(wanted) :] = [None] * (self._settings.cascades - len(wanted))
+        return [(cascade, self._fit(cascade, wanted[cascade], light, box)) for cascade in stale]
+
+    def _need(self, drawn: Sphere | None, wanted: Sphere, axes: Vector) -> float:
+        """How much of its margin a view has used; infinite where it cannot be kept at all."""
+        largest = wanted.radius * (1 + self._settings.cascade_margin)
+        if drawn is None or drawn.radius < wanted.radius or drawn.radius > largest * (1 + 1e-6):
+            return math.inf
+        moved = float(np.abs((wanted.center - drawn.center) @ axes[:, :2]).max())
+        return moved / max(drawn.radius - wanted.radius, 1e-3 * wanted.radius)
+
+    def _fit(self, cascade: int, wanted: Sphere, light: Camera, box: Box) -> Camera:
+        axes, radius = light.transform[:3, :3], wanted.radius * (1 + self._settings.cascade_margin)
+        # In steps of whole texels, so that an edge falls on the same texels wherever the camera goes.
+        texel = 2 * radius / self._settings.cascade_size
+        place = wanted.center @ axes
+        place[:2] = np.round(place[:2] / texel) * texel
+        # All that may throw a shadow into the view lies in the box; the axes' -Z is where the light goes.
+        corners = np.array(np.meshgrid(*np.transpose(box))).reshape(3, -1).T @ axes
+        depth = max(float(np.ptp(corners[:, 2])), 1e-6)
+        place[2] = corners[:, 2].max() + 0.01 * depth
+        transform = light.transform.copy()
+        transform[:3, 3] = axes @ place
+        self._drawn[cascade] = Sphere(wanted.center, radius)
+        return replace(light, transform=transform, orthographic_height=2 * radius, near=0.0, far=1.02 * depth)

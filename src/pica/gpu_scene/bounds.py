@@ -1,0 +1,25 @@
+"""Boxes round sections and round placed ones."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Box = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Lowest and highest corner, (3,) each."""
+
+
+def object_box(positions: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Centre (3,) of the box round (n, 3) points, n > 0, and from there to its corner (3,)."""
+    low, high = positions.min(0), positions.max(0)
+    return (low + high) / 2, (high - low) / 2
+
+
+def world_box(to_world: NDArray[np.floating], centers: NDArray[np.floating], extents: NDArray[np.floating]) -> Box:
+    """The box round (n,) boxes of `centers` and `extents` (n, 3), each under its own (3, 4) matrix."""
+    placed = np.einsum("nij,nj->ni", to_world[:, :, :3], centers) + to_world[:, :, 3]
+    reach = np.einsum("nij,nj->ni", abs(to_world[:, :, :3]), extents)
+    return (placed - reach).min(0).astype(np.float64), (placed + reach).max(0).astype(np.float64)
+
+
+def joined(a: Box, b: Box) -> Box:
+    """The box round two."""
+    return np.minimum(a[0], b[0]), np.maximum(a[1], b[1])
