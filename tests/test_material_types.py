@@ -205,7 +205,7 @@ def test_emission_of_a_type_is_sampled_as_it_shines(device, register):
 def test_only_types_in_use_are_compiled_in(device, own_types):
     assert GpuScene(device, still_life(), 2.0).material_types == STANDARD_ONLY
     only_marble = scene_of(placed(sphere(0.5, marble())))
-    assert GpuScene(device, only_marble, 2.0).material_types == ("marble",)
+    assert [source.name for source in GpuScene(device, only_marble, 2.0).material_types] == ["marble"]
 
 
 def test_a_type_may_come_while_frames_are_rendered(device, own_types):
@@ -238,9 +238,6 @@ def test_registering_says_what_is_wrong(tmp_path, register):
     assert "nothing.slang: No such file" in faults(pica.register_material, "nothing", tmp_path / "nothing.slang")
     path = register("plain", PLAIN)
     pica.register_material("plain", path)
-    other = tmp_path / "other.slang"
-    other.write_text(PLAIN)
-    assert f"'plain': the name is taken by {path}" in faults(pica.register_material, "plain", other)
     assert "taken by pica itself" in faults(pica.register_material, "standard", path)
     assert "'Big Stone'" in faults(pica.register_material, "Big Stone", path)
     path.write_bytes(b"\xff\xfe\xfa")

@@ -63,6 +63,7 @@ class Renderer:
         """What the effects of the newest frame were given, by the names that shaders have for it."""
         self.debug = False
         """Whether `render` also keeps what effects have in between, as AOVs whose names begin with "debug."."""
+        self._running = False
 
     def _make_shadows(self, tracer: Tracer | None) -> Shadows | ShadowMaps:
         if self.settings.shadows.method == "maps":
@@ -87,10 +88,23 @@ class Renderer:
         """Record and submit one frame. Returns its buffers, which the next frame overwrites.
 
         `jittered`: False looks through the pixels' centres in every frame, which tells effects and antialiasing apart.
+        After the first frame, material types that come or are replaced are compiled in the background: until they are
+        ready, objects of new types are not shown, and those of replaced ones as they were. Raises MaterialTypeError,
+        once, for a type with a fault; the next call goes on without it.
         """
-        frame = self._frames.begin(camera, jittered)
+        return self._advance(camera, not self._running, jittered)
+
+    @property
+    def pending_shaders(self) -> int:
+        """How many shader programs are still to be made, as of the newest frame, for material types that came."""
+        return self._gpu_scene.pending_programs
+
+    def _advance(self, camera: Camera, wait: bool, jittered: bool = True) -> dict[str, spy.Texture]:
         scene = self._gpu_scene
-        moved = scene.update(frame, frame.camera) or frame.camera_moved
+        scene.admit(wait, camera)
+        self._running = True
+        frame = self._frames.begin(camera, jittered)
+        moved = scene.update(frame) or frame.camera_moved
         self._slots.update(scene.lights)
         gbuffer = self.gbuffer(frame, scene)
         self._slots.choose(frame, gbuffer, scene)
@@ -118,13 +132,14 @@ class Renderer:
     def render(self, frames: int = 16, camera: Camera | None = None, progress: Progress | None = None) -> Frame:
         """Render `frames` frames and return the last, which holds the mean of all since something moved.
 
+        All that is in the scene is shown: material types that are new are compiled before the frame that meets them.
         The G-buffer's AOVs are those of the first of these frames, when motion is that since the call before.
         `camera` None takes the scene's first, or one that shows the whole scene. `progress(done, frames)` is called
         after each frame.
         """
         camera = camera or self.scene.default_camera(self.size[0] / self.size[1])
         for done in range(max(frames, 1)):
-            buffers = self.advance(camera)
+            buffers = self._advance(camera, wait=True)
             if done == 0:
                 seen = copies(self.device, {name: buffers[name] for name in self.gbuffer.names})
             if progress is not None:

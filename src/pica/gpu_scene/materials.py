@@ -1,5 +1,7 @@
 """Materials and their textures on the GPU, textures by bindless handle and with mip levels."""
 
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,10 +9,12 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.rhi.device import Device
-from pica.rhi.material_types import MAX_PARAMETERS, STANDARD_ONLY, MaterialTypeSet
+from pica.rhi.material_types import MAX_PARAMETERS, STANDARD_ONLY, MaterialTypeSet, ShapeOn, TypeEntry, plain
 from pica.rhi.shape_types import shapes_of
 from pica.rhi.tables import HostTable
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
+from pica.scene.material_types import MaterialSource, material_source
+from pica.scene.shape_types import shape_source
 
 # shaders/scene_types.slang: TextureSlot and Material
 SLOT = np.dtype([("texture", "u8"), ("sampler", "u8"), ("transform", "f4", (2, 3)), ("uv_set", "u4"), ("texels", "f4")])
@@ -64,13 +68,66 @@ class MaterialTable:
         self._textures: dict[tuple[int, bool], _ImageOnGpu] = {}
         self._samplers: dict[Sampler, spy.Sampler] = {}
         self._types: MaterialTypeSet = ()
+        self._type_users: Counter[str] = Counter()
 
     @property
     def types(self) -> MaterialTypeSet:
-        """The material types that were ever in use; a type's place is its number in shaders and its hit group.
+        """The material types that programs must know; a type's place is its number in shaders and its hit group.
 
         Among them what primitives have for hit groups (rhi/shape_types.py)."""
         return self._types or STANDARD_ONLY
+
+    @property
+    def used_types(self) -> list[str]:
+        """The names of those that a material has now."""
+        return [known.name for known in self._types if self._type_users[known.name]]
+
+    def type_number(self, name: str) -> int:
+        """The place of a type in use, or of an entry "shape/type". Raises StopIteration for one that is not."""
+        return next(number for number, source in enumerate(self._types) if source.name == name)
+
+    def types_with(self, entries: Iterable[TypeEntry]) -> MaterialTypeSet:
+        """The types in use and these. All keep their places; a newcomer takes one whose type nobody uses any more.
+
+        Entries of shapes neither go nor take such a place, for records hold the numbers of shapes.
+        """
+        wanted = {entry.name: entry for entry in entries}
+        materials = {name: entry for name, entry in wanted.items() if isinstance(entry, MaterialSource)}
+        types = [
+            ShapeOn(known.shape, materials.get(known.material.name, known.material))
+            if isinstance(known, ShapeOn)
+            else wanted.get(known.name, known)
+            for known in self._types
+        ]
+        known_names = {known.name for known in types}
+        free = [
+            number
+            for number, known in enumerate(types)
+            if known.name not in wanted and not isinstance(known, ShapeOn) and not self._type_users[known.name]
+        ]
+        for newcomer in (entry for name, entry in wanted.items() if name not in known_names):
+            if free and not isinstance(newcomer, ShapeOn):
+                types[free.pop(0)] = newcomer
+            else:
+                types.append(newcomer)
+        return tuple(types)
+
+    def switch(self, types: MaterialTypeSet) -> None:
+        """Let programs know these types, in which all that are in use have kept their places.
+
+        Raises MaterialTypeError, and changes nothing, when a type was replaced and its materials' parameters do not
+        fit the new one.
+        """
+        replaced = {known.name: known for known in plain(types).values() if known not in self._types}
+        packed = {
+            row: self._device.material_types[replaced[material.type]].packed(material.name, material.parameters)
+            for row, material in self._materials.values()
+            if material.type in replaced
+        }
+        for row, parameters in packed.items():
+            self.table.rows[row]["parameters"] = parameters
+            self.table.touch(np.array([row]))
+        self._types = types
 
     def acquire(self, material: Material) -> int:
         """The row of a material that somebody starts to use."""
@@ -79,14 +136,18 @@ class MaterialTable:
             row = self.table.take(1)
             self._materials[key] = row, material
             self.table.rows[row] = self._packed(material)
+            self._type_users[material.type] += 1
         self._users[key] = self._users.get(key, 0) + 1
         return self._materials[key][0]
 
     def shape_number(self, hit_group: str) -> int:
         """`SectionRecord.shape` of primitives with this entry "shape/type", whose material has been acquired."""
-        if hit_group not in self._types:
-            self._types += (hit_group,)
-        return shapes_of(self._types).index(hit_group.split("/")[0]) + 1
+        shape, material = hit_group.split("/")
+        if all(known.name != hit_group for known in self._types):
+            known = self._types[self.type_number(material)]
+            assert isinstance(known, MaterialSource)
+            self._types = self.types_with([ShapeOn(shape_source(shape), known)])
+        return [source.name for source in shapes_of(self._types)].index(shape) + 1
 
     def release(self, material: Material) -> None:
         """Somebody stops using it."""
@@ -96,6 +157,7 @@ class MaterialTable:
             return
         row, _ = self._materials.pop(key)
         del self._users[key]
+        self._type_users[material.type] -= 1
         self.table.give_back(row, 1)
         for slot in _SLOTS:
             texture: Texture | None = getattr(material, f"{slot}_texture")
@@ -114,11 +176,12 @@ class MaterialTable:
             | _DOUBLE_SIDED * material.double_sided
             | _UNLIT * material.unlit
         )
-        material_type = self._device.material_types[material.type]
-        packed["parameters"] = material_type.packed(material.name, material.parameters)
-        if material.type not in self._types:
-            self._types += (material.type,)
-        packed["type"] = self._types.index(material.type)
+        source = next((known for known in plain(self._types).values() if known.name == material.type), None)
+        if source is None:
+            source = material_source(material.type)
+            self._types = self.types_with([source])
+        packed["parameters"] = self._device.material_types[source].packed(material.name, material.parameters)
+        packed["type"] = self.type_number(material.type)
         for slot in _SLOTS:
             texture: Texture | None = getattr(material, f"{slot}_texture")
             if texture is None:

@@ -13,6 +13,7 @@ from pica.rhi.device import Device
 from pica.rhi.tables import DeviceTable
 from pica.scene.material import AlphaMode
 from pica.scene.primitives import Primitives
+from pica.scene.shape_types import shape_source
 
 BOX = np.dtype([("low", "f4", 3), ("high", "f4", 3)])
 # Corners of a box by number, whose bits say low or high along x, y and z; counter-clockwise seen from outside.
@@ -73,7 +74,7 @@ class PrimitiveBuffers:
                 "in the hybrid they light nothing; use a light, or triangles",
                 stacklevel=2,
             )
-        numbers = self._device.shape_types[primitives.shape].packed(primitives)
+        numbers = self._device.shape_types[shape_source(primitives.shape)].packed(primitives)
         first_box = self._boxes.take(encoder, primitives.bounds)
         return PlacedPrimitives(primitives, first_box, self._numbers.take(encoder, numbers), numbers.size)
 

@@ -7,6 +7,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.gpu_scene.arrivals import Arrivals
 from pica.gpu_scene.bounds import joined, world_box
 from pica.gpu_scene.deformation import Deformation
 from pica.gpu_scene.draws import DrawList, SectionDraws, draw_lists
@@ -22,6 +23,7 @@ from pica.rhi.material_types import MaterialTypeSet
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
 from pica.scene.camera import Camera
+from pica.scene.changes import Changes
 from pica.scene.material import AlphaMode
 from pica.scene.model import Node, Scene, Section
 from pica.scene.primitives import Primitives
@@ -78,6 +80,8 @@ class GpuScene:
         self._changes = scene.subscribe()
         self.geometry = GeometryBuffers(device)
         self.materials = MaterialTable(device)
+        self._arrivals = Arrivals(device, self.materials)
+        self._due: Changes | None = None
         self._instances = HostTable(device, "instances", INSTANCE)
         self._records = HostTable(device, "records", RECORD)
         self.rt_scene = RtScene(device)
@@ -122,6 +126,11 @@ class GpuScene:
         """The material types in use; programs that evaluate materials are built for them."""
         return self.materials.types
 
+    @property
+    def pending_programs(self) -> int:
+        """How many programs are still to be made for material types on their way."""
+        return self._arrivals.pending
+
     def labels(self) -> NDArray[np.uint32]:
         """(records, 2) the node and the material of each record as they are now, both counted from 1."""
         records = self.records
@@ -140,20 +149,41 @@ class GpuScene:
         every = self._every_record()
         return draw_lists(self._device, self._section_draws(every[self.records["shape"][every] == 0]))
 
-    def update(self, recording: Recording, camera: Camera | None = None) -> bool:
-        """Upload what changed since the last frame and rebuild the top level; True when anything did.
+    def admit(self, wait: bool = True, camera: Camera | None = None) -> None:
+        """Take in what changed, before a frame begins. Without `wait`, nodes of new material types stay out until
+        their programs are made (arrivals.py). What faces the camera is told it first; None leaves it as it was.
 
-        What faces the camera is told it first; None leaves it as it was.
-        What moved or deformed in the frame before is brought up to date once more, as it stands still now.
+        Raises MaterialTypeError for a type with a fault; frames can go on without what has it.
         """
         if camera is not None:
-            for node in (*self._facing, *self._changes.added):
+            for node in (*self._facing, *self._changes.added, *self._arrivals.waiting):
                 if node.faces_camera is not None:
                     node.faces_camera.face(camera)
         changes = self._changes.take()
+        self._arrivals.forget(changes.removed)
+        self._arrivals.expect(changes.added)
+        if self._due is not None:  # a fault has kept these from their frame
+            changes = self._due.then(changes)
+        self._due = changes
+        if wait:
+            self._arrivals.finish()
+        else:
+            self._arrivals.step()
+
+    def update(self, recording: Recording, camera: Camera | None = None) -> bool:
+        """Upload what changed since the last frame and rebuild the top level; True when anything did.
+
+        Takes in what changed, with `camera`, unless `admit` did.
+        What moved or deformed in the frame before is brought up to date once more, as it stands still now.
+        """
+        if self._due is None:
+            self.admit(camera=camera)
+        assert self._due is not None
+        changes, self._due = self._due, None
+        come, switched = self._arrivals.take()
         for node in changes.removed:
             self._remove(node)
-        added = [node for node in changes.added if self._add(recording, node)]
+        added = [node for node in come if self._add(recording, node)]
         self.geometry.build(recording.encoder)
         moved = [node for node in changes.moved if node in self._placements]
         self._move([node for node in dict.fromkeys((*self._just_moved, *moved)) if node in self._placements])
@@ -163,7 +193,7 @@ class GpuScene:
         self._deform_all(recording, [node for node in again if node in self._deformations])
         self._place_objects(added)
         masked = [node for node in changes.altered if self._mask(node)]
-        come_or_gone = (*changes.added, *changes.removed, *masked)
+        come_or_gone = (*come, *changes.removed, *masked)
         lights_differ = any(node.light is not None or _shines(node) for node in come_or_gone)
         lights_differ |= any(self.lights.has(node) != (node.light is not None) for node in changes.altered)
         lights_moved = any(node.light is not None for node in (*changes.moved, *changes.altered))
@@ -171,10 +201,11 @@ class GpuScene:
             self._make_lights()
         elif lights_moved:
             self.lights.update(recording.encoder)
-        if changes.removed or added or moved or self._just_moved or again or masked or lights_differ or lights_moved:
+        drawn = bool(changes.removed or added or moved or masked or lights_differ or lights_moved or switched)
+        if drawn or self._just_moved or again:
             self._flush(recording)
         self._just_moved, self._just_deformed = moved, deformed
-        changed = bool(changes.removed or added or moved or deformed or masked or lights_differ or lights_moved)
+        changed = drawn or bool(deformed)
         self.revision += changed
         return changed
 
@@ -299,7 +330,7 @@ class GpuScene:
                 placed = RtObject(
                     part.geometry,
                     int(instance["first_record"]) + part.first_section,
-                    self.material_types.index(part.hit_group),
+                    self.materials.type_number(part.hit_group),
                     part.flags,
                 )
                 self.rt_scene.place(slot, placed, instance["to_world"], instance_mask(node))

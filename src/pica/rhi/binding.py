@@ -76,3 +76,13 @@ class ProgramParameters(Parameters):
         self._program = program
         self.root = device.create_root_shader_object(program)
         super().__init__(what, self.root, {parameter.name for parameter in parameters_of(program)})
+
+
+def empty_root(device: spy.Device, program: spy.ShaderProgram) -> spy.ShaderObject:
+    """A root object whose blocks are empty, good for a run over no threads and nothing else."""
+    root = device.create_root_shader_object(program)
+    cursor = spy.ShaderCursor(root)
+    for parameter in parameters_of(program):
+        if parameter.type_layout.kind in _BLOCKS:
+            cursor[parameter.name] = device.create_shader_object(program.reflection[parameter.name])
+    return root

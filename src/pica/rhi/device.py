@@ -2,7 +2,8 @@
 
 import os
 import sys
-from collections.abc import Callable, Iterator
+import weakref
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,10 +16,12 @@ from numpy.typing import NDArray
 
 from pica.errors import DeviceError
 from pica.rhi.adapters import HELP, DeviceInfo, choose, describe
+from pica.rhi.background import Compiler
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.material_types import STANDARD_ONLY, MaterialTypes, MaterialTypeSet
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
+from pica.rhi.programs import ComputeRecipe, ForTypes, RasterRecipe, Recipe, linked
 from pica.rhi.shape_types import ShapeTypes
 
 T = TypeVar("T")
@@ -55,7 +58,7 @@ class Device:
 
     def __init__(self, name: str | None = None) -> None:
         adapter = choose(name)
-        cache = cache_folder()
+        self._cache = cache = cache_folder().resolve()
         try:
             cache.mkdir(parents=True, exist_ok=True)
             caches: dict[str, Any] = {"shader_cache_path": cache / "shaders", "module_cache_path": cache / "modules"}
@@ -75,7 +78,9 @@ class Device:
                 f"device {adapter.name!r} cannot be opened: {str(error).splitlines()[0]}; {HELP}"
             ) from None
         self._block_programs: dict[str, spy.ShaderProgram] = {}
-        self._kept: dict[tuple[object, ...], Any] = {}
+        self._kept: dict[tuple[Recipe[Any], MaterialTypeSet], Any] = {}
+        self.for_types: weakref.WeakSet[ForTypes[Any, Any]] = weakref.WeakSet()
+        """The passes on this device that follow the material types in use."""
         self.info: DeviceInfo = describe(self.handle, adapter)
         if self.info.missing:
             raise DeviceError(f"device {self.name!r} lacks {', '.join(self.info.missing)}; {HELP}")
@@ -117,6 +122,13 @@ class Device:
     def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
         """What to link with a program so that it knows these material types and the shapes among them."""
         return [*self.material_types.linked(types), *self.shape_types.linked(types)]
+
+    @cached_property
+    def compiler(self) -> Compiler:
+        """The process that compiles what comes to a running renderer."""
+        compiler = Compiler(self.name, self._cache)
+        weakref.finalize(self, compiler.close)
+        return compiler
 
     @contextmanager
     def record(self) -> Iterator[DeviceRecording]:
@@ -190,51 +202,46 @@ class Device:
         """A sampler; keywords as slangpy.SamplerDesc."""
         return self.handle.create_sampler(**description)
 
-    def kept(self, key: tuple[object, ...], make: Callable[[], T]) -> T:
-        """What `make` gives, made once a device: programs and pipelines, which take seconds where no cache has them."""
+    def kept(self, recipe: Recipe[T], types: MaterialTypeSet) -> T:
+        """What the recipe makes for these material types, made once a device."""
+        key = recipe, types
         if key not in self._kept:
-            self._kept[key] = make()
+            self._kept[key] = recipe(self, types)
         found: T = self._kept[key]
         return found
+
+    def retire(self, types: MaterialTypeSet) -> None:
+        """Forget the programs for these types, unless a pass still uses them."""
+        if types != STANDARD_ONLY and not any(types == user.types for user in self.for_types):
+            self._kept = {key: made for key, made in self._kept.items() if key[1] != types}
 
     def parameter_block(self, module: str, name: str) -> ParameterBlock:
         """The block `name` that `module` (a path below the package) declares."""
         # Slang-RHI remembers a block's layout by its address, which another program's may take once this one is freed.
         if module not in self._block_programs:
-            self._block_programs[module] = self._program(module, [])
+            self._block_programs[module] = linked(self, module, [], STANDARD_ONLY)
         return ParameterBlock(self.handle, self._block_programs[module], module, name)
 
-    def compute(
-        self, module: str, entry: str = "main", name: str | None = None, types: MaterialTypeSet = STANDARD_ONLY
-    ) -> ComputePass:
-        """A compute pass from a file below the package; `name` is what the profiler calls it.
+    def compute(self, module: str, entry: str = "main", name: str | None = None) -> ComputePass:
+        """A compute pass from a file below the package; `name` is what the profiler calls it."""
+        made = self.kept(ComputeRecipe(module, entry), STANDARD_ONLY)
+        return ComputePass(self.handle, name or Path(module).stem, *made)
 
-        `types`: the material types that it meets, where it evaluates any.
-        """
-        program, pipeline = self.kept(("compute", module, entry, types), lambda: self._compute(module, entry, types))
-        return ComputePass(self.handle, name or Path(module).stem, program, pipeline)
+    def compute_for_types(
+        self, module: str, entry: str = "main", name: str | None = None
+    ) -> ForTypes[tuple[spy.ShaderProgram, spy.ComputePipeline], ComputePass]:
+        """As `compute`, for a pass that evaluates materials: call what this gives with the types in use."""
+        label = name or Path(module).stem
+        return ForTypes(self, ComputeRecipe(module, entry), lambda made: ComputePass(self.handle, label, *made))
 
-    def _compute(
-        self, module: str, entry: str, types: MaterialTypeSet
-    ) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
-        program = self._program(module, [entry], types)
-        return program, self.handle.create_compute_pipeline(program)
+    def raster(self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None) -> RasterPass:
+        """A raster pass from the vertex and, if any, fragment entry points of a file."""
+        made = self.kept(RasterRecipe(module, entries, state), STANDARD_ONLY)
+        return RasterPass(self.handle, name or Path(module).stem, *made)
 
-    def raster(
-        self,
-        module: str,
-        entries: tuple[str, ...],
-        state: RasterState,
-        name: str | None = None,
-        types: MaterialTypeSet = STANDARD_ONLY,
-    ) -> RasterPass:
-        """A raster pass from the vertex and, if any, fragment entry points of a file; `types` as for `compute`."""
-        return RasterPass(self.handle, name or Path(module).stem, self._program(module, list(entries), types), state)
-
-    def _program(self, module: str, entries: list[str], types: MaterialTypeSet = STANDARD_ONLY) -> spy.ShaderProgram:
-        try:
-            loaded = self.handle.load_module(module)
-            modules = [loaded, *self.linked(types)]
-            return self.handle.link_program(modules, [loaded.entry_point(entry) for entry in entries])
-        except (RuntimeError, spy.SlangCompileError) as error:
-            raise DeviceError(f"{module}: {error}") from error
+    def raster_for_types(
+        self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None
+    ) -> ForTypes[tuple[spy.ShaderProgram, spy.RenderPipeline], RasterPass]:
+        """As `raster`, for a pass that evaluates materials: call what this gives with the types in use."""
+        label = name or Path(module).stem
+        return ForTypes(self, RasterRecipe(module, entries, state), lambda made: RasterPass(self.handle, label, *made))

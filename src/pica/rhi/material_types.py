@@ -5,21 +5,35 @@ The file of a type is compiled as it is; what is generated round it only says it
 
 import hashlib
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.errors import MaterialTypeError
-from pica.scene.material_types import STANDARD, MaterialSource, material_source
+from pica.scene.material_types import STANDARD, STANDARD_SOURCE, MaterialSource
 
-MaterialTypeSet = tuple[str, ...]
-"""Names of the types that a program knows, by the number that materials carry (`Material.type` in shaders), and among
-them "shape/type" for each shape that a material of that type is on (rhi/shape_types.py). One hit group each."""
-STANDARD_ONLY: MaterialTypeSet = (STANDARD,)
+
+@dataclass(frozen=True)
+class ShapeOn:
+    """What primitives have for a hit group: a shape with a material type on it (rhi/shape_types.py)."""
+
+    shape: MaterialSource
+    material: MaterialSource
+
+    @property
+    def name(self) -> str:
+        """shape/type."""
+        return f"{self.shape.name}/{self.material.name}"
+
+
+TypeEntry = MaterialSource | ShapeOn
+MaterialTypeSet = tuple[TypeEntry, ...]
+"""The types that a program knows, by the number that materials carry (`Material.type` in shaders), and among them the
+shapes that materials of these types are on. One hit group each."""
+STANDARD_ONLY: MaterialTypeSet = (STANDARD_SOURCE,)
 MAX_PARAMETERS = 16
 """32-bit numbers of a material's own; scene_types.slang: MATERIAL_PARAMETERS."""
 
@@ -99,43 +113,26 @@ class MaterialType:
         return numbers
 
 
-_Built = TypeVar("_Built")
-
-
-class ForTypes(Generic[_Built]):
-    """A pass or pipeline that is built for the material types in use, and anew when they change."""
-
-    def __init__(self, build: Callable[[MaterialTypeSet], _Built]) -> None:
-        self._build = build
-        self._types: MaterialTypeSet = ()
-
-    def __call__(self, types: MaterialTypeSet) -> _Built:
-        """What goes with these types. What was built before goes once no frame under way uses it."""
-        if types != self._types:
-            self._built, self._types = self._build(types), types
-        return self._built
-
-
 class MaterialTypes:
     """The material types of one device, compiled when first asked for."""
 
     def __init__(self, device: spy.Device) -> None:
         self._device = device
-        self._types: dict[str, MaterialType] = {}
+        self._types: dict[MaterialSource, MaterialType] = {}
         self._modules: dict[MaterialTypeSet, spy.SlangModule] = {}
 
-    def __getitem__(self, name: str) -> MaterialType:
+    def __getitem__(self, source: MaterialSource) -> MaterialType:
         """Raises MaterialTypeError when the type's file has a fault."""
-        if name not in self._types:
-            if name == STANDARD:
-                self._types[name] = self._standard()
+        if source not in self._types:
+            if source == STANDARD_SOURCE:
+                self._types[source] = self._standard()
             else:
-                self._types[name] = MaterialType(name, *compiled(self._device, material_source(name)))
-        return self._types[name]
+                self._types[source] = MaterialType(source.name, *compiled(self._device, source))
+        return self._types[source]
 
     def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
         """What to link with a program so that it knows these types."""
-        if plain(types) == {0: STANDARD}:
+        if plain(types) == {0: STANDARD_SOURCE}:
             return []
         if types not in self._modules:
             self._modules[types] = self._all(types)
@@ -149,7 +146,7 @@ class MaterialTypes:
 
     def _all(self, types: MaterialTypeSet) -> spy.SlangModule:
         numbered = plain(types)
-        made = [self[name] for name in numbered.values()]
+        made = [self[source] for source in numbered.values()]
         name = f"material_types_{digest(' '.join(f'{n} {m.alias}' for n, m in zip(numbered, made, strict=True)))}"
 
         def switch(call: str) -> str:
@@ -166,9 +163,9 @@ class MaterialTypes:
         return self._device.load_module_from_source(name, text)
 
 
-def plain(types: MaterialTypeSet) -> dict[int, str]:
+def plain(types: MaterialTypeSet) -> dict[int, MaterialSource]:
     """The material types alone, by their numbers."""
-    return {number: name for number, name in enumerate(types) if "/" not in name}
+    return {number: entry for number, entry in enumerate(types) if not isinstance(entry, ShapeOn)}
 
 
 def digest(text: str) -> str:
@@ -183,10 +180,12 @@ def compiled(device: spy.Device, source: MaterialSource) -> tuple[str, np.dtype[
     """
     marked = f"{source.name}_{digest(source.text)}"
     module, alias = f"{source.word}_{marked}", f"{source.word}_alias_{marked}"
+    # Nor does it take two modules of one path. A path beside the file finds the same imports.
+    path = source.path.with_name(f"{source.path.stem}_{digest(source.text)}.slang")
     try:
-        loaded = device.load_module_from_source(module, source.text, source.path)
+        loaded = device.load_module_from_source(module, source.text, path)
     except (RuntimeError, spy.SlangCompileError) as error:
-        raise source.fault(_first_error(source, str(error))) from None
+        raise source.fault(_first_error(source, str(error).replace(str(path), str(source.path)))) from None
     struct, made_of_it = _implementation(source, loaded)
     parameters = _parameters(source, loaded.layout.find_type_by_name(f"{struct}.Parameters"))
     interface = source.interface_file.removesuffix(".slang").replace("/", ".")

@@ -48,26 +48,30 @@ class RasterState:
     front: spy.FrontFaceMode = spy.FrontFaceMode.counter_clockwise
     depth_format: spy.Format = spy.Format.d32_float
 
-
-class RasterPass:
-    """One vertex and fragment program; draws are recorded by the caller into an open render pass."""
-
-    def __init__(self, device: spy.Device, name: str, program: spy.ShaderProgram, state: RasterState) -> None:
-        self.name = name
-        self.parameters = ProgramParameters(device, name, program)
-        self.pipeline = device.create_render_pipeline(
+    def pipeline(self, device: spy.Device, program: spy.ShaderProgram) -> spy.RenderPipeline:
+        """A pipeline of this state."""
+        return device.create_render_pipeline(
             program=program,
             input_layout=None,
-            targets=[{"format": target} for target in state.formats],
+            targets=[{"format": target} for target in self.formats],
             # Reversed z: nearer is greater, 0 is infinitely far (frame/gbuffer.slang).
             depth_stencil={
-                "format": state.depth_format,
+                "format": self.depth_format,
                 "depth_test_enable": True,
                 "depth_write_enable": True,
                 "depth_func": spy.ComparisonFunc.greater,
             },
-            rasterizer={"cull_mode": state.cull, "front_face": state.front},
+            rasterizer={"cull_mode": self.cull, "front_face": self.front},
         )
+
+
+class RasterPass:
+    """One vertex and fragment program; draws are recorded by the caller into an open render pass."""
+
+    def __init__(self, device: spy.Device, name: str, program: spy.ShaderProgram, pipeline: spy.RenderPipeline) -> None:
+        self.name = name
+        self.pipeline = pipeline
+        self.parameters = ProgramParameters(device, name, program)
 
     def bind(self, encoder: spy.RenderPassEncoder, /, **values: Any) -> None:
         """Bind the pipeline and its parameters; the caller draws."""

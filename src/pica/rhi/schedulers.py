@@ -16,8 +16,9 @@ from pica.errors import BindingError
 from pica.rhi.binding import ParameterBlock, ProgramParameters, parameters_of
 from pica.rhi.device import Device
 from pica.rhi.host_memory import HostBuffer
-from pica.rhi.material_types import STANDARD_ONLY, ForTypes, MaterialType, MaterialTypeSet
+from pica.rhi.material_types import STANDARD_ONLY, MaterialType, MaterialTypeSet, ShapeOn
 from pica.rhi.passes import Recording
+from pica.rhi.programs import ForTypes
 
 Wants = Literal["hit", "surface"]
 _EFFECT_MODULE = "rhi/ray_effect.slang"
@@ -86,28 +87,33 @@ class SceneOnDevice(Protocol):
         """The material types in use, in the order of the hit groups that its objects name."""
 
 
-class _RayProgram:
+@dataclass(frozen=True)
+class ShaderSource:
+    """A Slang module: source under a name of its own, or (without text) a file below the package."""
+
+    name: str
+    text: str = ""
+
+    def loaded(self, device: Device) -> spy.SlangModule:
+        """The module; a device loads it once."""
+        if self.text:
+            return device.handle.load_module_from_source(self.name, self.text)
+        return device.handle.load_module(self.name)
+
+
+@dataclass(frozen=True)
+class RayRecipe:
     """A ray generation shader linked with the hit shaders of some material types: one hit group a type."""
 
-    def __init__(
-        self,
-        device: Device,
-        name: str,
-        generation: spy.SlangModule,
-        wants: Wants,
-        simplified: bool,
-        types: MaterialTypeSet,
-    ) -> None:
-        key = ("rays", generation.name, wants, simplified, types)
-        program, self.pipeline, self.table = device.kept(
-            key, lambda: self._made(device, generation, wants, simplified, types)
-        )
-        self.parameters = ProgramParameters(device.handle, name, program)
+    generation: ShaderSource
+    wants: Wants
+    simplified: bool
 
-    @staticmethod
-    def _made(
-        device: Device, generation: spy.SlangModule, wants: Wants, simplified: bool, types: MaterialTypeSet
+    def __call__(
+        self, device: Device, types: MaterialTypeSet
     ) -> tuple[spy.ShaderProgram, spy.RayTracingPipeline, spy.ShaderTable]:
+        """Program, pipeline and shader table."""
+        generation, wants = self.generation.loaded(device), self.wants
         shaders = device.handle.load_module(_EFFECT_MODULE)
         miss = f"{wants}Miss"
         modules = [generation, shaders, *device.linked(types)]
@@ -115,14 +121,16 @@ class _RayProgram:
         if wants == "hit":
             entries.append(shaders.entry_point("hitClosest"))
         groups = []
-        for name in types:
-            material_type = device.material_types[name.split("/")[-1]]
-            if "/" in name:
-                own_modules, own_entries, group = device.shape_types.hit_group(name, material_type, wants, simplified)
+        for entry in types:
+            if isinstance(entry, ShapeOn):
+                own_modules, own_entries, group = device.shape_types.hit_group(
+                    entry, device.material_types[entry.material], wants, self.simplified
+                )
                 modules, entries = [*modules, *own_modules], [*entries, *own_entries]
                 groups.append(group)
                 continue
-            module = _hit_shaders(device, material_type, wants, simplified)
+            material_type = device.material_types[entry]
+            module = _hit_shaders(device, material_type, wants, self.simplified)
             modules.append(module)
             any_hit, closest = f"any_{material_type.name}", f"closest_{material_type.name}"
             entries.append(module.entry_point(any_hit))
@@ -140,9 +148,25 @@ class _RayProgram:
             program=program, hit_groups=groups, max_recursion=1, max_ray_payload_size=64
         )
         table = device.handle.create_shader_table(
-            program=program, ray_gen_entry_points=["main"], miss_entry_points=[miss], hit_group_names=list(types)
+            program=program,
+            ray_gen_entry_points=["main"],
+            miss_entry_points=[miss],
+            hit_group_names=[entry.name for entry in types],
         )
         return program, pipeline, table
+
+
+class _RayProgram:
+    def __init__(
+        self,
+        device: Device,
+        name: str,
+        program: spy.ShaderProgram,
+        pipeline: spy.RayTracingPipeline,
+        table: spy.ShaderTable,
+    ) -> None:
+        self.pipeline, self.table = pipeline, table
+        self.parameters = ProgramParameters(device.handle, name, program)
 
 
 def _types_of(values: dict[str, Any]) -> MaterialTypeSet:
@@ -169,10 +193,12 @@ class _RayPipeline:
     """A ray generation shader with the hit shaders that go with what it wants and with the scene's material types."""
 
     def __init__(
-        self, device: Device, name: str, generation: spy.SlangModule, wants: Wants, simplified: bool = False
+        self, device: Device, name: str, generation: ShaderSource, wants: Wants, simplified: bool = False
     ) -> None:
         self.name = name
-        self._program = ForTypes(lambda types: _RayProgram(device, name, generation, wants, simplified, types))
+        generation.loaded(device)  # a fault shows here, not in the first frame
+        recipe = RayRecipe(generation, wants, simplified)
+        self._program = ForTypes(device, recipe, lambda made: _RayProgram(device, name, *made))
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
         program = self._program(_types_of(values))
@@ -192,8 +218,7 @@ class PipelineEffect(_RayPipeline):
     def __init__(self, device: Device, module: str, effect: str, wants: Wants, simplified: bool) -> None:
         name = Path(module).stem
         source = _RAY_GENERATION.format(module=_import_path(module), effect=effect, wants=wants)
-        loaded = device.handle.load_module_from_source(f"{name}_{effect}_pipeline", source)
-        super().__init__(device, name, loaded, wants, simplified)
+        super().__init__(device, name, ShaderSource(f"{name}_{effect}_pipeline", source), wants, simplified)
 
 
 @dataclass(frozen=True)
@@ -218,8 +243,7 @@ class PipelineTracer:
     """Traces ray buffers with the device's own ray tracing pipeline."""
 
     def __init__(self, device: Device, scene: SceneOnDevice) -> None:
-        module = device.handle.load_module("rhi/trace_rays.slang")
-        self._pipeline = _RayPipeline(device, "trace_rays", module, "hit")
+        self._pipeline = _RayPipeline(device, "trace_rays", ShaderSource("rhi/trace_rays.slang"), "hit")
         self._scene = scene
 
     def __call__(self, recording: Recording, queue: RayQueue) -> None:
@@ -236,21 +260,25 @@ class PipelineTracer:
         )
 
 
-class _Kernel:
+@dataclass(frozen=True)
+class KernelRecipe:
     """One of an effect's two steps as a compute pipeline that knows some material types."""
 
-    def __init__(self, device: Device, name: str, module: spy.SlangModule, entry: str, types: MaterialTypeSet) -> None:
-        key = ("kernel", module.name, entry, types)
-        program, self.pipeline = device.kept(key, lambda: self._made(device, module, entry, types))
-        self.parameters = ProgramParameters(device.handle, f"{name} {entry}", program)
+    source: ShaderSource
+    entry: str
 
-    @staticmethod
-    def _made(
-        device: Device, module: spy.SlangModule, entry: str, types: MaterialTypeSet
-    ) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
+    def __call__(self, device: Device, types: MaterialTypeSet) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
+        """Program and pipeline."""
+        module = self.source.loaded(device)
         modules = [module, *device.linked(types)]
-        program = device.handle.link_program(modules, [module.entry_point(entry)])
+        program = device.handle.link_program(modules, [module.entry_point(self.entry)])
         return program, device.handle.create_compute_pipeline(program)
+
+
+class _Kernel:
+    def __init__(self, device: Device, name: str, program: spy.ShaderProgram, pipeline: spy.ComputePipeline) -> None:
+        self.pipeline = pipeline
+        self.parameters = ProgramParameters(device.handle, name, program)
 
 
 class BufferEffect:
@@ -271,11 +299,9 @@ class BufferEffect:
             line=_LINE,
         )
         suffix = "buffers_simplified" if simplified else "buffers"
-        loaded = device.handle.load_module_from_source(f"{name}_{effect}_{suffix}", source)
-        self._kernels = ForTypes(
-            lambda types: [_Kernel(device, name, loaded, entry, types) for entry in ("start", "advance")]
-        )
-        layout = device.handle.link_program([loaded], [])
+        kernels = ShaderSource(f"{name}_{effect}_{suffix}", source)
+        self._start, self._advance = (self._kernel(device, kernels, entry) for entry in ("start", "advance"))
+        layout = device.handle.link_program([kernels.loaded(device)], [])
         self._strides = {
             parameter.name: parameter.type_layout.element_type_layout.stride
             for parameter in parameters_of(layout)
@@ -294,7 +320,8 @@ class BufferEffect:
                 name: self._device.buffer(name, size=count * stride, struct_size=stride)
                 for name, stride in self._strides.items()
             }
-        start, advance = self._kernels(_types_of(values))
+        types = _types_of(values)
+        start, advance = self._start(types), self._advance(types)
         values |= {"counts": self._counts, "grid": spy.uint2(*grid), "waiting": spy.uint2(0, 0), **self._buffers}
         self._step(start, recording, (*grid, 1), values)
         while any(waiting := self._submit(recording)):
@@ -302,6 +329,10 @@ class BufferEffect:
             values["waiting"] = spy.uint2(*waiting)
             self._tracer(recording, RayQueue(values["rays"], values["hits"], values["queue"], *waiting))
             self._step(advance, recording, (sum(waiting), 1, 1), values)
+
+    def _kernel(self, device: Device, source: ShaderSource, entry: str) -> ForTypes[Any, _Kernel]:
+        recipe = KernelRecipe(source, entry)
+        return ForTypes(device, recipe, lambda made: _Kernel(device, f"{self.name} {entry}", *made))
 
     def _step(
         self, kernel: _Kernel, recording: Recording, threads: tuple[int, int, int], values: dict[str, Any]

@@ -1,6 +1,6 @@
 """Shapes as Slang modules: one alias for each, one module that stands for all that a scene uses, and their hit shaders.
 
-A program knows shapes by entries "shape/type" in its MaterialTypeSet: each is a hit group whose intersection shader is
+A program knows shapes by entries ShapeOn in its MaterialTypeSet: each is a hit group whose intersection shader is
 the shape's and whose other shaders are the material type's. So a scene without shapes has the programs it always had.
 """
 
@@ -12,9 +12,9 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.errors import ShapeError
-from pica.rhi.material_types import MaterialType, MaterialTypeSet, compiled, digest
+from pica.rhi.material_types import MaterialType, MaterialTypeSet, ShapeOn, compiled, digest
+from pica.scene.material_types import MaterialSource
 from pica.scene.primitives import Primitives
-from pica.scene.shape_types import shape_source
 
 _ALL = """
 module {name};
@@ -89,9 +89,9 @@ class ShapeType:
         return rows.view(np.uint32).reshape(len(rows), -1)
 
 
-def shapes_of(types: MaterialTypeSet) -> list[str]:
+def shapes_of(types: MaterialTypeSet) -> list[MaterialSource]:
     """The shapes in use, by number: `SectionRecord.shape` in shaders is one more."""
-    return list(dict.fromkeys(name.split("/")[0] for name in types if "/" in name))
+    return list(dict.fromkeys(entry.shape for entry in types if isinstance(entry, ShapeOn)))
 
 
 class ShapeTypes:
@@ -99,14 +99,14 @@ class ShapeTypes:
 
     def __init__(self, device: spy.Device) -> None:
         self._device = device
-        self._types: dict[str, ShapeType] = {}
-        self._modules: dict[tuple[str, ...], spy.SlangModule] = {}
+        self._types: dict[MaterialSource, ShapeType] = {}
+        self._modules: dict[tuple[MaterialSource, ...], spy.SlangModule] = {}
 
-    def __getitem__(self, name: str) -> ShapeType:
-        """Raises ShapeError when nobody registered the shape or its file has a fault."""
-        if name not in self._types:
-            self._types[name] = ShapeType(name, *compiled(self._device, shape_source(name)))
-        return self._types[name]
+    def __getitem__(self, source: MaterialSource) -> ShapeType:
+        """Raises ShapeError when the shape's file has a fault."""
+        if source not in self._types:
+            self._types[source] = ShapeType(source.name, *compiled(self._device, source))
+        return self._types[source]
 
     def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
         """What to link with a program so that it knows the shapes among these types."""
@@ -114,7 +114,7 @@ class ShapeTypes:
         if not shapes:
             return []
         if shapes not in self._modules:
-            self._modules[shapes] = self._all([self[name] for name in shapes])
+            self._modules[shapes] = self._all([self[source] for source in shapes])
         return [self._modules[shapes]]
 
     def _all(self, made: list[ShapeType]) -> spy.SlangModule:
@@ -135,10 +135,10 @@ class ShapeTypes:
         return self._device.load_module_from_source(name, text)
 
     def hit_group(
-        self, pair: str, material: MaterialType, wants: Literal["hit", "surface"], simplified: bool
+        self, pair: ShapeOn, material: MaterialType, wants: Literal["hit", "surface"], simplified: bool
     ) -> tuple[list[spy.SlangModule], list[spy.SlangEntryPoint], spy.HitGroupDesc]:
-        """The hit group of an entry "shape/type": modules and entry points to link, and how they go together."""
-        shape = self[pair.split("/")[0]]
+        """The hit group of an entry: modules and entry points to link, and how they go together."""
+        shape = self[pair.shape]
         name = f"{shape.name}_on_{material.name}"
         text = (_HIT if wants == "hit" else _HIT + _CLOSEST_HIT).format(
             name=name,
@@ -156,7 +156,7 @@ class ShapeTypes:
         entries = [module.entry_point(f"{step}_{name}") for step in ("intersect", "any")]
         entries.append((shared if wants == "hit" else module).entry_point(closest))
         group = spy.HitGroupDesc(
-            hit_group_name=pair,
+            hit_group_name=pair.name,
             closest_hit_entry_point=closest,
             any_hit_entry_point=f"any_{name}",
             intersection_entry_point=f"intersect_{name}",

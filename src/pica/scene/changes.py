@@ -20,6 +20,16 @@ class Changes:
     altered: "list[Node]"
     """What they carry as a light, who sees them or their lighting channels were set."""
 
+    def then(self, later: "Changes") -> "Changes":
+        """These changes and those that followed them."""
+        return Changes(
+            self.added + later.added,
+            self.removed + later.removed,
+            self.moved + later.moved,
+            self.deformed + later.deformed,
+            self.altered + later.altered,
+        )
+
     def any(self) -> bool:
         """Whether there was any change."""
         return bool(self.added or self.removed or self.moved or self.deformed or self.altered)

@@ -43,25 +43,38 @@ def read_source(made: type[MaterialSource], name: str, path: str | Path) -> Mate
         raise made(name, path, "").fault(f"{path}: {reason}") from None
 
 
+STANDARD_SOURCE = MaterialSource(STANDARD, Path(), "")
+"""Stands for pica's own."""
 _registered: dict[str, MaterialSource] = {}
+_registrations = 0
 
 
 def register_material(name: str, path: str | Path) -> None:
     """Let materials name a type of their own: `Material(type=name, parameters={...})`.
 
     `path`: a Slang file with one struct that implements IMaterialType (docs/material-types.md). It is read now and
-    compiled when a renderer first meets the type. The same file under the same name again changes nothing.
-    Raises MaterialTypeError for a name that is taken or not a word, and for a file that cannot be read.
+    compiled when a renderer first meets the type. A name that was registered before now means this source: renderers
+    that show the type replace it, once its programs are ready.
+    Raises MaterialTypeError for a name that is pica's or not a word, and for a file that cannot be read.
     """
+    global _registrations
     source = read_source(MaterialSource, name, path)
-    if name == STANDARD or _registered.get(name, source) != source:
-        holder = "pica itself" if name == STANDARD else _registered[name].path
-        raise source.fault(f"the name is taken by {holder}; choose another")
-    _registered[name] = source
+    if name == STANDARD:
+        raise source.fault("the name is taken by pica itself; choose another")
+    if _registered.get(name) != source:
+        _registered[name] = source
+        _registrations += 1
+
+
+def registrations() -> int:
+    """Grows whenever a name comes to mean another source."""
+    return _registrations
 
 
 def material_source(name: str) -> MaterialSource:
     """The source of a registered type. Raises MaterialTypeError for a name that nobody registered."""
+    if name == STANDARD:
+        return STANDARD_SOURCE
     if name not in _registered:
         known = ", ".join((STANDARD, *_registered))
         raise MaterialTypeError(f"material type {name!r} is not registered; there are {known}; see register_material")

@@ -1,6 +1,7 @@
 """The shapes that primitives can have, by name: the built-in ones and those that users register."""
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import ClassVar
 
@@ -39,10 +40,15 @@ def register_shape(name: str, path: str | Path) -> None:
     _registered[name] = source
 
 
+@cache
+def _built_in(name: str) -> MaterialSource:
+    return read_source(ShapeSource, name, _FOLDER / f"{name}.slang")
+
+
 def shape_source(name: str) -> MaterialSource:
     """The source of a shape. Raises ShapeError for a name that nobody registered."""
     if name in BUILT_IN:
-        return read_source(ShapeSource, name, _FOLDER / f"{name}.slang")
+        return _built_in(name)
     if name not in _registered:
         known = ", ".join((*BUILT_IN, *_registered))
         raise ShapeError(f"shape {name!r} is not registered; there are {known}; see register_shape")

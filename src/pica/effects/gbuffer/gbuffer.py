@@ -1,6 +1,6 @@
 """The G-buffer effect: which triangle each pixel sees, by raster or by rays, then what it is made of."""
 
-from typing import Literal
+from typing import Any, Literal
 
 import slangpy as spy
 
@@ -9,19 +9,22 @@ from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.draws import CULL, FRONT, DrawKind, Facing
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
-from pica.rhi.material_types import ForTypes
 from pica.rhi.passes import RasterPass, RasterState
+from pica.rhi.programs import ForTypes
 from pica.rhi.schedulers import Tracer, ray_effect
 
 _FOLDER = "effects/gbuffer"
+_BOXES = Facing.BOXES, Facing.BOXES_MIRRORED
 
 
 class RasterVisibility:
     """Writes which triangle each pixel sees, by rasterization. One indirect draw per kind of section."""
 
     def __init__(self, device: Device, size: Size) -> None:
-        self._passes: dict[DrawKind, ForTypes[RasterPass]] = {}
-        self._device = device
+        self._passes = {
+            kind: self._pass(device, kind)
+            for kind in (DrawKind(opaque, facing) for opaque in (True, False) for facing in Facing)
+        }
         self._depth = device.texture(
             "raster depth",
             spy.Format.d32_float,
@@ -40,10 +43,13 @@ class RasterVisibility:
         if visibility not in self._targets:
             self._targets[visibility] = self._render_targets(visibility)
         self._state.index_buffer = scene.geometry.indices
+        for kind, for_types in self._passes.items():
+            if kind.facing not in _BOXES:  # so that the first triangles of a kind find its pipeline made
+                for_types(scene.material_types)
         frame.profiler.begin(frame.encoder, "raster")
         with frame.encoder.begin_render_pass(self._targets[visibility]) as encoder:
             for draws in scene.draws:
-                self._pass(draws.kind)(scene.material_types).bind(encoder, scene=scene, frame=frame)
+                self._passes[draws.kind](scene.material_types).bind(encoder, scene=scene, frame=frame)
                 encoder.set_render_state(self._state)
                 encoder.draw_indexed_indirect(draws.count, draws.arguments)
         frame.profiler.end(frame.encoder)
@@ -62,16 +68,12 @@ class RasterVisibility:
             }
         )
 
-    def _pass(self, kind: DrawKind) -> ForTypes[RasterPass]:
-        if kind not in self._passes:
-            file, shaders = "raster.slang", ("vertexMain", "opaqueMain" if kind.opaque else "coveredMain")
-            if kind.facing in (Facing.BOXES, Facing.BOXES_MIRRORED):
-                file, shaders = "raster_primitives.slang", ("vertexMain", "fragmentMain")
-            state = RasterState((spy.Format.rg32_uint,), CULL[kind.facing], FRONT[kind.facing])
-            self._passes[kind] = ForTypes(
-                lambda types: self._device.raster(f"{_FOLDER}/{file}", shaders, state, types=types)
-            )
-        return self._passes[kind]
+    def _pass(self, device: Device, kind: DrawKind) -> ForTypes[Any, RasterPass]:
+        file, shaders = "raster.slang", ("vertexMain", "opaqueMain" if kind.opaque else "coveredMain")
+        if kind.facing in _BOXES:
+            file, shaders = "raster_primitives.slang", ("vertexMain", "fragmentMain")
+        state = RasterState((spy.Format.rg32_uint,), CULL[kind.facing], FRONT[kind.facing])
+        return device.raster_for_types(f"{_FOLDER}/{file}", shaders, state)
 
 
 class GBufferEffect:
@@ -93,7 +95,7 @@ class GBufferEffect:
             if self.primary == "rays"
             else None
         )
-        self._resolve = ForTypes(lambda types: device.compute(f"{_FOLDER}/resolve.slang", types=types))
+        self._resolve = device.compute_for_types(f"{_FOLDER}/resolve.slang")
 
     @property
     def names(self) -> list[str]:

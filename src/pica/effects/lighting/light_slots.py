@@ -10,7 +10,6 @@ from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.lights import LightTable
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
-from pica.rhi.material_types import ForTypes
 from pica.scene.light import DirectionalLight, DiskLight, Light, RectangleLight
 from pica.scene.model import Node
 from pica.settings import Settings, ShadowDenoiser
@@ -38,7 +37,7 @@ class LightSlots:
         self.reservoirs = device.texture("light reservoirs", spy.Format.rg32_uint, (1, 1))
         """Which candidate the shared slot follows; full size where there is such a slot."""
         self._has_shared = False
-        self._choose = ForTypes(lambda types: device.compute("effects/lighting/reservoir.slang", types=types))
+        self._choose = device.compute_for_types("effects/lighting/reservoir.slang")
         self.block = device.parameter_block("effects/lighting/light_slots.slang", "lightSlots")
 
     def update(self, lights: LightTable) -> None:

@@ -10,7 +10,6 @@ from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
-from pica.rhi.material_types import ForTypes
 from pica.settings import LightingSettings
 
 
@@ -26,9 +25,7 @@ class DirectLighting:
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
         self._use_prefiltered = settings.environment == "prefiltered"
         self._prefiltered = PrefilteredEnvironment(device, scene, wanted=self._use_prefiltered)
-        self._direct = ForTypes(
-            lambda types: device.compute("effects/lighting/direct.slang", name="lighting", types=types)
-        )
+        self._direct = device.compute_for_types("effects/lighting/direct.slang", name="lighting")
 
     def __call__(
         self,

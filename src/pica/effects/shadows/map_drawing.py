@@ -10,7 +10,6 @@ from pica.frame.context import FrameContext
 from pica.gpu_scene.draws import DRAW_SIZE
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
-from pica.rhi.material_types import ForTypes
 from pica.rhi.passes import RasterPass, RasterState
 
 _FOLDER = "effects/shadows"
@@ -39,7 +38,7 @@ class MapDrawing:
         state = RasterState((), spy.CullMode.none)
         module = f"{_FOLDER}/casters.slang"
         self._opaque = device.raster(module, ("vertexMain",), state)
-        self._covered = ForTypes(lambda types: device.raster(module, ("vertexMain", "coveredMain"), state, types=types))
+        self._covered = device.raster_for_types(module, ("vertexMain", "coveredMain"), state)
         self._stale = device.structured("stale views", np.zeros((max(view_count, 1), 2), np.uint32))
         self.counts = device.structured(
             "shadow map draw counts", np.zeros(2 * max(view_count, 1), np.uint32), _INDIRECT

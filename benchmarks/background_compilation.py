@@ -1,0 +1,181 @@
+"""Frame times while material types come to a running renderer and are replaced, with cold shader caches.
+
+    python benchmarks/background_compilation.py [--size 1920x1080] [--device NAME] [--set NAME=VALUE …]
+
+Prints one JSON object: for each phase the median frame and the longest above it, how long the programs took, and how
+many frames went by between the moment when the worker had compiled all and the frame that shows the result. `making`
+is what the renderer's own process did for each program, in milliseconds.
+"""
+
+import argparse
+import json
+import os
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+SOURCE = """
+import shaders.material_type;
+import shaders.noise;
+struct Bench : IMaterialType
+{
+    struct Parameters { float3 tint; float scale; }
+    static void evaluate(MaterialInput input, inout Surface surface)
+    {
+        Parameters parameters = input.parameters<Parameters>();
+        float value = 0;
+        for (uint octave = 0; octave < 4; octave++)
+            value += sin(dot(input.objectPosition * parameters.scale * (1 << octave), float3(1, 2, 3)) + STEP) / 4;
+        surface.brdf.baseColor = lerp(input.material.baseColor.rgb, parameters.tint, .5 + .5 * value);
+        surface.brdf.roughness = .3;
+    }
+    override static float coverage(MaterialInput input)
+    {
+        return frac(input.objectPosition.x * 4) > HOLES ? 1 : 0;
+    }
+}
+"""
+FRAMES = 200
+LIMIT = 120.0
+
+
+def main() -> None:
+    """Measure every phase in one running renderer."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--size", default="1920x1080")
+    parser.add_argument("--device")
+    parser.add_argument("--set", action="append", default=[], help="NAME=VALUE, a setting")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        # Pica's cache and those of the drivers, before anything opens a device.
+        os.environ["PICA_CACHE"] = folder
+        os.environ["__GL_SHADER_DISK_CACHE_PATH"] = os.environ["MESA_SHADER_CACHE_DIR"] = folder
+        size = tuple(int(length) for length in arguments.size.split("x"))
+        print(json.dumps(measure(Path(folder), size, arguments.device, arguments.set), indent=1))
+
+
+def measure(folder: Path, size: Any, device_name: str | None, values: list[str]) -> dict[str, Any]:
+    """All phases, in a folder for sources and caches."""
+    import numpy as np
+
+    import pica
+    from pica.rhi.device import Device
+    from pica.scene.light import DirectionalLight
+    from pica.scene.material import AlphaMode, Material
+    from pica.scene.model import Mesh, Node, Scene
+    from pica.scene.procedural.placing import aim, move
+    from pica.scene.procedural.primitives import plane, sphere
+
+    steps: list[tuple[str, float]] = []
+    kept = Device.kept
+
+    def timed(self: Device, recipe: Any, types: Any) -> Any:
+        begun = time.perf_counter()
+        made = kept(self, recipe, types)
+        steps.append((f"{type(recipe).__name__} {_brief(recipe)}", 1e3 * (time.perf_counter() - begun)))
+        return made
+
+    Device.kept = timed  # type: ignore[method-assign]
+    settings = pica.Settings().with_values(dict(value.split("=", 1) for value in values))
+    device = Device(device_name)
+    scene = Scene("background compilation")
+    grey = Material(base_color=(0.6, 0.6, 0.6, 1), metallic=0.0)
+    scene.add(Node(mesh=Mesh([plane(20, 20, grey)])))
+    for x in range(-4, 5):
+        node = Node(mesh=Mesh([sphere(0.4, grey)]))
+        node.transform = move(x, 0.4, -1)
+        scene.add(node)
+    sun = Node(light=DirectionalLight(illuminance=3.0, angular_diameter=0.01))
+    sun.transform = aim((1, 2, 1.5), (0, 0, 0))
+    scene.add(sun)
+    camera = pica.Camera.look_at((0.0, 2.5, 7.0), (0.0, 0.5, 0.0), 45.0)
+    renderer = pica.Renderer(scene, size, settings, device)
+
+    def register(name: str, step: int, holes: float) -> None:
+        path = folder / f"{name}.slang"
+        path.write_text(SOURCE.replace("STEP", str(step)).replace("HOLES", str(holes)))
+        pica.register_material(name, path)
+
+    def show(name: str, place: float, mode: AlphaMode) -> None:
+        parameters = {"tint": (0.1, 0.1, 0.4), "scale": 3.0}
+        material = Material(type=name, metallic=0.0, alpha_mode=mode, double_sided=True, parameters=parameters)
+        node = Node(mesh=Mesh([sphere(0.5, material)]))
+        node.transform = move(place, 0.5, 1)
+        scene.add(node)
+
+    def frame() -> float:
+        begun = time.perf_counter()
+        renderer.advance(camera)
+        device.handle.wait_for_idle()
+        return 1e3 * (time.perf_counter() - begun)
+
+    def added() -> None:
+        register("first", 0, -1)
+        show("first", -1.5, AlphaMode.OPAQUE)
+
+    def masked() -> None:
+        register("second", 0, 0.5)
+        show("second", 1.5, AlphaMode.MASK)
+
+    def replaced() -> None:
+        register("first", 2, -1)
+
+    def phase(change: Callable[[], None]) -> dict[str, Any]:
+        still = [frame() for _ in range(FRAMES)]
+        steps.clear()
+        begun = time.perf_counter()
+        change()
+        times, pending, compiled, visible = [frame()], [renderer.pending_shaders], None, None
+        types = renderer._gpu_scene.material_types
+        while visible is None and time.perf_counter() - begun < LIMIT:
+            if compiled is None and not device.compiler.unanswered:
+                compiled = len(times), time.perf_counter() - begun
+            times.append(frame())
+            pending.append(renderer.pending_shaders)
+            if renderer._gpu_scene.material_types != types:
+                visible = len(times), time.perf_counter() - begun
+        times += [frame() for _ in range(FRAMES)]
+        usual = median(still)
+        longest = sorted(range(len(times)), key=lambda index: -times[index])[:5]
+        return {
+            "median_ms": round(usual, 2),
+            "longest_before_ms": round(max(still), 2),
+            "longest_ms": round(max(times), 2),
+            "longest_above_median_ms": round(max(times) - usual, 2),
+            "longest_frames": [
+                {"frame": index, "ms": round(times[index], 2), "pending": pending[min(index, len(pending) - 1)]}
+                for index in longest
+            ],
+            "compiled_after_s": round(compiled[1], 2) if compiled else None,
+            "shown_after_s": round(visible[1], 2) if visible else None,
+            "frames_from_compiled_to_shown": visible[0] - compiled[0] if visible and compiled else None,
+            "making": [(name, round(ms, 2)) for name, ms in steps if ms > 0.1],
+        }
+
+    begun = time.perf_counter()
+    frame()
+    first = time.perf_counter() - begun
+    [frame() for _ in range(20)]
+    before = np.asarray(renderer.advance(camera)["material"].to_numpy())
+    phases = {change.__name__: phase(change) for change in (added, masked, replaced)}
+    after = np.asarray(renderer.advance(camera)["material"].to_numpy())
+    return {
+        "device": device.name,
+        "size": list(size),
+        "first_frame_s": round(first, 2),
+        "pixels_changed": round(float((before != after).any(-1).mean()), 4),
+        "phases": phases,
+    }
+
+
+def _brief(recipe: Any) -> str:
+    parts = (getattr(recipe, part, "") for part in ("module", "source", "generation", "entry"))
+    words = (getattr(part, "name", part) for part in parts)
+    return " ".join(filter(None, words))
+
+
+if __name__ == "__main__":
+    main()
