@@ -305,9 +305,12 @@ class GpuScene:
         instances = _numbers(np.array([p.instances.start for p in placements]), counts)
         objects = _numbers(np.array([p.objects.start for p in placements]), counts * parts)
         before = self.instances["to_world"][instances]
-        come = np.concatenate([placement.have_come(node) for placement, node in zip(placements, nodes, strict=True)])
-        self.instances["previous_to_world"][instances] = np.where(come[:, None, None], now, before)
+        self.instances["previous_to_world"][instances] = before
         self.instances["to_world"][instances] = now
+        for placement, node in zip(placements, nodes, strict=True):
+            if placement.identities is not None or node.identities is not None:
+                rows = placement.instances.start + np.flatnonzero(placement.have_come(node))
+                self.instances["previous_to_world"][rows] = self.instances["to_world"][rows]
         self._instances.touch(instances)
         self._grow_bounds(placements)
         self.rt_scene.move(objects, np.repeat(now, np.repeat(parts, counts), axis=0))

@@ -6,7 +6,6 @@ World matrices are float64, right-handed, +Y up, metres; column vectors: world =
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from weakref import WeakSet
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from pica.errors import SceneError
 from pica.scene.animation import Animation, Pose, together
 from pica.scene.camera import Camera
-from pica.scene.changes import ChangeSet
+from pica.scene.changes import ChangeSet, Listeners
 from pica.scene.channels import ALL_CHANNELS, checked_channels
 from pica.scene.deformer import CameraFacing, Deformer, FacesCamera
 from pica.scene.environment import Environment
@@ -131,7 +130,7 @@ class Node:
     """The skinned nodes that this one places, as their skin's root."""
     _bent: "tuple[Node, ...]" = field(default=(), repr=False)
     """The skinned nodes that this one deforms, as a link of their skin."""
-    _listeners: "WeakSet[ChangeSet] | None" = field(default=None, repr=False)
+    _listeners: Listeners | None = field(default=None, repr=False)
 
     @property
     def transform(self) -> NDArray[np.float64]:
@@ -268,7 +267,7 @@ class Scene:
         self.roots: list[Node] = []
         self.animations: list[Animation] = []
         self._together: tuple[list[Animation], Animation] = ([], Animation([]))
-        self._listeners: WeakSet[ChangeSet] = WeakSet()
+        self._listeners = Listeners()
 
     def add(self, node: Node) -> Node:
         """Add a node without a parent, with all below it, and return it."""
