@@ -123,3 +123,30 @@ def test_a_thousand_copies(device):
     cast = RayCaster(device, scene_of(node))
     hits = cast(above(spots[:, 0], spots[:, 1], 20), DOWN)
     np.testing.assert_allclose(hits["distance"], 20 - 0.01 * np.arange(1000), rtol=1e-5)
+
+
+def test_the_previous_top_level_stays_for_a_frame(device):
+    node = placed(plane(2, 2, lambert()))
+    scene = scene_of(placed(plane(1, 1, lambert()), move(0, 0, -9)), node)
+    cast = RayCaster(device, scene)
+
+    def met():
+        """At the old place and at the new one, as things are and as they were."""
+        found = []
+        for structure in (cast.scene.rt_scene.structure, cast.scene.rt_scene.previous):
+            cast.scene.block.bind(tlas=structure)
+            found.append((cast(above([0, 5], 0), DOWN)["distance"] >= 0).tolist())
+        return found
+
+    for _ in range(3):  # both structures take their turns
+        node.transform = move(5, 0, 0)
+        cast.update()
+        assert met() == [[False, True], [True, False]]
+        cast.update()
+        assert met() == [[False, True], [False, True]]
+        node.transform = move(0, 0, 0)
+        cast.update()
+        cast.update()
+    scene.remove(node)
+    cast.update()
+    assert met() == [[False, False], [True, False]]

@@ -377,6 +377,7 @@ class GpuScene:
         self.rt_scene.build(recording)
         self.block.bind(
             tlas=self.rt_scene.structure,
+            previousTlas=self.rt_scene.previous,
             positions=self.geometry.positions,
             previousPositions=self.geometry.previous_positions,
             vertices=self.geometry.vertices,

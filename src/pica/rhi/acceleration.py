@@ -72,7 +72,14 @@ class RtGeometry:
         self._descs: list[spy.AccelerationStructureBuildDesc] = []
         self._scratch: spy.Buffer | None = None
         self._size = 0
+        self._pair: list[spy.AccelerationStructure] = []
+        """Of equal size; builds take turns."""
+        self._gone: list[RtObject] = []
+        self._gone_before: list[RtObject] = []
         self.structure: spy.AccelerationStructure
+        self.previous: spy.AccelerationStructure
+        """As it was before the newest build: where objects were in the frame before. Those that deform have their new
+        form in it, as their bottom levels are updated in place."""
 
     @property
     def has_boxes(self) -> bool:
@@ -220,7 +227,14 @@ class RtScene:
         self._with_boxes: set[int] = set()
         self._built: tuple[spy.Buffer, spy.AccelerationStructureBuildDesc, spy.Buffer] | None = None
         self._size = 0
+        self._pair: list[spy.AccelerationStructure] = []
+        """Of equal size; builds take turns."""
+        self._gone: list[RtObject] = []
+        self._gone_before: list[RtObject] = []
         self.structure: spy.AccelerationStructure
+        self.previous: spy.AccelerationStructure
+        """As it was before the newest build: where objects were in the frame before. Those that deform have their new
+        form in it, as their bottom levels are updated in place."""
 
     @property
     def has_boxes(self) -> bool:
@@ -266,8 +280,7 @@ class RtScene:
     def remove(self, slots: range) -> None:
         """Empty slots and give them back."""
         self._tell(slots)
-        for slot in slots:
-            del self.objects[slot]
+        self._gone += [self.objects.pop(slot) for slot in slots]
         self._with_boxes.difference_update(slots)
         self.slots.give_back(slots.start, len(slots))
 
@@ -276,6 +289,10 @@ class RtScene:
         self.slots.flush(recording)
         if self._built is None or self._built[0] is not self.slots.buffer:
             self._prepare()
+        first = not hasattr(self, "structure")
+        self._pair.reverse()
+        self.previous, self.structure = self._pair[0] if first else self.structure, self._pair[0]
+        self._gone_before, self._gone = self._gone, []  # the previous top level still shows them
         assert self._built is not None
         recording.profiler.begin(recording.encoder, "top level")
         recording.encoder.build_acceleration_structure(
@@ -300,14 +317,17 @@ class RtScene:
         )
         sizes = self._device.handle.get_acceleration_structure_sizes(desc)
         if self._built is not None:
-            self._device.count_memory(-self._size)
+            self._device.count_memory(-2 * self._size)
             self._device.give_back(self._built[2])
         scratch = self._device.buffer("rt scene scratch", size=max(sizes.scratch_size, 4))
         self._size = sizes.acceleration_structure_size
-        self._device.count_memory(self._size)
-        self.structure = self._device.handle.create_acceleration_structure(
-            kind=spy.AccelerationStructureKind.top_level, size=self._size
-        )
+        self._device.count_memory(2 * self._size)
+        self._pair = [
+            self._device.handle.create_acceleration_structure(
+                kind=spy.AccelerationStructureKind.top_level, size=self._size
+            )
+            for _ in range(2)
+        ]
         self._built = self.slots.buffer, desc, scratch
 
 
