@@ -48,7 +48,7 @@ class Renderer:
         self.settings = settings = settings or Settings()
         self.device = device = device if isinstance(device, Device) else Device(device)
         self.scene = scene
-        self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
+        self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at, settings.shadows.transparent)
         self.tracer = tracer = choose_tracer(device, settings.rays, self._gpu_scene)
         self._slots = LightSlots(device, size, settings)
         self._frames = FrameSequence(device, size, settings.seed)

@@ -73,6 +73,9 @@ class ShadowsSettings(_Checked):
     """rays: traced from every pixel; maps: shadow maps, which need no rays and only approximate soft shadows."""
     mode: Literal["soft", "hard", "off"] = "soft"
     """soft: one ray a frame to a random point of the light; hard: to its centre; off: no shadows."""
+    transparent: bool = True
+    """Shadow rays go on through materials that let light through and take their colour; false: those are opaque. Costs
+    nothing in scenes without any, else a ray for each surface on the way. The path tracer follows it too."""
     max_lights: int = _range(1, 29, 8)
     """Lights with a shadow ray of their own. Higher: less noise with many lights, more rays and memory;
     the lights beyond and all emissive triangles share one ray. Visibility has 32 bits a pixel."""

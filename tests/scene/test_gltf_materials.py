@@ -58,6 +58,7 @@ def test_every_factor(tmp_path: Path) -> None:
             "KHR_materials_emissive_strength": {"emissiveStrength": 20},
             "KHR_materials_ior": {"ior": 1.33},
             "KHR_materials_specular": {"specularFactor": 0, "specularColorFactor": [1, 0.5, 2]},
+            "KHR_materials_transmission": {"transmissionFactor": 0.75},
             "KHR_materials_unlit": {},
         },
     }  # fmt: skip
@@ -67,30 +68,39 @@ def test_every_factor(tmp_path: Path) -> None:
     assert (material.metallic, material.roughness, material.emission) == (0, 0.25, (10, 20, 0))
     assert (material.alpha_mode, material.alpha_cutoff, material.double_sided) == (AlphaMode.MASK, 0.7, True)
     assert (material.ior, material.specular, material.specular_color) == (1.33, 0, (1, 0.5, 2))
-    assert material.unlit
+    assert (material.transmission, material.thin_walled, material.unlit) == (0.75, True, True)
+
+
+@pytest.mark.parametrize(("thickness", "thin"), [(0, True), (0.25, False)])
+def test_a_thickness_makes_a_solid(tmp_path: Path, thickness: float, thin: bool) -> None:
+    volume = {"KHR_materials_volume": {"thicknessFactor": thickness}}
+    assert material_of(file_with({"extensions": volume}), tmp_path).thin_walled == thin
 
 
 def test_every_texture(tmp_path: Path) -> None:
-    infos = {name: {"index": i, "texCoord": i % 2} for i, name in enumerate("abcdefg")}
+    infos = {name: {"index": i, "texCoord": i % 2} for i, name in enumerate("abcdefgh")}
     description = {
         "pbrMetallicRoughness": {"baseColorTexture": infos["a"], "metallicRoughnessTexture": infos["b"]},
         "normalTexture": infos["c"] | {"scale": 0.5},
         "occlusionTexture": infos["d"] | {"strength": 0.25},
         "emissiveTexture": infos["e"],
-        "extensions": {"KHR_materials_specular": {"specularTexture": infos["f"], "specularColorTexture": infos["g"]}},
+        "extensions": {
+            "KHR_materials_specular": {"specularTexture": infos["f"], "specularColorTexture": infos["g"]},
+            "KHR_materials_transmission": {"transmissionTexture": infos["h"]},
+        },
     }
-    file = file_with(description, "KHR_materials_specular")
-    for i in range(7):
+    file = file_with(description, *description["extensions"])
+    for i in range(8):
         file.add("images", bufferView=file.view(picture(color=(i, 0, 0))), mimeType="image/png")
         file.add("textures", source=i)
     material = material_of(file, tmp_path)
     textures = [
         material.base_color_texture, material.metallic_roughness_texture, material.normal_texture,
         material.occlusion_texture, material.emissive_texture, material.specular_texture,
-        material.specular_color_texture,
+        material.specular_color_texture, material.transmission_texture,
     ]  # fmt: skip
-    assert [texture and texture.image.pixels[0, 0, 0] for texture in textures] == list(range(7))
-    assert [texture and texture.uv_set for texture in textures] == [0, 1, 0, 1, 0, 1, 0]
+    assert [texture and texture.image.pixels[0, 0, 0] for texture in textures] == list(range(8))
+    assert [texture and texture.uv_set for texture in textures] == [0, 1, 0, 1, 0, 1, 0, 1]
     assert (material.normal_scale, material.occlusion_strength) == (0.5, 0.25)
 
 

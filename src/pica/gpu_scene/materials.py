@@ -18,7 +18,16 @@ from pica.scene.shape_types import shape_source
 
 # shaders/scene_types.slang: TextureSlot and Material
 SLOT = np.dtype([("texture", "u8"), ("sampler", "u8"), ("transform", "f4", (2, 3)), ("uv_set", "u4"), ("texels", "f4")])
-_SLOTS = ("base_color", "metallic_roughness", "normal", "occlusion", "emissive", "specular", "specular_color")
+_SLOTS = (
+    "base_color",
+    "metallic_roughness",
+    "normal",
+    "occlusion",
+    "emissive",
+    "specular",
+    "specular_color",
+    "transmission",
+)
 _SRGB = {"base_color", "emissive", "specular_color"}
 MATERIAL = np.dtype(
     [
@@ -32,6 +41,7 @@ MATERIAL = np.dtype(
         ("normal_scale", "f4"),
         ("occlusion_strength", "f4"),
         ("alpha_cutoff", "f4"),
+        ("transmission", "f4"),
         ("flags", "u4"),
         *((f"{slot}_texture", SLOT) for slot in _SLOTS),
         ("type", "u4"),
@@ -39,7 +49,7 @@ MATERIAL = np.dtype(
     ],
     align=True,
 )
-_MASK, _BLEND, _DOUBLE_SIDED, _UNLIT = 1, 2, 4, 8
+_MASK, _BLEND, _DOUBLE_SIDED, _UNLIT, _THIN_WALLED = 1, 2, 4, 8, 16
 _WRAP = {
     Wrap.REPEAT: spy.TextureAddressingMode.wrap,
     Wrap.MIRRORED_REPEAT: spy.TextureAddressingMode.mirror_repeat,
@@ -63,6 +73,8 @@ class MaterialTable:
     def __init__(self, device: Device) -> None:
         self._device = device
         self.table = HostTable(device, "materials", MATERIAL)
+        self.transparent: set[int] = set()
+        """Rows of the materials that let light through."""
         self._users: dict[int, int] = {}
         self._materials: dict[int, tuple[int, Material]] = {}
         self._textures: dict[tuple[int, bool], _ImageOnGpu] = {}
@@ -137,6 +149,8 @@ class MaterialTable:
             self._materials[key] = row, material
             self.table.rows[row] = self._packed(material)
             self._type_users[material.type] += 1
+            if material.transmission > 0:
+                self.transparent.add(row)
         self._users[key] = self._users.get(key, 0) + 1
         return self._materials[key][0]
 
@@ -158,6 +172,7 @@ class MaterialTable:
         row, _ = self._materials.pop(key)
         del self._users[key]
         self._type_users[material.type] -= 1
+        self.transparent.discard(row)
         self.table.give_back(row, 1)
         for slot in _SLOTS:
             texture: Texture | None = getattr(material, f"{slot}_texture")
@@ -168,13 +183,14 @@ class MaterialTable:
         packed = np.zeros((), MATERIAL)
         for name in ("base_color", "emission", "metallic", "specular_color", "roughness", "ior", "specular"):
             packed[name] = getattr(material, name)
-        for name in ("normal_scale", "occlusion_strength", "alpha_cutoff"):
+        for name in ("normal_scale", "occlusion_strength", "alpha_cutoff", "transmission"):
             packed[name] = getattr(material, name)
         packed["flags"] = (
             _MASK * (material.alpha_mode is AlphaMode.MASK)
             | _BLEND * (material.alpha_mode is AlphaMode.BLEND)
             | _DOUBLE_SIDED * material.double_sided
             | _UNLIT * material.unlit
+            | _THIN_WALLED * material.thin_walled
         )
         source = next((known for known in plain(self._types).values() if known.name == material.type), None)
         if source is None:

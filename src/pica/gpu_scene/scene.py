@@ -73,10 +73,11 @@ class GpuScene:
     Nodes that come, go, move or deform cost what they are; those that stand still cost nothing but the top level.
     """
 
-    def __init__(self, device: Device, scene: Scene, rebuild_at: float) -> None:
-        """`rebuild_at`: GeometrySettings.rebuild_at."""
+    def __init__(self, device: Device, scene: Scene, rebuild_at: float, transparent_shadows: bool = True) -> None:
+        """`rebuild_at`: GeometrySettings.rebuild_at; `transparent_shadows`: ShadowsSettings.transparent."""
         self.source = scene
         self._device, self._rebuild_at = device, rebuild_at
+        self._transparent_shadows = transparent_shadows
         self._changes = scene.subscribe()
         self.geometry = GeometryBuffers(device)
         self.materials = MaterialTable(device)
@@ -130,6 +131,11 @@ class GpuScene:
     def pending_programs(self) -> int:
         """How many programs are still to be made for material types on their way."""
         return self._arrivals.pending
+
+    @property
+    def transparent(self) -> bool:
+        """Whether shadow rays go on through some surfaces; otherwise they only ask whether something is there."""
+        return self._transparent_shadows and bool(self.materials.transparent)
 
     def labels(self) -> NDArray[np.uint32]:
         """(records, 2) the node and the material of each record as they are now, both counted from 1."""
@@ -388,6 +394,7 @@ class GpuScene:
             instances=self._instances.buffer,
             materials=self.materials.table.buffer,
             masked=int(bool(self._masked) or self.lights.masked),
+            transparent=int(self.transparent),
             **self.lights.parameters,
         )
 

@@ -44,7 +44,7 @@ class PathTracer:
         self.device = device = device if isinstance(device, Device) else Device(device)
         self.scene = scene
         self._max_depth = max_depth or NO_LIMIT
-        self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
+        self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at, settings.shadows.transparent)
         tracer = choose_tracer(device, settings.rays, self._gpu_scene)
         self._frames = FrameSequence(device, size, settings.seed)
         self._sum = device.texture("radiance sum", spy.Format.rgba32_float, size)

@@ -8,19 +8,21 @@ from numpy.typing import NDArray
 
 from pica.frame.context import Size
 from pica.rhi.device import Device
-from pica.rhi.schedulers import Tracer, ray_effect
+from pica.rhi.schedulers import Tracer, Wants, ray_effect
 
 _SAMPLES_PER_RUN = 256
 """No single dispatch may take so long that a driver stops it."""
 
 
 class CountedShare:
-    """The share of a pixel's rays that meet nothing: a ray effect that counts rays and misses (width, height, rg32)."""
+    """The share of a pixel's rays that arrive: a ray effect that counts both (width, height, rg32)."""
 
-    def __init__(self, device: Device, size: Size, module: str, effect: str, tracer: Tracer | None) -> None:
+    def __init__(
+        self, device: Device, size: Size, module: str, effect: str, wants: Wants, tracer: Tracer | None
+    ) -> None:
         self._device, self._size = device, size
         self._counted = device.texture("counted rays", spy.Format.rg32_float, size)
-        self._trace = ray_effect(device, f"path_tracer/{module}.slang", effect, "hit", tracer)
+        self._trace = ray_effect(device, f"path_tracer/{module}.slang", effect, wants, tracer)
 
     def __call__(self, samples: int, **inputs: Any) -> NDArray[np.float32]:
         """(height, width) from `samples` rays a pixel, NaN where a pixel has none. Waits for the device."""

@@ -48,7 +48,7 @@ class MeasuredShadows(MeasuredEffect):
         if renderer.shadows is None:
             raise SettingsError("compare --effect shadows: setting shadows.mode is off, so there is nothing to compare")
         self._visibility = CountedShare(
-            renderer.device, renderer.size, "light_visibility", "LightVisibility", renderer.tracer
+            renderer.device, renderer.size, "light_visibility", "LightVisibility", "surface", renderer.tracer
         )
 
     def _slots(self) -> dict[str, int]:
@@ -83,7 +83,7 @@ class MeasuredOcclusion(MeasuredEffect):
                 "compare --effect ambient_occlusion: setting ambient_occlusion.mode is off, so nothing can be compared"
             )
         self._open = CountedShare(
-            renderer.device, renderer.size, "ambient_visibility", "AmbientVisibility", renderer.tracer
+            renderer.device, renderer.size, "ambient_visibility", "AmbientVisibility", "hit", renderer.tracer
         )
 
     def result(self, buffers: dict[str, spy.Texture]) -> Layers:

@@ -218,7 +218,7 @@ class PipelineEffect(_RayPipeline):
     def __init__(self, device: Device, module: str, effect: str, wants: Wants, simplified: bool) -> None:
         name = Path(module).stem
         source = _RAY_GENERATION.format(module=_import_path(module), effect=effect, wants=wants)
-        super().__init__(device, name, ShaderSource(f"{name}_{effect}_pipeline", source), wants, simplified)
+        super().__init__(device, name, ShaderSource(f"{name}_{effect}_{wants}_pipeline", source), wants, simplified)
 
 
 @dataclass(frozen=True)
@@ -299,7 +299,7 @@ class BufferEffect:
             line=_LINE,
         )
         suffix = "buffers_simplified" if simplified else "buffers"
-        kernels = ShaderSource(f"{name}_{effect}_{suffix}", source)
+        kernels = ShaderSource(f"{name}_{effect}_{wants}_{suffix}", source)
         self._start, self._advance = (self._kernel(device, kernels, entry) for entry in ("start", "advance"))
         layout = device.handle.link_program([kernels.loaded(device)], [])
         self._strides = {

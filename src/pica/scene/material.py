@@ -98,6 +98,14 @@ class Material:
     """Linear, in alpha."""
     specular_color_texture: Texture | None = None
     """sRGB."""
+    transmission: float = 0.0
+    """Share of the light that enters the dielectric and leaves on its far side, 0 to 1, tinted by the base colour
+    (KHR_materials_transmission). Only shadows of direct light know of it; all else sees an opaque surface."""
+    transmission_texture: Texture | None = None
+    """Linear, in red."""
+    thin_walled: bool = True
+    """True: the surface is a pane with air on both sides. False: it bounds a solid, which light enters at the front and
+    leaves at the back (KHR_materials_volume with a thickness)."""
     type: str = STANDARD
     """"standard", or the name that register_material gave to a type of your own."""
     parameters: dict[str, float | Sequence[float]] = field(default_factory=dict)

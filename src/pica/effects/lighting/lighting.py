@@ -52,6 +52,7 @@ class DirectLighting:
             visibility=shadows.bits if shadows else self._no_shadows,
             shadowed=int(shadows is not None),
             filteredShadows=shadows.filtered if shadows else self._not_filtered,
+            shadowSamples=shadows.samples if shadows else self._not_filtered,
             wholeLights=int(self._whole_lights),
             ltcTables=self._ltc_tables,
             occlusion=occlusion or self._no_occlusion,

@@ -12,7 +12,7 @@ from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
-from pica.rhi.schedulers import Tracer, ray_effect
+from pica.rhi.schedulers import RayEffect, Tracer, Wants, ray_effect
 from pica.settings import ShadowsSettings
 
 
@@ -24,19 +24,23 @@ class ShadowTextures:
     """(width, height, rg32_uint) one bit a slot. Red: the light's sample is not hidden; green: a ray was traced."""
     filtered: spy.Texture
     """(width, height, denoised slots, rgba16_float) share of a slot's light that reaches the pixel, 0 to 1."""
+    samples: spy.Texture
+    """(width, height, slots, rgba16_float) the same of this frame's samples, weighted; in transparent scenes only, else
+    the denoised slots."""
 
 
 class Shadows:
     """Which part of each light reaches each pixel."""
 
     def __init__(self, device: Device, size: Size, settings: ShadowsSettings, tracer: Tracer | None = None) -> None:
-        self._device, self._size = device, size
+        self._device, self._size, self._tracer = device, size, tracer
         self._bits = device.texture("shadow visibility", spy.Format.rg32_uint, size)
         self._samples = device.texture("shadow samples", spy.Format.rgba16_float, (1, 1), layers=1)
         self._slopes = device.texture("shadow slopes", spy.Format.r16_float, (1, 1), layers=1)
-        self._layers = 0
+        self._sample_layers = self._denoised = 0
         self._denoiser = ShadowDenoiser(device, size, settings.history)
-        self._trace = ray_effect(device, "effects/shadows/shadow_rays.slang", "ShadowRays", "hit", tracer)
+        self._effects: dict[Wants, RayEffect] = {}
+        self._rays("hit")
 
     def reset(self) -> None:
         """Drop the history."""
@@ -44,7 +48,7 @@ class Shadows:
 
     def debug_views(self) -> dict[str, spy.Texture]:
         """What can be shown of the newest frame, by name: see views.py. Nothing without denoised slots."""
-        return {"samples": self._samples, **self._denoiser.debug_views()} if self._layers else {}
+        return {"samples": self._samples, **self._denoiser.debug_views()} if self._denoised else {}
 
     def __call__(
         self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene, slots: LightSlots, moved: bool
@@ -53,14 +57,8 @@ class Shadows:
 
         `moved`: something differs from the frame before.
         """
-        if len(slots.denoised) > self._layers:
-            self._layers = len(slots.denoised)
-            self._device.give_back(self._samples, self._slopes)
-            self._samples = self._device.texture(
-                "shadow samples", spy.Format.rgba16_float, self._size, layers=self._layers
-            )
-            self._slopes = self._device.texture("shadow slopes", spy.Format.r16_float, self._size, layers=self._layers)
-        self._trace(
+        self._allocate(len(slots.denoised), slots.count if scene.transparent else 0)
+        self._rays("surface" if scene.transparent else "hit")(
             frame,
             frame.size,
             frame=frame,
@@ -73,9 +71,27 @@ class Shadows:
             slopes=self._slopes,
         )
         if not slots.denoised:
-            return ShadowTextures(self._bits, self._samples)
+            return ShadowTextures(self._bits, self._samples, self._samples)
         filtered = self._denoiser(frame, gbuffer, scene, slots, self._samples, self._slopes, moved)
-        return ShadowTextures(self._bits, filtered)
+        return ShadowTextures(self._bits, filtered, self._samples)
+
+    def _rays(self, wants: Wants) -> RayEffect:
+        """Only where light goes through surfaces must the rays know their materials."""
+        if wants not in self._effects:
+            module = "effects/shadows/shadow_rays.slang"
+            self._effects[wants] = ray_effect(self._device, module, "ShadowRays", wants, self._tracer)
+        return self._effects[wants]
+
+    def _allocate(self, denoised: int, coloured: int) -> None:
+        samples = max(denoised, coloured)
+        if samples > self._sample_layers:
+            self._sample_layers = samples
+            self._device.give_back(self._samples)
+            self._samples = self._device.texture("shadow samples", spy.Format.rgba16_float, self._size, layers=samples)
+        if denoised > self._denoised:
+            self._denoised = denoised
+            self._device.give_back(self._slopes)
+            self._slopes = self._device.texture("shadow slopes", spy.Format.r16_float, self._size, layers=denoised)
 
 
 def visibility_layers(bits: NDArray[np.uint32], slots: int) -> NDArray[np.float32]:

@@ -60,6 +60,7 @@ class Materials:
             ior=_index_of_refraction(entry, where),
             extras=mapping(entry.extras, f"{where}.extras"),
             **self._specular(entry, where),
+            **self._transmission(entry, where),
         )
 
     def _specular(self, entry: Any, where: str) -> dict[str, Any]:
@@ -74,6 +75,21 @@ class Materials:
             "specular_color_texture": self._textures.from_json(
                 values.get("specularColorTexture"), f"{where}.specularColorTexture"
             ),
+        }
+
+    def _transmission(self, entry: Any, where: str) -> dict[str, Any]:
+        values = extension(entry, "KHR_materials_transmission", where) or {}
+        volume = extension(entry, "KHR_materials_volume", where) or {}
+        where = f"{where}.extensions"
+        thickness = f"{where}.KHR_materials_volume.thicknessFactor"
+        where = f"{where}.KHR_materials_transmission"
+        return {
+            "transmission": number(values.get("transmissionFactor"), f"{where}.transmissionFactor", 0, 1, 0.0),
+            "transmission_texture": self._textures.from_json(
+                values.get("transmissionTexture"), f"{where}.transmissionTexture"
+            ),
+            # The rest of that extension is not read.
+            "thin_walled": number(volume.get("thicknessFactor"), thickness, low=0, default=0.0) == 0,
         }
 
 

@@ -1,0 +1,164 @@
+"""Shadow rays go on through what lets light through, and take its colour."""
+
+import math
+
+import numpy as np
+import pytest
+
+import pica
+from pica.quality.effects import compare_effect
+from pica.rhi import embree
+from pica.scene.camera import Camera
+from pica.scene.light import DirectionalLight, SphereLight
+from pica.scene.material import Image, Material, Sampler, Texture
+from pica.scene.procedural.placing import aim, move, turn
+from pica.scene.procedural.primitives import box, plane, sphere
+from tests.building import lambert, orthographic, placed, render, scene_of, settings, shining, trace, uniform
+
+PIPELINE = {"rays.scheduler": "pipeline"}
+WAYS = [
+    pytest.param(PIPELINE, id="pipeline"),
+    pytest.param({"rays.scheduler": "buffers", "rays.tracer": "device"}, id="buffers"),
+    pytest.param(
+        {"rays.scheduler": "buffers", "rays.tracer": "embree"},
+        id="embree",
+        marks=pytest.mark.skipif(embree.missing() is not None, reason="Embree cannot trace"),
+    ),
+]
+COLORS = [(0.9, 0.5, 0.3), (0.4, 0.9, 0.8), (0.7, 0.7, 0.95)]
+TILTS = [0, 25, 50]
+DOWN = turn("x", -90)
+ABOVE = orthographic((0, 0.2, 0), (0, 0, 0), 0.3)
+"""Sees the floor alone, from below what is at half a metre and higher."""
+
+
+def glass(color=(1.0, 1.0, 1.0), **more) -> Material:
+    return Material(**{"base_color": (*color, 1.0), "metallic": 0.0, "transmission": 1.0, **more})
+
+
+def sun(angular_diameter: float = 0.0):
+    return shining(DirectionalLight(illuminance=2.0, angular_diameter=angular_diameter), DOWN)
+
+
+def floor():
+    return placed(plane(6, 6, lambert(0.6)))
+
+
+def schlick(cosine: float, f0: float = 0.04) -> float:
+    return f0 + (1 - f0) * (1 - cosine) ** 5
+
+
+def arriving(device, node, values, diameter=0.0, tracer=render) -> np.ndarray:
+    """(height, width, 3) of the light on the floor that is left with something in the way."""
+    nodes = node if isinstance(node, list) else [node]
+    more = {"max_depth": 2} if tracer is trace else {}
+    with_it, without = (
+        tracer(device, scene_of(floor(), sun(diameter), *inside), 3, ABOVE, (12, 12), values=values, **more).color
+        for inside in (nodes, [])
+    )
+    assert without.min() > 0.1
+    return with_it / without
+
+
+@pytest.mark.parametrize("tracer", [render, trace], ids=["hybrid", "path tracer"])
+@pytest.mark.parametrize("diameter", [0.0, 0.02], ids=["sharp", "filtered"])
+@pytest.mark.parametrize("values", WAYS)
+def test_three_panes_give_the_product_of_their_colours_and_interfaces(device, values, diameter, tracer):
+    panes, expected = [], np.ones(3)
+    for index, (color, tilt) in enumerate(zip(COLORS, TILTS, strict=True)):
+        side = 180 * (index % 2)  # a pane is the same from both sides
+        pane = plane(3, 3, glass(color, transmission=0.9, roughness=0.0))
+        panes.append(placed(pane, move(0, 1.4 + 1.5 * index, 0) @ turn("x", tilt + side)))
+        expected *= 0.9 * np.array(color) * (1 - schlick(math.cos(math.radians(tilt)))) ** 2
+    found = arriving(device, panes, values, diameter, tracer)
+    np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=0.01)
+
+
+@pytest.mark.parametrize("tracer", [render, trace], ids=["hybrid", "path tracer"])
+def test_light_leaves_a_solid_only_below_the_critical_angle(device, tracer):
+    color = np.array((0.9, 0.7, 0.5))
+    for tilt, leaves in ((0, True), (35, True), (50, False)):
+        slab = placed(box((3, 0.2, 3), glass(color, thin_walled=False)), move(0, 2, 0) @ turn("x", tilt))
+        found = arriving(device, slab, PIPELINE, tracer=tracer)
+        expected = np.zeros(3)
+        if leaves:  # Snell's law, which gives no angle at 50 degrees
+            outside = math.asin(1.5 * math.sin(math.radians(tilt)))
+            inside = 1 - schlick(math.cos(math.radians(tilt)))
+            expected = color**2 * inside * (1 - schlick(math.cos(outside)))
+        np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=0.01, atol=1e-6)
+
+
+def test_metal_and_other_opaque_things_behind_glass_hide_the_light(device):
+    pane = placed(plane(3, 3, glass()), move(0, 1, 0))
+    assert np.all(arriving(device, [pane, placed(plane(3, 3, lambert()), move(0, 2, 0))], PIPELINE) == 0)
+    assert np.all(arriving(device, placed(plane(3, 3, glass(metallic=1.0)), move(0, 1, 0)), PIPELINE) == 0)
+
+
+def test_a_texture_says_where_light_comes_through(device):
+    pixels = np.full((1, 2, 4), 255, np.uint8)
+    pixels[0, 0, 0] = 0
+    halves = Texture(Image(pixels), Sampler(linear=False))
+    material = glass(specular=0.0, transmission=0.5, transmission_texture=halves)
+    found = arriving(device, placed(plane(3, 3, material), move(0, 1, 0)), PIPELINE)
+    columns = np.sort(found.mean((0, 2)))
+    # Jitter blurs the two columns at the edge.
+    np.testing.assert_allclose(columns[[*range(5), *range(7, 12)]], [0] * 5 + [0.5] * 5, atol=1e-3)
+
+
+def invisible_pane():
+    """Takes no light and does not show, but rays must find the way through."""
+    pane = placed(plane(4, 4, glass(specular=0.0)), move(0, 0.6, 0) @ turn("x", 10))
+    pane.visible_to_camera = False
+    return pane
+
+
+def glossy_stage(*more):
+    glow = lambert(0.0, emission=(6.0, 4.0, 2.0), double_sided=True)
+    shiny = Material(base_color=(0.8, 0.8, 0.8, 1), metallic=0.5, roughness=0.4)
+    return scene_of(
+        placed(plane(2, 2, shiny)),
+        placed(plane(0.6, 0.6, glow), move(0.5, 1.4, -0.4)),
+        shining(SphereLight(radiance=8.0, radius=0.25), move(-0.5, 1.5, -0.5)),
+        *more,
+        environment=uniform(0.3, 0.4, 0.5),
+    )
+
+
+@pytest.mark.parametrize("tracer", [render, trace], ids=["hybrid", "path tracer"])
+def test_what_takes_no_light_changes_nothing(device, tracer):
+    """Whatever strategy looks for a light: emissive triangles, the environment and lights with a size."""
+    camera = Camera.look_at((0, 0.5, 1.2), (0, 0, 0), fov=40)
+    more = {"max_depth": 2} if tracer is trace else {}
+    pictures = [
+        tracer(device, glossy_stage(*panes), 96, camera, (24, 16), values=PIPELINE, **more).color
+        for panes in ([], [invisible_pane()])
+    ]
+    seen = [picture.reshape(4, 4, 4, 6, 3).mean((1, 3)) for picture in pictures]
+    np.testing.assert_allclose(seen[1], seen[0], rtol=0.06)
+    np.testing.assert_allclose(pictures[1].mean((0, 1)), pictures[0].mean((0, 1)), rtol=0.015)
+
+
+def test_filtered_shadows_of_glass_come_near_the_truth(device):
+    ball = placed(sphere(0.3, glass((0.9, 0.4, 0.3), thin_walled=False)), move(0, 0.5, 0))
+    pane = placed(plane(0.8, 0.8, glass((0.3, 0.8, 0.4))), move(-0.5, 0.8, 0.1) @ turn("x", 30))
+    light = shining(DirectionalLight(illuminance=2.0, angular_diameter=0.1), aim((0.6, 2, 0.5), (0, 0, 0)))
+    scene = scene_of(floor(), ball, pane, light)
+    view = Camera.look_at((0.3, 2.0, 2.4), (0, 0.2, 0), fov=40)
+    for denoiser in ("svgf", "anisotropic"):
+        chosen = settings({"shadows.denoiser": denoiser, **PIPELINE})
+        errors = compare_effect(pica.Renderer(scene, (72, 48), chosen, device), "shadows", "still", 10, 48, view)
+        assert errors.psnr[-1] > 28, f"{denoiser}: {errors.psnr[-1]:.1f} dB"
+
+
+def test_transparent_shadows_come_and_go_with_the_glass_and_the_setting(device):
+    scene = scene_of(floor(), sun())
+    renderer = pica.Renderer(scene, (8, 8), settings(PIPELINE), device)
+    bare = renderer.render(1, ABOVE).color
+    pane = scene.add(placed(plane(3, 3, glass((0.5, 1, 1))), move(0, 1, 0)))
+    coloured = renderer.render(1, ABOVE).color
+    np.testing.assert_allclose(coloured / bare, np.broadcast_to(0.96**2 * np.array([0.5, 1, 1]), bare.shape), rtol=0.01)
+    off = {"shadows.transparent": "false", **PIPELINE}
+    assert np.all(render(device, scene, 1, ABOVE, (8, 8), off).color == 0)
+    assert np.all(trace(device, scene, 1, ABOVE, (8, 8), 2, off).color == 0)
+    scene.remove(pane)
+    np.testing.assert_array_equal(renderer.render(1, ABOVE).color, bare)
