@@ -18,7 +18,8 @@ class ShadowMaps:
     def __init__(self, device: Device, size: Size, settings: Settings) -> None:
         self._device, self._size, self._settings = device, size, settings
         self._bits = device.texture("shadow visibility", spy.Format.rg32_uint, size)
-        self._filtered = self._shares(1)
+        self.filtered = self._shares(1)
+        """Share of each mapped light that reaches the pixel (width, height, slots, rgba16_float), of the last frame."""
         self._lookup = device.compute("effects/shadows/map_lookup.slang", name="shadow map lookup")
         self._nearest = device.sampler(
             min_filter=spy.TextureFilteringMode.point, mag_filter=spy.TextureFilteringMode.point
@@ -39,8 +40,8 @@ class ShadowMaps:
         if slots.denoised is not self.maps.nodes:
             self.maps.give_back()
             self.maps = LightMaps(self._device, self._settings.shadow_maps, slots.denoised)
-            self._device.give_back(self._filtered)
-            self._filtered = self._shares(max(len(slots.denoised), 1))
+            self._device.give_back(self.filtered)
+            self.filtered = self._shares(max(len(slots.denoised), 1))
         self.maps.update(frame, scene)
         self._lookup(
             frame,
@@ -53,10 +54,10 @@ class ShadowMaps:
             soft=int(self._settings.shadows.mode == "soft"),
             taps=self._settings.shadow_maps.taps,
             visibility=self._bits,
-            filtered=self._filtered,
+            filtered=self.filtered,
             **self.maps.parameters,
         )
-        return ShadowTextures(self._bits, self._filtered)
+        return ShadowTextures(self._bits, self.filtered)
 
     def _shares(self, layers: int) -> spy.Texture:
         return self._device.texture("map shadows", spy.Format.rgba16_float, self._size, layers=layers)
