@@ -149,6 +149,7 @@ class ShadowDenoiser:
                 gbuffer=gbuffer,
                 signal=source,
                 footprints=self._footprints,
+                deviation=self._deviation[0],
                 filtered=target,
                 axis=axis,
                 **values,
