@@ -1,5 +1,6 @@
 """What the raster path draws: one list of indirect draws per kind of section."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -7,7 +8,11 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.gpu_scene.primitives import BOX_INDICES
 from pica.rhi.device import Device
+from pica.scene.material import AlphaMode
+from pica.scene.model import Section
+from pica.scene.primitives import Primitives
 
 # VkDrawIndexedIndirectCommand
 _ARGUMENTS = np.dtype(
@@ -100,3 +105,30 @@ def draw_lists(device: Device, sections: SectionDraws) -> list[DrawList]:
                 buffer = device.buffer("draws", data=chosen.view(np.uint8), usage=usage)
                 lists.append(DrawList(DrawKind(opaque, facing), len(chosen), buffer))
     return lists
+
+
+def section_draws(
+    records: NDArray[np.int64],
+    rows: NDArray[np.void],
+    sections: Sequence[Section | Primitives],
+    mirrored: NDArray[np.bool_],
+    first_box_index: int,
+) -> SectionDraws:
+    """What raster needs to know of these records: their numbers, RECORD rows and sections, and which are mirrored."""
+    materials = [section.material for section in sections]
+    boxes = rows["shape"] > 0
+    return SectionDraws(
+        record=records,
+        first_index=np.where(boxes, first_box_index, rows["first_index"]),
+        index_count=np.array([BOX_INDICES.size if isinstance(s, Primitives) else s.indices.size for s in sections]),
+        instances=np.array([len(s) if isinstance(s, Primitives) else 1 for s in sections], np.uint32),
+        boxes=boxes,
+        opaque=np.array([m.alpha_mode is AlphaMode.OPAQUE for m in materials], bool),
+        double_sided=np.array([m.double_sided for m in materials], bool),
+        mirrored=mirrored,
+    )
+
+
+def is_mirrored(transforms: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """(n,) whether (n, 3, 4) transforms turn left hands into right ones."""
+    return np.asarray(np.linalg.det(transforms[:, :, :3].astype(np.float64)) < 0)

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 from pica.gpu_scene.arrivals import Arrivals
 from pica.gpu_scene.bounds import joined, world_box
 from pica.gpu_scene.deformation import Deformation
-from pica.gpu_scene.draws import DrawList, SectionDraws, draw_lists
+from pica.gpu_scene.draws import DrawList, draw_lists, is_mirrored, section_draws
 from pica.gpu_scene.environment import environment_map
 from pica.gpu_scene.geometry import GeometryBuffers
 from pica.gpu_scene.lights import EmissiveSection, LightTable
 from pica.gpu_scene.masks import SEEN_BY_CAMERA, SEEN_BY_SURFACES, instance_mask, is_masked, mask_and_channels
 from pica.gpu_scene.materials import MaterialTable, average_emission
-from pica.gpu_scene.primitives import BOX_INDICES
 from pica.rhi.acceleration import RtObject, RtScene
 from pica.rhi.device import Device
 from pica.rhi.material_types import MaterialTypeSet
@@ -24,7 +23,6 @@ from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
 from pica.scene.camera import Camera
 from pica.scene.changes import Changes
-from pica.scene.material import AlphaMode
 from pica.scene.model import Node, Scene, Section
 from pica.scene.primitives import Primitives
 
@@ -147,13 +145,13 @@ class GpuScene:
         """What the camera's raster draws; made when first asked for after a change."""
         every = self._every_record()
         masks = self.instances["mask_and_channels"][self.records["instance"][every]]
-        return draw_lists(self._device, self._section_draws(every[masks & SEEN_BY_CAMERA != 0]))
+        return self._drawn(every[masks & SEEN_BY_CAMERA != 0])
 
     @cached_property
     def casters(self) -> list[DrawList]:
         """Triangles that may throw a shadow, whatever their masks: likewise."""
         every = self._every_record()
-        return draw_lists(self._device, self._section_draws(every[self.records["shape"][every] == 0]))
+        return self._drawn(every[self.records["shape"][every] == 0])
 
     def admit(self, wait: bool = True, camera: Camera | None = None) -> None:
         """Take in what changed, before a frame begins. Without `wait`, nodes of new material types stay out until
@@ -320,7 +318,7 @@ class GpuScene:
         self._instances.touch(instances)
         self._grow_bounds(placements)
         self.rt_scene.move(objects, np.repeat(now, np.repeat(parts, counts), axis=0))
-        if (_mirrored(before) != _mirrored(now)).any():
+        if (is_mirrored(before) != is_mirrored(now)).any():
             self._forget_draws()
 
     def _grow_bounds(self, placements: list[_Placement]) -> None:
@@ -401,30 +399,17 @@ class GpuScene:
     def _every_record(self) -> NDArray[np.int64]:
         return np.fromiter(self._record_sections, np.int64, len(self._record_sections))
 
-    def _section_draws(self, records: NDArray[np.int64]) -> SectionDraws:
+    def _drawn(self, records: NDArray[np.int64]) -> list[DrawList]:
         sections = [self._record_sections[record] for record in records.tolist()]
-        materials = [section.material for section in sections]
-        shapes = self.records["shape"][records] > 0
-        return SectionDraws(
-            record=records,
-            first_index=np.where(shapes, self.geometry.first_box_index, self.records["first_index"][records]),
-            index_count=np.array([BOX_INDICES.size if isinstance(s, Primitives) else s.indices.size for s in sections]),
-            instances=np.array([len(s) if isinstance(s, Primitives) else 1 for s in sections], np.uint32),
-            boxes=shapes,
-            opaque=np.array([m.alpha_mode is AlphaMode.OPAQUE for m in materials], bool),
-            double_sided=np.array([m.double_sided for m in materials], bool),
-            mirrored=_mirrored(self.instances["to_world"])[self.records["instance"][records]],
-        )
+        rows = self.records[records]
+        mirrored = is_mirrored(self.instances["to_world"])[rows["instance"]]
+        return draw_lists(self._device, section_draws(records, rows, sections, mirrored, self.geometry.first_box_index))
 
 
 def _numbers(starts: NDArray[np.int64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
     """start, start + 1, … of each run, one after the other."""
     before = np.cumsum(counts) - counts
     return np.repeat(starts - before, counts) + np.arange(counts.sum())
-
-
-def _mirrored(transforms: NDArray[np.float32]) -> NDArray[np.bool_]:
-    return np.asarray(np.linalg.det(transforms[:, :, :3].astype(np.float64)) < 0)
 
 
 def _shines(node: Node) -> bool:

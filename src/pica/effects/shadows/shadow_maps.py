@@ -57,7 +57,7 @@ class ShadowMaps:
             filtered=self.filtered,
             **self.maps.parameters,
         )
-        return ShadowTextures(self._bits, self.filtered)
+        return ShadowTextures(self._bits, self.filtered, samples=None)
 
     def _shares(self, layers: int) -> spy.Texture:
         return self._device.texture("map shadows", spy.Format.rgba16_float, self._size, layers=layers)

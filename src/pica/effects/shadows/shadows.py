@@ -24,9 +24,9 @@ class ShadowTextures:
     """(width, height, rg32_uint) one bit a slot. Red: the light's sample is not hidden; green: a ray was traced."""
     filtered: spy.Texture
     """(width, height, denoised slots, rgba16_float) share of a slot's light that reaches the pixel, 0 to 1."""
-    samples: spy.Texture
-    """(width, height, slots, rgba16_float) the same of this frame's samples, weighted; in transparent scenes only, else
-    the denoised slots."""
+    samples: spy.Texture | None
+    """(width, height, slots, rgba16_float) the same of this frame's samples, weighted; in other than transparent scenes
+    of the denoised slots alone. None where no rays are traced."""
 
 
 class Shadows:
