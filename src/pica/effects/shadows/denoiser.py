@@ -74,6 +74,8 @@ class ShadowDenoiser:
         self._allocate(layers)
         grid = (*self._size, layers)
         remembered = self._remembered if moved or self._remembered == 1 else _STILL
+        if slots.svgf < layers:
+            self._find_footprints(frame, gbuffer, scene, slots, samples, slopes)
         self._history(
             frame,
             grid,
@@ -85,6 +87,8 @@ class ShadowDenoiser:
             signal=self._signal[0],
             moments=self._moments[0],
             deviation=self._deviation[0],
+            footprints=self._footprints,
+            firstFootprint=slots.svgf,
             sourceLayers=self._source_layers(slots.denoised),
             remembered=float(remembered),
             clampWidth=_CLAMP_WIDTH if moved else 0.0,
@@ -92,7 +96,7 @@ class ShadowDenoiser:
         if slots.svgf:
             self._filter_by_variance(frame, gbuffer, slots.svgf)
         if slots.svgf < layers:
-            self._filter_by_footprint(frame, gbuffer, scene, slots, samples, slopes)
+            self._filter_by_footprint(frame, gbuffer, slots)
         self._signal.reverse()
         self._moments.reverse()
         return self._filtered[0]
@@ -115,7 +119,7 @@ class ShadowDenoiser:
             )
             source = target
 
-    def _filter_by_footprint(
+    def _find_footprints(
         self,
         frame: FrameContext,
         gbuffer: GBuffer,
@@ -136,23 +140,28 @@ class ShadowDenoiser:
             lightSlots=slots,
             slopes=slopes,
             tiles=self._tile_slopes,
-            moments=self._moments[0],
             footprints=self._footprints,
             tileCount=spy.uint2(*_tiles_of(self._size)),
             **values,
         )
+
+    def _filter_by_footprint(self, frame: FrameContext, gbuffer: GBuffer, slots: LightSlots) -> None:
+        first, layers = slots.svgf, len(slots.denoised) - slots.svgf
+        grid = (*self._size, layers)
         chain = self._signal[0], self._filtered[1], self._filtered[0]
         for axis, (source, target) in enumerate(pairwise(chain)):
             self._anisotropic[axis](
                 frame,
                 grid,
+                frame=frame,
                 gbuffer=gbuffer,
                 signal=source,
                 footprints=self._footprints,
+                moments=self._moments[0],
                 deviation=self._deviation[0],
                 filtered=target,
                 axis=axis,
-                **values,
+                firstLayer=first,
             )
 
     def _allocate(self, layers: int) -> None:
