@@ -109,6 +109,7 @@ def test_a_new_shape_waits_too(device, register):
     register("plain", PLAIN.replace("0.25", "0.75"))
     seen = until_ready(renderer)
     assert set(seen[:-1]) == {0.25} and seen[-1] == 0.75
+    renderer.reset()  # to frame 0, which looks through the pixels' centres
     settled = renderer.render(1, CAMERA)
     fresh = render(device, scene, 1, CAMERA, SIZE, {**QUICK, **RAYS})
     np.testing.assert_array_equal(settled.aov("albedo"), fresh.aov("albedo"))
