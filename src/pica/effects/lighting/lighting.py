@@ -41,6 +41,7 @@ class DirectLighting:
         `occlusion`: the open share of each pixel's surroundings, which dims the prefiltered environment, the only light
         here that has no shadows of its own.
         """
+        samples = shadows.samples if shadows else None
         self._direct(scene.material_types)(
             frame,
             frame.grid,
@@ -52,7 +53,8 @@ class DirectLighting:
             visibility=shadows.bits if shadows else self._no_shadows,
             shadowed=int(shadows is not None),
             filteredShadows=shadows.filtered if shadows else self._not_filtered,
-            shadowSamples=shadows.samples if shadows else self._not_filtered,
+            shadowSamples=samples or self._not_filtered,
+            shadowsColoured=int(samples is not None),
             wholeLights=int(self._whole_lights),
             ltcTables=self._ltc_tables,
             occlusion=occlusion or self._no_occlusion,

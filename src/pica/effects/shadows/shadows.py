@@ -24,9 +24,8 @@ class ShadowTextures:
     """(width, height, rg32_uint) one bit a slot. Red: the light's sample is not hidden; green: a ray was traced."""
     filtered: spy.Texture
     """(width, height, denoised slots, rgba16_float) share of a slot's light that reaches the pixel, 0 to 1."""
-    samples: spy.Texture
-    """(width, height, slots, rgba16_float) the same of this frame's samples, weighted; in transparent scenes only, else
-    the denoised slots."""
+    samples: spy.Texture | None = None
+    """(width, height, slots, rgba16_float) this frame's samples, weighted; where rays go through surfaces."""
 
 
 class Shadows:
@@ -70,10 +69,11 @@ class Shadows:
             samples=self._samples,
             slopes=self._slopes,
         )
+        coloured = self._samples if scene.transparent else None
         if not slots.denoised:
-            return ShadowTextures(self._bits, self._samples, self._samples)
+            return ShadowTextures(self._bits, self._samples, coloured)
         filtered = self._denoiser(frame, gbuffer, scene, slots, self._samples, self._slopes, moved)
-        return ShadowTextures(self._bits, filtered, self._samples)
+        return ShadowTextures(self._bits, filtered, coloured)
 
     def _rays(self, wants: Wants) -> RayEffect:
         """Only where light goes through surfaces must the rays know their materials."""
