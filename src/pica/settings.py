@@ -79,7 +79,7 @@ class ShadowsSettings(_Checked):
     max_lights: int = _range(1, 29, 8)
     """Lights with a shadow ray of their own. Higher: less noise with many lights, more rays and memory;
     the lights beyond and all emissive triangles share one ray. Visibility has 32 bits a pixel."""
-    denoiser: ShadowDenoiser = "svgf"
+    denoiser: ShadowDenoiser = "anisotropic"
     """Filter of soft shadows, for lights that choose none themselves. svgf: as wide as the variance asks for;
     anisotropic: as the penumbra that light and occluder make, for rays that also find the occluder's distance;
     off: none, for light that converges over many frames without any bias."""
