@@ -59,7 +59,7 @@ def test_settings_do_not_change():
 
 def test_presets():
     assert Settings.preset("hybrid") == Settings()
-    assert Settings.preset("raster").shadows.mode == "off"
+    assert Settings.preset("raster").shadows.method == "maps"
     with pytest.raises(SettingsError, match=", ".join(PRESETS)):
         Settings.preset("nonsense")
 

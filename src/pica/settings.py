@@ -6,8 +6,6 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from pica.errors import SettingsError
 
-ShadowDenoiser = Literal["svgf", "anisotropic", "off"]
-
 
 def _range(low: float, high: float, default: float) -> Any:
     return field(default=default, metadata={"range": (low, high)})
@@ -79,8 +77,9 @@ class ShadowsSettings(_Checked):
     max_lights: int = _range(1, 29, 8)
     """Lights with a shadow ray of their own. Higher: less noise with many lights, more rays and memory;
     the lights beyond and all emissive triangles share one ray. Visibility has 32 bits a pixel."""
-    denoiser: ShadowDenoiser = "anisotropic"
-    """Filter of soft shadows, for lights that choose none themselves. svgf: as wide as the variance asks for;
+    denoiser: Literal["auto", "svgf", "anisotropic", "off"] = "auto"
+    """Filter of soft shadows, for lights that choose none themselves. auto: anisotropic for directional lights, svgf
+    for others, as measured in docs/shadows.md; svgf: as wide as the variance asks for;
     anisotropic: as the penumbra that light and occluder make, for rays that also find the occluder's distance;
     off: none, for light that converges over many frames without any bias."""
     denoised_lights: int = _range(0, 16, 4)

@@ -8,7 +8,7 @@ import pica
 from pica.scene.light import DirectionalLight
 from pica.scene.procedural.placing import move, turn
 from pica.scene.procedural.primitives import box, plane
-from tests.building import lambert, orthographic, placed, scene_of, shining
+from tests.building import lambert, orthographic, placed, scene_of, settings, shining
 
 SIZE = (64, 48)
 PIXEL = 2.0 / SIZE[1]
@@ -26,7 +26,7 @@ def floor_and(*nodes):
 
 
 def renderer_of(device, scene):
-    renderer = pica.Renderer(scene, SIZE, device=device)
+    renderer = pica.Renderer(scene, SIZE, settings({"shadows.denoiser": "svgf"}), device)
     renderer.debug = True
     return renderer
 

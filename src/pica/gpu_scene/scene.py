@@ -242,8 +242,8 @@ class GpuScene:
         for name in ("first_index", "first_vertex", "first_previous"):
             records[name] = [getattr(placed, name) for placed in mesh.placed]
         records["shape"] = [0] * len(mesh.sections) + shapes
-        records["center"] = [placed.box[0] for placed in mesh.placed]
-        records["extent"] = [-placed.box[1] if node.deforms else placed.box[1] for placed in mesh.placed]
+        boxes = np.array([placed.box for placed in mesh.placed], np.float32).reshape(sections, 2, 3)
+        records["center"], records["extent"] = boxes[:, 0], -boxes[:, 1] if node.deforms else boxes[:, 1]
         placement = self._placements[node] = _Placement(
             instances=range(first_instance, first_instance + count),
             records=range(first_record, first_record + count * sections),
@@ -325,6 +325,8 @@ class GpuScene:
         """Take in where these are now."""
         starts, counts = np.array([(p.records.start, len(p.records)) for p in placements]).T
         records = self.records[_numbers(starts, counts)]
+        if not len(records):
+            return
         box = world_box(self.instances["to_world"][records["instance"]], records["center"], abs(records["extent"]))
         self.bounds = joined(self.bounds, box)
 

@@ -165,7 +165,7 @@ def test_a_light_may_change_its_filter(device):
 def test_history_follows_its_light_when_another_goes(device):
     strong, weak = (shining(LIGHTS[name][0], FROM) for name in ("rectangle", "sun"))
     scene = stage(strong, weak)
-    renderer = renderer_of(device, scene)
+    renderer = renderer_of(device, scene, denoiser="svgf")
     renderer.render(6, VIEW)
     scene.remove(strong)
     frame = renderer.render(1, VIEW)

@@ -12,7 +12,7 @@ from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
 from pica.scene.light import DirectionalLight, DiskLight, Light, RectangleLight
 from pica.scene.model import Node
-from pica.settings import Settings, ShadowDenoiser
+from pica.settings import Settings
 
 _NO_SLOT = 0xFFFFFFFF
 
@@ -96,11 +96,14 @@ class LightSlots:
                 reservoirs=self.reservoirs,
             )
 
-    def _denoiser(self, light: Light | None) -> ShadowDenoiser:
+    def _denoiser(self, light: Light | None) -> str:
         """The filter of a light's shadow; none where shadows have no penumbra."""
         if light is None or self._settings.shadows.mode != "soft" or not _has_penumbra(light):
             return "off"
-        return light.shadow_denoiser or self._settings.shadows.denoiser
+        wanted = light.shadow_denoiser or self._settings.shadows.denoiser
+        if wanted == "auto":
+            return "anisotropic" if isinstance(light, DirectionalLight) else "svgf"
+        return wanted
 
 
 def _has_penumbra(light: Light) -> bool:
