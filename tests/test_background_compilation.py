@@ -96,6 +96,7 @@ def test_a_new_type_is_shown_once_it_is_ready(device, register, values):
     np.testing.assert_array_equal(settled.aov("albedo"), fresh.aov("albedo"))
 
 
+@pytest.mark.slow
 def test_a_new_shape_waits_too(device, register):
     """On a type that is in use and on a new one, at once."""
     scene = backdrop()
@@ -192,6 +193,7 @@ def test_a_node_may_go_while_it_waits(device, register):
     assert set(until_ready(renderer)) == {0.6}
 
 
+@pytest.mark.slow
 def test_who_comes_while_others_wait_is_in_the_next_round(device, register):
     scene = backdrop()
     renderer = running(device, scene)

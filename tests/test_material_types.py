@@ -91,6 +91,7 @@ def stones():
     )
 
 
+@pytest.mark.slow
 def test_schedulers_agree_to_the_bit(device, own_types):
     pipeline, buffers = (render(device, stones(), 2, CAMERA, values=values) for values in (RAYS, BUFFERS))
     for name in pipeline.aov_names:

@@ -162,6 +162,7 @@ def test_raster_and_rays_agree(device, name):
     assert np.abs(raster.color - rays.color).mean() < 0.02 * rays.color.mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [opaque, holes, blended])
 def test_schedulers_agree_to_the_bit(device, make):
     pipeline, buffers = (render(device, make(), 2, CAMERA, values=values) for values in (RAYS, BUFFERS))
@@ -236,6 +237,7 @@ def test_motion_of_a_moving_primitive(device, values):
     np.testing.assert_allclose(ours.aov("motion")[moving], theirs.aov("motion")[moving], atol=0.02)
 
 
+@pytest.mark.slow
 def test_primitives_come_and_go(device):
     """With the settings as they come: Embree's rays, where it is installed, give way and come back."""
     scene = lit(placed_ball := meshes()[0])
