@@ -5,12 +5,14 @@ from itertools import pairwise
 
 import numpy as np
 import slangpy as spy
+from numpy.typing import NDArray
 
 from pica.effects.lighting.light_slots import LightSlots
 from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
+from pica.scene.light import DirectionalLight
 from pica.scene.model import Node
 
 _NEW_LIGHT = 0xFFFFFFFF
@@ -38,6 +40,8 @@ class ShadowDenoiser:
         self._footprint = device.compute(f"{folder}/footprint.slang")
         self._anisotropic = [device.compute(f"{folder}/anisotropic.slang") for _ in range(2)]
         self._lights: list[Node] = []
+        self._places: dict[Node, NDArray[np.float64]] = {}
+        self._motions = device.structured("light motions", np.zeros((1, 4), np.float32))
         self._sources: dict[tuple[int, ...], spy.Buffer] = {}
         self._textures: list[spy.Texture] = []
         self._layers = 0
@@ -74,8 +78,9 @@ class ShadowDenoiser:
         self._allocate(layers)
         grid = (*self._size, layers)
         remembered = self._remembered if moved or self._remembered == 1 else _STILL
+        shift = int(self._follow(slots.denoised))
         if slots.svgf < layers:
-            self._find_footprints(frame, gbuffer, scene, slots, samples, slopes)
+            self._find_footprints(frame, gbuffer, scene, slots, samples, slopes, shift)
         self._history(
             frame,
             grid,
@@ -89,6 +94,8 @@ class ShadowDenoiser:
             deviation=self._deviation[0],
             footprints=self._footprints,
             firstFootprint=slots.svgf,
+            shifts=self._shifts,
+            shadowsShift=shift,
             sourceLayers=self._source_layers(slots.denoised),
             remembered=float(remembered),
             clampWidth=_CLAMP_WIDTH if moved else 0.0,
@@ -127,6 +134,7 @@ class ShadowDenoiser:
         slots: LightSlots,
         samples: spy.Texture,
         slopes: spy.Texture,
+        shift: int,
     ) -> None:
         first, layers = slots.svgf, len(slots.denoised) - slots.svgf
         grid = (*self._size, layers)
@@ -141,6 +149,9 @@ class ShadowDenoiser:
             slopes=slopes,
             tiles=self._tile_slopes,
             footprints=self._footprints,
+            shifts=self._shifts,
+            shadowsShift=shift,
+            lightMotions=self._motions,
             tileCount=spy.uint2(*_tiles_of(self._size)),
             **values,
         )
@@ -182,7 +193,19 @@ class ShadowDenoiser:
         make = partial(self._device.texture, texture_format=spy.Format.rgba16_float, layers=layers)
         self._footprints = make("shadow footprints", size=self._size)
         self._tile_slopes = make("tiles of slopes", size=_tiles_of(self._size))
-        self._textures += [self._footprints, self._tile_slopes]
+        self._shifts = self._device.texture("shadow shifts", spy.Format.rg16_float, self._size, layers=layers)
+        self._textures += [self._footprints, self._tile_slopes, self._shifts]
+
+    def _follow(self, lights: list[Node]) -> bool:
+        """Note how far the lights have come since the frame before; whether any has."""
+        places = {light: _place(light) for light in lights}
+        motions = np.zeros((max(len(lights), 1), 4), np.float32)
+        for row, (light, place) in zip(motions, places.items(), strict=False):
+            row[:3] = place - self._places.get(light, place)
+        self._places = places
+        if motions.any():
+            self._motions = self._device.structured("light motions", motions)
+        return bool(motions.any())
 
     def _source_layers(self, lights: list[Node]) -> spy.Buffer:
         """Where each light was in the frame before."""
@@ -191,6 +214,11 @@ class ShadowDenoiser:
         if sources not in self._sources:
             self._sources[sources] = self._device.structured("source layers", np.array(sources, np.uint32)[:, None])
         return self._sources[sources]
+
+
+def _place(light: Node) -> NDArray[np.float64]:
+    """Where it is; of a directional light the direction to it."""
+    return light.world[:3, 2 if isinstance(light.light, DirectionalLight) else 3]
 
 
 def _tiles_of(size: Size) -> Size:
