@@ -18,6 +18,10 @@ from pica.scene.model import Node
 _NEW_LIGHT = 0xFFFFFFFF
 _STEPS = (1, 2, 4, 8, 16)
 """Pixels between the taps of SVGF's five passes."""
+_MOST_LIGHTS = 16
+"""ShadowsSettings.denoised_lights has no more."""
+_GROUP = 16
+"""shadow_history.slang: GROUP."""
 _TILE = 8
 """penumbra_tiles.slang: GROUP."""
 _STILL = 256.0
@@ -41,7 +45,7 @@ class ShadowDenoiser:
         self._anisotropic = [device.compute(f"{folder}/anisotropic.slang") for _ in range(2)]
         self._lights: list[Node] = []
         self._places: dict[Node, NDArray[np.float64]] = {}
-        self._motions = device.structured("light motions", np.zeros((1, 4), np.float32))
+        self._motions = device.structured("light motions", np.zeros((_MOST_LIGHTS, 4), np.float32))
         self._sources: dict[tuple[int, ...], spy.Buffer] = {}
         self._textures: list[spy.Texture] = []
         self._layers = 0
@@ -76,14 +80,13 @@ class ShadowDenoiser:
         """
         layers = len(slots.denoised)
         self._allocate(layers)
-        grid = (*self._size, layers)
         remembered = self._remembered if moved or self._remembered == 1 else _STILL
-        shift = int(self._follow(slots.denoised))
+        shift = int(self._follow(frame, slots.denoised, slots.svgf))
         if slots.svgf < layers:
             self._find_footprints(frame, gbuffer, scene, slots, samples, slopes, shift)
         self._history(
             frame,
-            grid,
+            (self._size[0] + _GROUP, self._size[1] + _GROUP, layers),
             frame=frame,
             gbuffer=gbuffer,
             samples=samples,
@@ -196,16 +199,17 @@ class ShadowDenoiser:
         self._shifts = self._device.texture("shadow shifts", spy.Format.rg16_float, self._size, layers=layers)
         self._textures += [self._footprints, self._tile_slopes, self._shifts]
 
-    def _follow(self, lights: list[Node]) -> bool:
-        """Note how far the lights have come since the frame before; whether any has."""
-        places = {light: _place(light) for light in lights}
-        motions = np.zeros((max(len(lights), 1), 4), np.float32)
+    def _follow(self, frame: FrameContext, lights: list[Node], first: int) -> bool:
+        """Note how far the lights from `first` on have come since the frame before; whether any has."""
+        places = {light: _place(light) for light in lights[first:]}
+        motions = np.zeros((_MOST_LIGHTS, 4), np.float32)
         for row, (light, place) in zip(motions, places.items(), strict=False):
             row[:3] = place - self._places.get(light, place)
         self._places = places
-        if motions.any():
-            self._motions = self._device.structured("light motions", motions)
-        return bool(motions.any())
+        moved = bool(motions.any())
+        if moved:
+            frame.encoder.upload_buffer_data(self._motions, 0, motions.view(np.uint8))
+        return moved
 
     def _source_layers(self, lights: list[Node]) -> spy.Buffer:
         """Where each light was in the frame before."""
