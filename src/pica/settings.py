@@ -77,11 +77,11 @@ class ShadowsSettings(_Checked):
     max_lights: int = _range(1, 29, 8)
     """Lights with a shadow ray of their own. Higher: less noise with many lights, more rays and memory;
     the lights beyond and all emissive triangles share one ray. Visibility has 32 bits a pixel."""
-    denoiser: Literal["auto", "svgf", "anisotropic", "off"] = "auto"
-    """Filter of soft shadows, for lights that choose none themselves. auto: anisotropic for directional lights, svgf
-    for others, as measured in docs/shadows.md; svgf: as wide as the variance asks for;
-    anisotropic: as the penumbra that light and occluder make, for rays that also find the occluder's distance;
-    off: none, for light that converges over many frames without any bias."""
+    denoiser: Literal["anisotropic", "svgf", "off"] = "anisotropic"
+    """Filter of soft shadows, for lights that choose none themselves. anisotropic: along the penumbra that light and
+    occluder make, for rays that also find the occluder's distance; follows the shadows of lights that move; svgf: as
+    wide as the variance asks for (docs/shadows.md compares them); off: none, for light that converges over many frames
+    without any bias."""
     denoised_lights: int = _range(0, 16, 4)
     """Soft lights, strongest first, whose shadows are filtered. Higher: less noise with many lights; each takes about
     50 bytes a pixel and time for its filter."""

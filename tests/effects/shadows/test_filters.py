@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pica
+from pica.effects.shadows.views import shadow_views
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, PointLight, RectangleLight, SphereLight
 from pica.scene.procedural.placing import aim, move, turn
@@ -177,3 +178,33 @@ def test_reset_drops_the_history(device):
     assert view(renderer.render(5, VIEW), "history").max() == 5
     renderer.reset()
     assert view(renderer.render(1, VIEW), "history").max() == 1
+
+
+def test_shadows_follow_a_lamp_that_moves(device):
+    """The history is where the shadow was, so that it is no more wrong in motion than the first frame, but less."""
+    lamp = shining(*LIGHTS["rectangle"])
+    renderer = renderer_of(device, stage(lamp), denoiser="anisotropic")
+    start = lamp.transform
+    for step in range(13):
+        lamp.transform = move(0.03 * step, 0, 0) @ start
+        found = view(renderer.render(1, VIEW), "filtered")
+    alone = view(renderer_of(device, stage(lamp), denoiser="anisotropic").render(1, VIEW), "filtered")
+    truth = view(renderer_of(device, stage(lamp), denoiser="anisotropic").render(128, VIEW), "filtered")
+    errors = [np.square(picture - truth).mean() for picture in (found, alone)]
+    assert errors[0] < 0.5 * errors[1], errors
+
+
+def test_a_sharp_shadow_is_no_change(device):
+    """What moves elsewhere must not cost a shadow its history, however much neighbours differ."""
+    elsewhere = placed(box((0.1, 0.1, 0.1), lambert()), move(0, -20, 0))
+    scene = stage(shining(*LIGHTS["rectangle"]), elsewhere)
+    renderer = renderer_of(device, scene, denoiser="anisotropic")
+    for _ in range(12):
+        elsewhere.transform = move(1e-3, 0, 0) @ elsewhere.transform
+        buffers = renderer.advance(VIEW, jittered=False)
+    views = shadow_views(renderer.shadows.debug_views(), 0)
+    shadow, history = (views[f"debug.shadows.{name}"]()[..., 0] for name in ("filtered", "history"))
+    floor = buffers["visibility"].to_numpy()[..., 0] == 1
+    edges = (np.abs(np.diff(shadow, axis=1)) > 0.2) & floor[:, 1:] & floor[:, :-1]
+    assert edges.sum() > 20
+    assert (history[:, 1:][edges] > 5).mean() > 0.9

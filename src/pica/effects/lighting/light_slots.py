@@ -100,10 +100,7 @@ class LightSlots:
         """The filter of a light's shadow; none where shadows have no penumbra."""
         if light is None or self._settings.shadows.mode != "soft" or not _has_penumbra(light):
             return "off"
-        wanted = light.shadow_denoiser or self._settings.shadows.denoiser
-        if wanted == "auto":
-            return "anisotropic" if isinstance(light, DirectionalLight) else "svgf"
-        return wanted
+        return light.shadow_denoiser or self._settings.shadows.denoiser
 
 
 def _has_penumbra(light: Light) -> bool:
