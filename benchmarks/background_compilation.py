@@ -4,7 +4,9 @@
 
 Prints one JSON object: for each phase the median frame and the longest above it, how long the programs took, and how
 many frames went by between the moment when the worker had compiled all and the frame that shows the result. `making`
-is what the renderer's own process did for each program, in milliseconds.
+is what the renderer's own process did for each program, in milliseconds: SlangPy's calls by name; within the pipeline's
+creation `code` (SPIR-V found in the cache, or made) and `pipeline` (the driver's part); how large that is,
+and whether the caches on disk had it (`code_cached`: hits and misses).
 """
 
 import argparse
@@ -13,6 +15,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partialmethod
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -69,16 +72,7 @@ def measure(folder: Path, size: Any, device_name: str | None, values: list[str])
     from pica.scene.procedural.placing import aim, move
     from pica.scene.procedural.primitives import plane, sphere
 
-    steps: list[tuple[str, float]] = []
-    kept = Device.kept
-
-    def timed(self: Device, recipe: Any, types: Any) -> Any:
-        begun = time.perf_counter()
-        made = kept(self, recipe, types)
-        steps.append((f"{type(recipe).__name__} {_brief(recipe)}", 1e3 * (time.perf_counter() - begun)))
-        return made
-
-    Device.kept = timed  # type: ignore[method-assign]
+    steps = timed_programs()
     settings = pica.Settings().with_values(dict(value.split("=", 1) for value in values))
     device = Device(device_name)
     scene = Scene("background compilation")
@@ -152,7 +146,7 @@ def measure(folder: Path, size: Any, device_name: str | None, values: list[str])
             "compiled_after_s": round(compiled[1], 2) if compiled else None,
             "shown_after_s": round(visible[1], 2) if visible else None,
             "frames_from_compiled_to_shown": visible[0] - compiled[0] if visible and compiled else None,
-            "making": [(name, round(ms, 2)) for name, ms in steps if ms > 0.1],
+            "making": [step for step in steps if step["ms"] > 0.1],
         }
 
     begun = time.perf_counter()
@@ -169,6 +163,59 @@ def measure(folder: Path, size: Any, device_name: str | None, values: list[str])
         "pixels_changed": round(float((before != after).any(-1).mean()), 4),
         "phases": phases,
     }
+
+
+def timed_programs() -> list[dict[str, Any]]:
+    """What `Device.kept` does from now on, with the milliseconds of each call that takes any."""
+    import slangpy as spy
+
+    from pica.rhi.device import Device
+
+    calls: dict[str, float] = {}
+    made: list[dict[str, Any]] = []
+
+    def time_calls(owner: Any, name: str) -> None:
+        call = getattr(owner, name)
+
+        def timed(*arguments: Any, **keywords: Any) -> Any:
+            begun = time.perf_counter()
+            try:
+                return call(*arguments, **keywords)
+            finally:
+                calls[name] = calls.get(name, 0) + 1e3 * (time.perf_counter() - begun)
+
+        setattr(owner, name, timed)
+
+    for kind in ("compute", "render", "ray_tracing"):
+        time_calls(spy.Device, f"create_{kind}_pipeline")
+    for name in ("load_module", "load_module_from_source", "link_program", "create_shader_table"):
+        time_calls(spy.Device, name)
+    time_calls(spy.SlangModule, "entry_point")
+    spy.Device.__init__ = partialmethod(spy.Device.__init__, enable_compilation_reports=True)  # type: ignore[assignment]
+    kept = Device.kept
+
+    def timed_kept(self: Device, recipe: Any, types: Any) -> Any:
+        before = self.handle.shader_cache_stats
+        calls.clear()
+        begun = time.perf_counter()
+        result = kept(self, recipe, types)
+        whole = 1e3 * (time.perf_counter() - begun)
+        after = self.handle.shader_cache_stats
+        step: dict[str, Any] = {"program": f"{type(recipe).__name__} {_brief(recipe)}", "ms": round(whole, 2)}
+        step |= {name: round(ms, 2) for name, ms in calls.items() if ms > 0.05}
+        if isinstance(result, tuple) and calls:
+            report = result[0].get_compilation_report()
+            step["code"] = round(1e3 * report["create_time"], 2)
+            step["code_bytes"] = sum(entry["cache_size"] for entry in report["entry_point_reports"])
+            step["code_cached"] = [after.hit_count - before.hit_count, after.miss_count - before.miss_count]
+            pipeline = report["pipeline_reports"][-1]
+            step["pipeline"] = round(1e3 * pipeline["create_time"], 2)
+            step["pipeline_bytes"], step["pipeline_cached"] = pipeline["cache_size"], pipeline["is_cached"]
+        made.append(step)
+        return result
+
+    Device.kept = timed_kept  # type: ignore[method-assign]
+    return made
 
 
 def _brief(recipe: Any) -> str:
