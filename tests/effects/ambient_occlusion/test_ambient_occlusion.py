@@ -187,7 +187,7 @@ def test_light_that_has_shadows_is_not_dimmed_twice(device):
 
 def test_the_raster_preset_needs_no_rays(device):
     frame = renderer_of(device, still_life(), preset="raster").render(2, CAMERA)
-    assert {"horizons", "horizon_filter"} <= set(frame.timings) and "occlusion_rays" not in frame.timings
+    assert {"horizons", "occlusion_history"} <= set(frame.timings) and "occlusion_rays" not in frame.timings
     assert frame.aov("ambient_occlusion").min() < 0.7
 
 
