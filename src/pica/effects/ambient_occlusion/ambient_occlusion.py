@@ -26,7 +26,7 @@ class AmbientOcclusion:
         self._trace = self._search = None
         if settings.mode == "ray_traced":
             self._trace = ray_effect(device, f"{_FOLDER}/occlusion_rays.slang", "OcclusionRays", "hit", tracer)
-            self._filter = RayFilter(device, size, settings.rays) if settings.filter else None
+            self._filter = RayFilter(device, size, settings.rays, settings.max_distance) if settings.filter else None
         else:
             self._search = device.compute(f"{_FOLDER}/horizons.slang")
             self._filter = HorizonFilter(device, size) if settings.filter else None

@@ -13,24 +13,23 @@ _STILL = 256.0
 """Frames that the history holds while nothing moves."""
 _MOVING = 32.0
 """And while something does."""
-_CLAMP_WIDTH = 2.0
-"""Standard errors of a frame's 5x5 mean by which the history may differ while something moves."""
-_HORIZONS_WORTH = 16
+_CHANGE_WIDTH = 2.0
+"""Standard errors of the 5x5 neighbours' change from which on it counts while something moves."""
+_HORIZONS_WORTH = 8
 """Rays that a pixel's horizons tell as much as, after their mean over 4x4 pixels."""
 
 
 class _History:
     """The mean of the frames so far."""
 
-    def __init__(self, device: Device, size: Size) -> None:
-        self.means = [device.texture("occlusion history", spy.Format.rgba16_float, size) for _ in range(2)]
-        self.signal = device.texture("occlusion signal", spy.Format.rgba16_float, size)
+    def __init__(self, device: Device, size: Size, rays: int, smoothed: bool) -> None:
+        self.means = [device.texture("occlusion history", spy.Format.rg16_float, size) for _ in range(2)]
+        self.signal = device.texture("occlusion signal", spy.Format.rg16_float, size)
+        self._rays, self._smoothed = rays, smoothed
         self._accumulate = device.compute(f"{_FOLDER}/occlusion_history.slang")
         self.empty = True
 
-    def __call__(
-        self, frame: FrameContext, gbuffer: GBuffer, occlusion: spy.Texture, rays: int, moved: bool
-    ) -> spy.Texture:
+    def __call__(self, frame: FrameContext, gbuffer: GBuffer, occlusion: spy.Texture, moved: bool) -> spy.Texture:
         """The mean with this frame's `occlusion`, as occlusion_history.slang's `signal`."""
         self.means.reverse()
         self._accumulate(
@@ -42,9 +41,10 @@ class _History:
             previousHistory=self.means[1],
             history=self.means[0],
             signal=self.signal,
+            smoothed=int(self._smoothed),
             remembered=1.0 if self.empty else (_MOVING if moved else _STILL),
-            clampWidth=_CLAMP_WIDTH if moved else 0.0,
-            rayCount=float(rays),
+            changeWidth=_CHANGE_WIDTH if moved else 0.0,
+            rayCount=float(self._rays),
         )
         self.empty = False
         return self.signal
@@ -53,10 +53,10 @@ class _History:
 class RayFilter:
     """First in time, then in the picture, as wide as what the history does not know yet asks for."""
 
-    def __init__(self, device: Device, size: Size, rays: int) -> None:
-        self._rays = rays
-        self._history = _History(device, size)
-        self._filtered = [device.texture("filtered occlusion", spy.Format.rgba16_float, size) for _ in range(2)]
+    def __init__(self, device: Device, size: Size, rays: int, max_distance: float) -> None:
+        self._max_distance = max_distance
+        self._history = _History(device, size, rays, smoothed=False)
+        self._filtered = [device.texture("filtered occlusion", spy.Format.rg16_float, size) for _ in range(2)]
         # A pass whose parameters differ from dispatch to dispatch would be bound anew each time.
         self._passes = [device.compute(f"{_FOLDER}/occlusion_filter.slang") for _ in _STEPS]
 
@@ -69,12 +69,19 @@ class RayFilter:
         return {"history": self._history.means[0], "filtered": self._filtered[(len(_STEPS) - 1) % 2]}
 
     def __call__(self, frame: FrameContext, gbuffer: GBuffer, occlusion: spy.Texture, moved: bool) -> spy.Texture:
-        """(width, height, rgba16_float): the open share in red, its variance in blue."""
-        signal = self._history(frame, gbuffer, occlusion, self._rays, moved)
+        """(width, height, rg16_float): the open share and its variance."""
+        signal = self._history(frame, gbuffer, occlusion, moved)
         for number, step in enumerate(_STEPS):
             target = self._filtered[number % 2]
             self._passes[number](
-                frame, frame.grid, frame=frame, gbuffer=gbuffer, signal=signal, filtered=target, step=step
+                frame,
+                frame.grid,
+                frame=frame,
+                gbuffer=gbuffer,
+                signal=signal,
+                filtered=target,
+                step=step,
+                maxDistance=self._max_distance,
             )
             signal = target
         return signal
@@ -84,9 +91,7 @@ class HorizonFilter:
     """First in the picture, over 4x4 pixels, then in time (Jimenez et al. 2016, section 4.3)."""
 
     def __init__(self, device: Device, size: Size) -> None:
-        self._smoothed = device.texture("smoothed occlusion", spy.Format.rgba16_float, size)
-        self._smooth = device.compute(f"{_FOLDER}/horizon_filter.slang")
-        self._history = _History(device, size)
+        self._history = _History(device, size, _HORIZONS_WORTH, smoothed=True)
 
     def reset(self) -> None:
         """Drop the history."""
@@ -97,6 +102,5 @@ class HorizonFilter:
         return {"history": self._history.means[0], "filtered": self._history.signal}
 
     def __call__(self, frame: FrameContext, gbuffer: GBuffer, occlusion: spy.Texture, moved: bool) -> spy.Texture:
-        """(width, height, rgba16_float): the open share in red, its variance in blue."""
-        self._smooth(frame, frame.grid, frame=frame, gbuffer=gbuffer, occlusion=occlusion, filtered=self._smoothed)
-        return self._history(frame, gbuffer, self._smoothed, _HORIZONS_WORTH, moved)
+        """(width, height, rg16_float): the open share and its variance."""
+        return self._history(frame, gbuffer, occlusion, moved)

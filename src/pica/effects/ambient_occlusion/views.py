@@ -24,10 +24,11 @@ def occlusion_views(textures: Mapping[str, spy.Texture]) -> dict[str, Callable[[
     views: dict[str, Callable[[], Array]] = {"raw": lambda: open_share(textures["raw"])}
     if "filtered" in textures:
         views["filtered"] = lambda: open_share(textures["filtered"])
-        views["history"] = lambda: _channel(textures["history"], 2)
-        views["variance"] = lambda: _channel(textures["filtered"], 2)
+        views["history"] = lambda: _channel(textures["history"], 1)
+        views["variance"] = lambda: _channel(textures["filtered"], 1)
     return {f"debug.ambient_occlusion.{name}": view for name, view in views.items()}
 
 
 def _channel(texture: spy.Texture, index: int) -> Array:
-    return np.asarray(texture.to_numpy())[..., index].astype(np.float32)
+    values = np.asarray(texture.to_numpy())
+    return (values if values.ndim == 2 else values[..., index]).astype(np.float32)
