@@ -15,6 +15,8 @@ from pica.effects.post.post import Post
 from pica.effects.shadows.shadow_maps import ShadowMaps
 from pica.effects.shadows.shadows import Shadows, visibility_layers
 from pica.effects.shadows.views import shadow_views
+from pica.effects.shared_light.shared_light import SharedLight
+from pica.effects.shared_light.views import shared_light_views
 from pica.frame.aovs import gbuffer_aovs
 from pica.frame.context import FrameSequence, Size
 from pica.frame.snapshot import checked_size, copies, rgb
@@ -57,6 +59,8 @@ class Renderer:
         occlusion = settings.ambient_occlusion
         self.ambient_occlusion = AmbientOcclusion(device, size, occlusion, tracer) if occlusion.mode != "off" else None
         self.lighting = DirectLighting(device, size, self._gpu_scene, settings.lighting)
+        self.shared_light: SharedLight | None = None
+        """Made when there is noisy light for the first time."""
         self.antialiasing = Accumulation(device, size)
         self.post = Post(device, size, settings.post)
         self.seen: dict[str, Any] = {}
@@ -83,6 +87,8 @@ class Renderer:
             self.shadows.reset()
         if self.ambient_occlusion:
             self.ambient_occlusion.reset()
+        if self.shared_light:
+            self.shared_light.reset()
 
     def advance(self, camera: Camera, jittered: bool = True) -> dict[str, spy.Texture]:
         """Record and submit one frame. Returns its buffers, which the next frame overwrites.
@@ -111,13 +117,26 @@ class Renderer:
         self.seen = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": self._slots}
         shadows = self.shadows(frame, gbuffer, scene, self._slots, moved) if self.shadows else None
         occlusion = self.ambient_occlusion(frame, gbuffer, scene, moved) if self.ambient_occlusion else None
-        radiance = self.lighting(frame, gbuffer, scene, self._slots, shadows, occlusion)
+        shared = self._shared_light()
+        noisy = shared.samples if shared else None
+        radiance = self.lighting(frame, gbuffer, scene, self._slots, shadows, occlusion, noisy)
+        if shared:
+            shared(frame, gbuffer, radiance, moved)
         picture = self.antialiasing(frame, radiance, moved)
         display = self.post(frame, picture)
         self._frames.end(frame)
         buffers = {**gbuffer.textures, "color": picture, "display": display}
         effects = {"shadows": shadows.bits if shadows else None, "ambient_occlusion": occlusion}
         return buffers | {name: texture for name, texture in effects.items() if texture is not None}
+
+    def _shared_light(self) -> SharedLight | None:
+        """The filter of noisy light, where there is such light."""
+        if not self._slots.noisy:
+            if self.shared_light:
+                self.shared_light.reset()
+            return None
+        self.shared_light = self.shared_light or SharedLight(self.device, self.size)
+        return self.shared_light
 
     @property
     def single_lights(self) -> list[str]:
@@ -154,6 +173,8 @@ class Renderer:
             aovs |= shadow_views(copies(self.device, views), self._slots.svgf)
         if self.debug and self.ambient_occlusion:
             aovs |= occlusion_views(copies(self.device, self.ambient_occlusion.debug_views()))
+        if self.debug and self.shared_light:
+            aovs |= shared_light_views(copies(self.device, self.shared_light.debug_views()))
         return Frame(
             color=lambda: rgb(kept["color"]),
             display=lambda: rgb(kept["display"]),

@@ -147,6 +147,9 @@ class LightingSettings(_Checked):
     area_lights: Literal["ltc", "sampled"] = "ltc"
     """Light of slots with filtered shadows. ltc: all of it at once, by linearly transformed cosines, times the shadow;
     no noise but that of the shadow. sampled: from the point that the shadow ray went to."""
+    filter: bool = True
+    """Smooth the light that one ray brings of many lights, emissive triangles, the sampled environment and the soft
+    lights beyond shadows.denoised_lights, over neighbours and earlier frames. false: this frame's samples alone."""
 
 
 @dataclass(frozen=True)

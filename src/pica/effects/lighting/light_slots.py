@@ -20,7 +20,8 @@ _NO_SLOT = 0xFFFFFFFF
 class LightSlots:
     """A slot for each of the strongest lights, one for all others and the emissive triangles, one for the environment.
 
-    Of the single lights those with filtered shadows come first, first those with the filter "svgf".
+    Of the single lights those with filtered shadows come first, first those with the filter "svgf"; last those that
+    would be filtered too if they were not too many.
     """
 
     def __init__(self, device: Device, size: Size, settings: Settings) -> None:
@@ -34,6 +35,8 @@ class LightSlots:
         """The lights of the first slots, whose shadows are filtered."""
         self.svgf = 0
         """How many of them by SVGF; the others by the anisotropic filter."""
+        self.noisy = 0
+        """How many slots, the last, bring noisy light that is filtered together."""
         self.reservoirs = device.texture("light reservoirs", spy.Format.rg32_uint, (1, 1))
         """Which candidate the shared slot follows; full size where there is such a slot."""
         self._has_shared = False
@@ -55,7 +58,8 @@ class LightSlots:
         denoised.sort(key=lambda light: chosen[light] != "svgf")
         self.denoised = [lights.nodes[light] for light in denoised]
         self.svgf = sum(chosen[light] == "svgf" for light in denoised)
-        order = denoised + [light for light in chosen if light not in denoised]
+        rest = sorted((light for light in chosen if light not in denoised), key=lambda light: chosen[light] != "off")
+        order = denoised + rest
         self.single_lights = [lights.names[light] for light in order]
         ranges = [(light, 1) for light in order]
         triangles = lights.parameters["emissiveCount"]
@@ -72,11 +76,14 @@ class LightSlots:
         if environment is not None:
             ranges.append((environment, 1))
         self.count = len(ranges)
+        steady = len(denoised) + sum(chosen[light] == "off" for light in rest)
+        self.noisy = self.count - steady if self._settings.lighting.filter else 0
         self.block.bind(
             ranges=self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
             count=self.count,
             denoised=len(denoised),
             firstDistance=self.svgf,
+            firstNoisy=self.count - self.noisy,
             hard=int(self._settings.shadows.mode == "hard"),
             needMaterial=int(environment is not None),
             shared=shared,

@@ -22,6 +22,7 @@ class DirectLighting:
         self._not_filtered = device.texture("no filtered shadows", spy.Format.rgba16_float, (1, 1), layers=1)
         self._whole_lights = settings.area_lights == "ltc"
         self._ltc_tables = LtcTables(device)
+        self._no_noisy = device.texture("no noisy light", spy.Format.rgba32_float, (1, 1), layers=2)
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
         self._use_prefiltered = settings.environment == "prefiltered"
         self._prefiltered = PrefilteredEnvironment(device, scene, wanted=self._use_prefiltered)
@@ -35,8 +36,12 @@ class DirectLighting:
         slots: LightSlots,
         shadows: ShadowTextures | None,
         occlusion: spy.Texture | None,
+        noisy: spy.Texture | None,
     ) -> spy.Texture:
         """The lit picture of this frame; without `shadows` nothing casts any.
+
+        `noisy`: where the light of noisy slots goes (SharedLight.samples); it is not in the picture then. None where
+        there are none.
 
         `occlusion`: the open share of each pixel's surroundings, which dims the prefiltered environment, the only light
         here that has no shadows of its own.
@@ -60,5 +65,6 @@ class DirectLighting:
             occluded=int(occlusion is not None),
             prefiltered=self._prefiltered,
             radiance=self._radiance,
+            noisyLight=noisy or self._no_noisy,
         )
         return self._radiance
