@@ -15,6 +15,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partialmethod
 from pathlib import Path
 from statistics import median
@@ -203,8 +204,11 @@ def timed_programs() -> list[dict[str, Any]]:
         after = self.handle.shader_cache_stats
         step: dict[str, Any] = {"program": f"{type(recipe).__name__} {_brief(recipe)}", "ms": round(whole, 2)}
         step |= {name: round(ms, 2) for name, ms in calls.items() if ms > 0.05}
+        report = None
         if isinstance(result, tuple) and calls:
-            report = result[0].get_compilation_report()
+            with suppress(RuntimeError):  # some drivers have none
+                report = result[0].get_compilation_report()
+        if report is not None:
             step["code"] = round(1e3 * report["create_time"], 2)
             step["code_bytes"] = sum(entry["cache_size"] for entry in report["entry_point_reports"])
             step["code_cached"] = [after.hit_count - before.hit_count, after.miss_count - before.miss_count]
