@@ -9,8 +9,8 @@ from pica.gpu_scene.geometry import VERTEX
 from pica.gpu_scene.light_table import LIGHT_DTYPE
 from pica.gpu_scene.lights import EMISSIVE_TRIANGLE
 from pica.gpu_scene.materials import MATERIAL, SLOT
+from pica.gpu_scene.placement import INSTANCE, NOT_EMISSIVE, RECORD
 from pica.gpu_scene.primitives import BOX
-from pica.gpu_scene.scene import INSTANCE, NOT_EMISSIVE, RECORD
 from pica.rhi.acceleration import INSTANCE as RT_INSTANCE
 from pica.rhi.binding import parameters_of
 from tests.building import scene_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pica
-from pica.gpu_scene.scene import INSTANCE
+from pica.gpu_scene.placement import INSTANCE
 from pica.scene.light import DirectionalLight, PointLight
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node

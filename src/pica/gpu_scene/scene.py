@@ -1,6 +1,5 @@
 """A scene's copy on the GPU: built once, then told what moved."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from weakref import WeakKeyDictionary
 
@@ -16,6 +15,7 @@ from pica.gpu_scene.geometry import GeometryBuffers
 from pica.gpu_scene.lights import EmissiveSection, LightTable
 from pica.gpu_scene.masks import SEEN_BY_CAMERA, SEEN_BY_SURFACES, instance_mask, is_masked, mask_and_channels
 from pica.gpu_scene.materials import MaterialTable, average_emission
+from pica.gpu_scene.placement import INSTANCE, NOT_EMISSIVE, RECORD, Placement, rows_of_runs
 from pica.rhi.acceleration import RtObject, RtScene
 from pica.rhi.device import Device
 from pica.rhi.material_types import MaterialTypeSet
@@ -25,44 +25,6 @@ from pica.scene.camera import Camera
 from pica.scene.changes import Changes
 from pica.scene.model import Node, Scene, Section
 from pica.scene.primitives import Primitives
-
-# shaders/scene_types.slang: SectionRecord and Instance
-RECORD = np.dtype(
-    [
-        (name, "u4")
-        for name in ("first_index", "first_vertex", "material", "instance", "first_emissive", "first_previous", "shape")
-    ]
-    + [("center", "f4", 3), ("extent", "f4", 3)]
-)
-INSTANCE = np.dtype(
-    [
-        ("to_world", "f4", (3, 4)),
-        ("previous_to_world", "f4", (3, 4)),
-        ("node", "u4"),
-        ("first_record", "u4"),
-        ("mask_and_channels", "u4"),
-    ]
-)
-NOT_EMISSIVE = 0xFFFFFFFF
-
-
-@dataclass
-class _Placement:
-    """Which instances, records and objects belong to a node that shows a mesh."""
-
-    instances: range
-    records: range
-    objects: range
-    sections: list[Section | Primitives]
-    identities: NDArray[np.int64] | None
-    """Of the instances as they were last placed."""
-
-    def have_come(self, node: Node) -> NDArray[np.bool_]:
-        """(instances,) which of them show something else than before; asking again gives none."""
-        before, self.identities = self.identities, node.identities
-        if before is None or node.identities is None:
-            return np.zeros(len(self.instances), bool)
-        return np.asarray(before != node.identities)
 
 
 class GpuScene:
@@ -85,7 +47,7 @@ class GpuScene:
         self._records = HostTable(device, "records", RECORD)
         self.rt_scene = RtScene(device)
         self._deformations: dict[Node, Deformation] = {}
-        self._placements: dict[Node, _Placement] = {}
+        self._placements: dict[Node, Placement] = {}
         self._record_sections: dict[int, Section | Primitives] = {}
         self.bounds = scene.bounds()
         """Lowest and highest corner (3,) of a box round all that has been shown so far: it grows, and never shrinks."""
@@ -244,7 +206,7 @@ class GpuScene:
         records["shape"] = [0] * len(mesh.sections) + shapes
         boxes = np.array([placed.box for placed in mesh.placed], np.float32).reshape(sections, 2, 3)
         records["center"], records["extent"] = boxes[:, 0], -boxes[:, 1] if node.deforms else boxes[:, 1]
-        placement = self._placements[node] = _Placement(
+        placement = self._placements[node] = Placement(
             instances=range(first_instance, first_instance + count),
             records=range(first_record, first_record + count * sections),
             objects=range(first_object, first_object + count * len(mesh.parts)),
@@ -306,8 +268,8 @@ class GpuScene:
         now = np.concatenate([node.instance_transforms()[:, :3] for node in nodes]).astype(np.float32)
         counts = np.array([len(p.instances) for p in placements])
         parts = np.array([len(p.objects) for p in placements]) // np.maximum(counts, 1)
-        instances = _numbers(np.array([p.instances.start for p in placements]), counts)
-        objects = _numbers(np.array([p.objects.start for p in placements]), counts * parts)
+        instances = rows_of_runs(np.array([p.instances.start for p in placements]), counts)
+        objects = rows_of_runs(np.array([p.objects.start for p in placements]), counts * parts)
         before = self.instances["to_world"][instances]
         self.instances["previous_to_world"][instances] = before
         self.instances["to_world"][instances] = now
@@ -321,10 +283,10 @@ class GpuScene:
         if (is_mirrored(before) != is_mirrored(now)).any():
             self._forget_draws()
 
-    def _grow_bounds(self, placements: list[_Placement]) -> None:
+    def _grow_bounds(self, placements: list[Placement]) -> None:
         """Take in where these are now."""
         starts, counts = np.array([(p.records.start, len(p.records)) for p in placements]).T
-        records = self.records[_numbers(starts, counts)]
+        records = self.records[rows_of_runs(starts, counts)]
         if not len(records):
             return
         box = world_box(self.instances["to_world"][records["instance"]], records["center"], abs(records["extent"]))
@@ -406,12 +368,6 @@ class GpuScene:
         rows = self.records[records]
         mirrored = is_mirrored(self.instances["to_world"])[rows["instance"]]
         return draw_lists(self._device, section_draws(records, rows, sections, mirrored, self.geometry.first_box_index))
-
-
-def _numbers(starts: NDArray[np.int64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """start, start + 1, … of each run, one after the other."""
-    before = np.cumsum(counts) - counts
-    return np.repeat(starts - before, counts) + np.arange(counts.sum())
 
 
 def _shines(node: Node) -> bool:
