@@ -147,6 +147,10 @@ class LightingSettings(_Checked):
     area_lights: Literal["ltc", "sampled"] = "ltc"
     """Light of slots with filtered shadows. ltc: all of it at once, by linearly transformed cosines, times the shadow;
     no noise but that of the shadow. sampled: from the point that the shadow ray went to."""
+    area_shadows: Literal["split_sum", "ratio"] = "split_sum"
+    """What a filtered shadow is the share of. split_sum: of the light's irradiance, exact on matte surfaces; ratio: of
+    what the surface reflects of it, so that a hidden part of the light leaves the highlight too. For noisier shadows on
+    glossy surfaces, and time for the BRDF in the shadow rays."""
     filter: bool = True
     """Smooth the light that one ray brings of many lights, emissive triangles, the sampled environment and the soft
     lights beyond shadows.denoised_lights, over neighbours and earlier frames. false: this frame's samples alone."""

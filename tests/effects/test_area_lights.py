@@ -3,11 +3,19 @@
 import numpy as np
 import pytest
 
+import pica
 from pica.effects.lighting.ltc_tables import TABLE
+from pica.quality.effects import compare_effect
+from pica.scene.camera import Camera
 from pica.scene.light import RectangleLight
-from pica.scene.procedural.placing import aim
+from pica.scene.material import Material
+from pica.scene.procedural.placing import aim, move
+from pica.scene.procedural.primitives import plane, sphere
 from tests.assets import ASSETS, needs_assets
+from tests.building import lambert, placed, render, scene_of, settings, shining, trace
 from tests.effects.area_light_table import LIGHTS, Comparison, floor_points
+
+SIZE = (64, 48)
 
 WHOLE, SAMPLED = 0, 1
 
@@ -94,3 +102,44 @@ def density(inverse, directions):
     original = inverse @ directions
     lobe = np.maximum(original[2], 0) / (original**2).sum(0) ** 2 * abs(np.linalg.det(inverse))
     return lobe / lobe.sum()
+
+
+@pytest.mark.parametrize("metallic", [0.0, 1.0])
+def test_ratio_takes_what_is_hidden_out_of_the_highlight(device, metallic):
+    """A ball before a lamp that a glossy floor mirrors is seen in the highlight, as by the path tracer."""
+    camera = Camera.look_at((0, 1.1, 3.4), (0, 0.35, 0), fov=38)
+    lamp = shining(RectangleLight(radiance=6, width=1.6, height=0.8), aim((0, 1.4, -2.2), (0, 0, 0.2)))
+
+    def scene():
+        floor = Material(base_color=(0.5, 0.5, 0.5, 1), metallic=metallic, roughness=0.2)
+        ball = placed(sphere(0.3, lambert(0.6)), move(0, 0.55, -0.6))
+        return scene_of(placed(plane(8, 8, floor)), ball, lamp)
+
+    expected = trace(device, scene(), 512, camera, SIZE, max_depth=2).color
+    errors = {}
+    for shadows in ("split_sum", "ratio"):
+        found = render(device, scene(), 24, camera, SIZE, {"lighting.area_shadows": shadows}).color
+        errors[shadows] = np.square(found - expected).mean() / expected.mean() ** 2
+        if shadows == "ratio":
+            assert found.mean() == pytest.approx(expected.mean(), rel=0.02)
+    assert errors["ratio"] < 0.25 * errors["split_sum"], errors
+
+
+def test_ratio_and_split_sum_are_the_same_on_matte_surfaces(device):
+    def picture(shadows):
+        lamp = shining(RectangleLight(radiance=6, width=1.6, height=0.8), aim((0.5, 1.4, -1.2), (0, 0, 0)))
+        scene = scene_of(placed(plane(8, 8, lambert(0.5))), placed(sphere(0.3, lambert(0.6)), move(0, 0.4, 0)), lamp)
+        return render(device, scene, 8, size=SIZE, values={"lighting.area_shadows": shadows}).color
+
+    np.testing.assert_allclose(picture("ratio"), picture("split_sum"), rtol=0.005)
+
+
+def test_the_reference_of_shadows_follows_the_ratio(device):
+    """The filtered shadow comes near what `pica compare --effect shadows` calls right, with either weight."""
+    lamp = shining(RectangleLight(radiance=6, width=1.6, height=0.8), aim((0, 1.4, -2.2), (0, 0, 0.2)))
+    floor = Material(base_color=(0.5, 0.5, 0.5, 1), metallic=1.0, roughness=0.3)
+    scene = scene_of(placed(plane(8, 8, floor)), placed(sphere(0.3, lambert(0.6)), move(0, 0.55, -0.6)), lamp)
+    camera = Camera.look_at((0, 1.1, 3.4), (0, 0.35, 0), fov=38)
+    renderer = pica.Renderer(scene, SIZE, settings({"lighting.area_shadows": "ratio"}), device)
+    errors = compare_effect(renderer, "shadows", "still", 16, 128, camera)
+    assert errors.psnr[-1] > 25, errors.psnr

@@ -78,6 +78,7 @@ class LightSlots:
         self.count = len(ranges)
         steady = len(denoised) + sum(chosen[light] == "off" for light in rest)
         self.noisy = self.count - steady if self._settings.lighting.filter else 0
+        ratio = bool(denoised) and self._settings.lighting.area_shadows == "ratio"
         self.block.bind(
             ranges=self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
             count=self.count,
@@ -85,7 +86,8 @@ class LightSlots:
             firstDistance=self.svgf,
             firstNoisy=self.count - self.noisy,
             hard=int(self._settings.shadows.mode == "hard"),
-            needMaterial=int(environment is not None),
+            needMaterial=int(environment is not None or ratio),
+            ratio=int(ratio),
             shared=shared,
             candidates=min(self._settings.lighting.candidates, sources),
         )
