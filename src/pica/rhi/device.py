@@ -68,12 +68,7 @@ class Device:
             self.handle = spy.Device(
                 type=spy.DeviceType.vulkan,
                 adapter_luid=adapter.luid,
-                compiler_options={
-                    "include_paths": [PACKAGE],
-                    "warnings_as_errors": [],
-                    # Drivers optimize by themselves; Slang would inline every call and so double the code.
-                    "optimization": spy.SlangOptimizationLevel.none,
-                },
+                compiler_options={"include_paths": [PACKAGE], "warnings_as_errors": []},
                 enable_rhi_validation="PICA_VALIDATE" in os.environ,
                 enable_hot_reload=False,
                 **caches,
