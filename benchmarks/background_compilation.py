@@ -167,7 +167,7 @@ def measure(folder: Path, size: Any, device_name: str | None, values: list[str])
 
 
 def timed_programs() -> list[dict[str, Any]]:
-    """What `Device.kept` does from now on, with the milliseconds of each call that takes any."""
+    """What `Device.link` and `Device.kept` do from now on, with the milliseconds of each call that takes any."""
     import slangpy as spy
 
     from pica.rhi.device import Device
@@ -193,16 +193,14 @@ def timed_programs() -> list[dict[str, Any]]:
         time_calls(spy.Device, name)
     time_calls(spy.SlangModule, "entry_point")
     spy.Device.__init__ = partialmethod(spy.Device.__init__, enable_compilation_reports=True)  # type: ignore[assignment]
-    kept = Device.kept
+    link, kept = Device.link, Device.kept
 
-    def timed_kept(self: Device, recipe: Any, types: Any) -> Any:
-        before = self.handle.shader_cache_stats
+    def timed(part: str, work: Any, self: Device, recipe: Any, types: Any) -> Any:
         calls.clear()
         begun = time.perf_counter()
-        result = kept(self, recipe, types)
+        result = work(self, recipe, types)
         whole = 1e3 * (time.perf_counter() - begun)
-        after = self.handle.shader_cache_stats
-        step: dict[str, Any] = {"program": f"{type(recipe).__name__} {_brief(recipe)}", "ms": round(whole, 2)}
+        step: dict[str, Any] = {"program": f"{type(recipe).__name__} {_brief(recipe)}", part: round(whole, 2)}
         step |= {name: round(ms, 2) for name, ms in calls.items() if ms > 0.05}
         report = None
         if isinstance(result, tuple) and calls:
@@ -211,14 +209,15 @@ def timed_programs() -> list[dict[str, Any]]:
         if report is not None:
             step["code"] = round(1e3 * report["create_time"], 2)
             step["code_bytes"] = sum(entry["cache_size"] for entry in report["entry_point_reports"])
-            step["code_cached"] = [after.hit_count - before.hit_count, after.miss_count - before.miss_count]
             pipeline = report["pipeline_reports"][-1]
             step["pipeline"] = round(1e3 * pipeline["create_time"], 2)
             step["pipeline_bytes"], step["pipeline_cached"] = pipeline["cache_size"], pipeline["is_cached"]
-        made.append(step)
+        if whole > 0.1:
+            made.append(step)
         return result
 
-    Device.kept = timed_kept  # type: ignore[method-assign]
+    Device.link = lambda *arguments: timed("link_ms", link, *arguments)  # type: ignore[assignment,method-assign]
+    Device.kept = lambda *arguments: timed("make_ms", kept, *arguments)  # type: ignore[assignment,method-assign]
     return made
 
 

@@ -174,7 +174,7 @@ class Arrivals:
 
     def _check(self, entry: TypeEntry) -> None:
         try:
-            TypeRecipe(entry)(self._device, ())
+            TypeRecipe(entry).link(self._device, ())
         except PicaError:
             self._refused.add(entry)
             raise

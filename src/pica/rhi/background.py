@@ -2,7 +2,7 @@
 
 SlangPy holds Python's lock while it compiles, so a thread would stall the frame as much. A worker process makes the
 same programs from the same recipes on a device of its own: what it finds lies in the shader cache on disk, from which
-this process then takes one program a frame.
+this process then takes one program in two frames: one links it, the other makes its pipeline.
 """
 
 import os
@@ -37,6 +37,7 @@ class Task:
     done: bool = False
     fault: PicaError | None = None
     cancelled: bool = False
+    linked: bool = False
 
 
 class Compiler:
@@ -141,17 +142,23 @@ class ProgramRound:
         return len(self._tasks)
 
     def step(self) -> bool:
-        """Make at most one program that the worker has compiled; True when all are made.
+        """Link a program that the worker has compiled, or make the rest of one that is linked; True when all are made.
 
         Raises MaterialTypeError or ShapeError for a fault in what is new: in `entries`, and the round is over.
         """
         if self._tasks and self._tasks[0].done:
-            task = self._tasks.popleft()
+            task = self._tasks[0]
             try:
                 if task.fault is not None:
                     raise task.fault
-                self._device.kept(task.recipe, self.types)
+                if task.linked:
+                    self._device.kept(task.recipe, self.types)
+                    self._tasks.popleft()
+                else:
+                    self._device.link(task.recipe, self.types)
+                    task.linked = True
             except (PicaError, RuntimeError) as error:
+                self._tasks.popleft()
                 self._fail(task.recipe, error)
         return not self._tasks
 

@@ -32,7 +32,7 @@ def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
         fault: PicaError | None = None
         try:
             device = device or Device(adapter)
-            made = recipe(device, types)
+            made = recipe.make(device, recipe.link(device, types))
             if device.is_software:
                 _run_empty(device, made)
         except PicaError as error:

@@ -79,6 +79,7 @@ class Device:
             ) from None
         self._block_programs: dict[str, spy.ShaderProgram] = {}
         self._kept: dict[tuple[Recipe[Any], MaterialTypeSet], Any] = {}
+        self._linked: dict[tuple[Recipe[Any], MaterialTypeSet], Any] = {}
         self.for_types: weakref.WeakSet[ForTypes[Any, Any]] = weakref.WeakSet()
         """The passes on this device that follow the material types in use."""
         self.info: DeviceInfo = describe(self.handle, adapter)
@@ -206,14 +207,22 @@ class Device:
         """What the recipe makes for these material types, made once a device."""
         key = recipe, types
         if key not in self._kept:
-            self._kept[key] = recipe(self, types)
+            self.link(recipe, types)
+            self._kept[key] = recipe.make(self, self._linked.pop(key))
         found: T = self._kept[key]
         return found
+
+    def link(self, recipe: Recipe[T], types: MaterialTypeSet) -> None:
+        """The first part of what `kept` does, for it to find."""
+        key = recipe, types
+        if key not in self._kept and key not in self._linked:
+            self._linked[key] = recipe.link(self, types)
 
     def retire(self, types: MaterialTypeSet) -> None:
         """Forget the programs for these types, unless a pass still uses them."""
         if types != STANDARD_ONLY and not any(types == user.types for user in self.for_types):
             self._kept = {key: made for key, made in self._kept.items() if key[1] != types}
+            self._linked = {key: linked for key, linked in self._linked.items() if key[1] != types}
 
     def parameter_block(self, module: str, name: str) -> ParameterBlock:
         """The block `name` that `module` (a path below the package) declares."""

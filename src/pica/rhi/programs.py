@@ -6,7 +6,7 @@ program and leave it in the shader cache (background.py).
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 import slangpy as spy
 
@@ -24,10 +24,16 @@ Pass = TypeVar("Pass")
 
 
 class Recipe(Protocol[MadeOut]):
-    """How to make a program for some material types. Hashable and picklable; equal recipes make the same."""
+    """How to make a program for some material types. Hashable and picklable; equal recipes make the same.
 
-    def __call__(self, device: "Device", types: MaterialTypeSet) -> MadeOut:
-        """Make it; takes seconds where no cache has it."""
+    In two parts, so that a renderer can do them in different frames.
+    """
+
+    def link(self, device: "Device", types: MaterialTypeSet) -> Any:
+        """What `make` is given; takes a while where no cache has it."""
+
+    def make(self, device: "Device", linked: Any) -> MadeOut:
+        """The rest; takes seconds where no cache has it."""
 
 
 @dataclass(frozen=True)
@@ -37,10 +43,13 @@ class ComputeRecipe:
     module: str
     entry: str = "main"
 
-    def __call__(self, device: "Device", types: MaterialTypeSet) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
+    def link(self, device: "Device", types: MaterialTypeSet) -> spy.ShaderProgram:
         """Raises DeviceError when the file does not compile."""
-        program = linked(device, self.module, [self.entry], types)
-        return program, device.handle.create_compute_pipeline(program)
+        return linked(device, self.module, [self.entry], types)
+
+    def make(self, device: "Device", linked: spy.ShaderProgram) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
+        """Program and pipeline."""
+        return linked, device.handle.create_compute_pipeline(linked)
 
 
 @dataclass(frozen=True)
@@ -51,10 +60,13 @@ class RasterRecipe:
     entries: tuple[str, ...]
     state: RasterState
 
-    def __call__(self, device: "Device", types: MaterialTypeSet) -> tuple[spy.ShaderProgram, spy.RenderPipeline]:
+    def link(self, device: "Device", types: MaterialTypeSet) -> spy.ShaderProgram:
         """Raises DeviceError when the file does not compile."""
-        program = linked(device, self.module, list(self.entries), types)
-        return program, self.state.pipeline(device.handle, program)
+        return linked(device, self.module, list(self.entries), types)
+
+    def make(self, device: "Device", linked: spy.ShaderProgram) -> tuple[spy.ShaderProgram, spy.RenderPipeline]:
+        """Program and pipeline."""
+        return linked, self.state.pipeline(device.handle, linked)
 
 
 @dataclass(frozen=True)
@@ -63,11 +75,15 @@ class TypeRecipe:
 
     entry: TypeEntry
 
-    def __call__(self, device: "Device", types: MaterialTypeSet) -> MaterialType | ShapeType:
+    def link(self, device: "Device", types: MaterialTypeSet) -> MaterialType | ShapeType:
         """Raises MaterialTypeError or ShapeError when the file has a fault."""
         if isinstance(self.entry, ShapeOn):
             return device.shape_types[self.entry.shape]
         return device.material_types[self.entry]
+
+    def make(self, device: "Device", linked: MaterialType | ShapeType) -> MaterialType | ShapeType:
+        """What was loaded."""
+        return linked
 
 
 def linked(device: "Device", module: str, entries: list[str], types: MaterialTypeSet) -> spy.ShaderProgram:

@@ -109,15 +109,14 @@ class RayRecipe:
     wants: Wants
     simplified: bool
 
-    def __call__(
+    def link(
         self, device: Device, types: MaterialTypeSet
-    ) -> tuple[spy.ShaderProgram, spy.RayTracingPipeline, spy.ShaderTable]:
-        """Program, pipeline and shader table."""
+    ) -> tuple[spy.ShaderProgram, list[spy.HitGroupDesc], list[str]]:
+        """The program, its hit groups and their names."""
         generation, wants = self.generation.loaded(device), self.wants
         shaders = device.handle.load_module(_EFFECT_MODULE)
-        miss = f"{wants}Miss"
         modules = [generation, shaders, *device.linked(types)]
-        entries = [generation.entry_point("main"), shaders.entry_point(miss)]
+        entries = [generation.entry_point("main"), shaders.entry_point(f"{wants}Miss")]
         if wants == "hit":
             entries.append(shaders.entry_point("hitClosest"))
         groups = []
@@ -143,15 +142,21 @@ class RayRecipe:
                     any_hit_entry_point=any_hit,
                 )
             )
-        program = device.handle.link_program(modules, entries)
+        return device.handle.link_program(modules, entries), groups, [entry.name for entry in types]
+
+    def make(
+        self, device: Device, linked: tuple[spy.ShaderProgram, list[spy.HitGroupDesc], list[str]]
+    ) -> tuple[spy.ShaderProgram, spy.RayTracingPipeline, spy.ShaderTable]:
+        """Program, pipeline and shader table."""
+        program, groups, names = linked
         pipeline = device.handle.create_ray_tracing_pipeline(
             program=program, hit_groups=groups, max_recursion=1, max_ray_payload_size=64
         )
         table = device.handle.create_shader_table(
             program=program,
             ray_gen_entry_points=["main"],
-            miss_entry_points=[miss],
-            hit_group_names=[entry.name for entry in types],
+            miss_entry_points=[f"{self.wants}Miss"],
+            hit_group_names=names,
         )
         return program, pipeline, table
 
@@ -267,12 +272,15 @@ class KernelRecipe:
     source: ShaderSource
     entry: str
 
-    def __call__(self, device: Device, types: MaterialTypeSet) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
-        """Program and pipeline."""
+    def link(self, device: Device, types: MaterialTypeSet) -> spy.ShaderProgram:
+        """The program."""
         module = self.source.loaded(device)
         modules = [module, *device.linked(types)]
-        program = device.handle.link_program(modules, [module.entry_point(self.entry)])
-        return program, device.handle.create_compute_pipeline(program)
+        return device.handle.link_program(modules, [module.entry_point(self.entry)])
+
+    def make(self, device: Device, linked: spy.ShaderProgram) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
+        """Program and pipeline."""
+        return linked, device.handle.create_compute_pipeline(linked)
 
 
 class _Kernel:
