@@ -121,7 +121,7 @@ class Renderer:
         noisy = shared.samples if shared else None
         radiance = self.lighting(frame, gbuffer, scene, self._slots, shadows, occlusion, noisy)
         if shared:
-            shared(frame, gbuffer, radiance, moved)
+            shared(frame, gbuffer, scene, radiance, moved)
         picture = self.antialiasing(frame, radiance, moved)
         display = self.post(frame, picture)
         self._frames.end(frame)

@@ -4,6 +4,7 @@ import slangpy as spy
 
 from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
+from pica.gpu_scene.scene import GpuScene
 from pica.rhi.device import Device
 
 _FOLDER = "effects/shared_light"
@@ -59,7 +60,9 @@ class SharedLight:
             "deviation": self._deviation[last],
         }
 
-    def __call__(self, frame: FrameContext, gbuffer: GBuffer, radiance: spy.Texture, moved: bool) -> None:
+    def __call__(
+        self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene, radiance: spy.Texture, moved: bool
+    ) -> None:
         """Add the filtered `samples` to `radiance`. `moved`: something differs from the frame before."""
         self._history.reverse()
         self._moments.reverse()
@@ -68,6 +71,7 @@ class SharedLight:
             frame.grid,
             frame=frame,
             gbuffer=gbuffer,
+            scene=scene,
             samples=self.samples,
             previousHistory=self._history[1],
             previousMoments=self._moments[1],
@@ -86,6 +90,7 @@ class SharedLight:
                 frame.grid,
                 frame=frame,
                 gbuffer=gbuffer,
+                scene=scene,
                 signal=self._filtered[source],
                 deviation=self._deviation[source],
                 filtered=self._filtered[target],
