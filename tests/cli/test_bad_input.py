@@ -26,7 +26,7 @@ def test_one_line_and_code_2(fault, tmp_path):
     (tmp_path / "broken.hdr").write_bytes(b"#?RADIANCE nonsense")
     none = {"VK_DRIVER_FILES": "/nonexistent", "VK_ICD_FILENAMES": "/nonexistent"} if fault == "no driver" else {}
     run = subprocess.run(
-        [sys.executable, "-m", "pica.cli.main", "render", *arguments, "-o", "out.png"],
+        [sys.executable, "-m", "pica", "render", *arguments, "-o", "out.png"],
         cwd=tmp_path,
         capture_output=True,
         text=True,

@@ -9,7 +9,7 @@ from pica.cli import doctor
 
 def run_doctor(**environment):
     return subprocess.run(
-        [sys.executable, "-m", "pica.cli.main", "doctor"],
+        [sys.executable, "-m", "pica", "doctor"],
         capture_output=True,
         text=True,
         timeout=120,
