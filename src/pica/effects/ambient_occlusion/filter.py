@@ -7,8 +7,6 @@ from pica.frame.gbuffer import GBuffer
 from pica.rhi.device import Device
 
 _FOLDER = "effects/ambient_occlusion"
-_STEPS = (1, 2, 4)
-"""Pixels between the taps of each spatial pass over rays."""
 _STILL = 256.0
 """Frames that the history holds while nothing moves."""
 _MOVING = 32.0
@@ -56,9 +54,8 @@ class RayFilter:
     def __init__(self, device: Device, size: Size, rays: int, max_distance: float) -> None:
         self._max_distance = max_distance
         self._history = _History(device, size, rays, smoothed=False)
-        self._filtered = [device.texture("filtered occlusion", spy.Format.rg16_float, size) for _ in range(2)]
-        # A pass whose parameters differ from dispatch to dispatch would be bound anew each time.
-        self._passes = [device.compute(f"{_FOLDER}/occlusion_filter.slang") for _ in _STEPS]
+        self._filtered = device.texture("filtered occlusion", spy.Format.rg16_float, size)
+        self._smooth = device.compute(f"{_FOLDER}/occlusion_filter.slang")
 
     def reset(self) -> None:
         """Drop the history."""
@@ -66,25 +63,21 @@ class RayFilter:
 
     def debug_views(self) -> dict[str, spy.Texture]:
         """See views.py."""
-        return {"history": self._history.means[0], "filtered": self._filtered[(len(_STEPS) - 1) % 2]}
+        return {"history": self._history.means[0], "filtered": self._filtered}
 
     def __call__(self, frame: FrameContext, gbuffer: GBuffer, occlusion: spy.Texture, moved: bool) -> spy.Texture:
         """(width, height, rg16_float): the open share and its variance."""
         signal = self._history(frame, gbuffer, occlusion, moved)
-        for number, step in enumerate(_STEPS):
-            target = self._filtered[number % 2]
-            self._passes[number](
-                frame,
-                frame.grid,
-                frame=frame,
-                gbuffer=gbuffer,
-                signal=signal,
-                filtered=target,
-                step=step,
-                maxDistance=self._max_distance,
-            )
-            signal = target
-        return signal
+        self._smooth(
+            frame,
+            frame.grid,
+            frame=frame,
+            gbuffer=gbuffer,
+            signal=signal,
+            filtered=self._filtered,
+            maxDistance=self._max_distance,
+        )
+        return self._filtered
 
 
 class HorizonFilter:
