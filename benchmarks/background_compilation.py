@@ -196,12 +196,16 @@ def timed_programs() -> list[dict[str, Any]]:
     link, kept = Device.link, Device.kept
 
     def timed(part: str, work: Any, self: Device, recipe: Any, types: Any) -> Any:
+        before = self.handle.shader_cache_stats
         calls.clear()
         begun = time.perf_counter()
         result = work(self, recipe, types)
         whole = 1e3 * (time.perf_counter() - begun)
         step: dict[str, Any] = {"program": f"{type(recipe).__name__} {_brief(recipe)}", part: round(whole, 2)}
         step |= {name: round(ms, 2) for name, ms in calls.items() if ms > 0.05}
+        after = self.handle.shader_cache_stats
+        step["code_found"] = after.hit_count - before.hit_count
+        step["code_missed"] = after.miss_count - before.miss_count
         report = None
         if isinstance(result, tuple) and calls:
             with suppress(RuntimeError):  # some drivers have none
