@@ -21,7 +21,7 @@ from pica.scene.procedural.placing import aim, move, stretch
 from pica.scene.procedural.primitives import box, plane, sphere
 
 FRAMES, RAYS = 16, 512
-VIEW = pica.Camera.look_at((0.0, 3.8, 4.0), (-0.2, 0.2, 0.0), fov=36)
+VIEW = pica.Camera.look_at((-0.7, 3.8, 4.0), (-0.45, 0.2, 0.1), fov=26)
 
 
 def main() -> None:
