@@ -1,0 +1,76 @@
+"""What README.md and docs/ tell newcomers: their links lead somewhere, their settings exist, their programs run."""
+
+import re
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+import pica
+from pica.cli.main import app
+
+ROOT = Path(__file__).parent.parent
+README = ROOT / "README.md"
+PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
+NAMES = [page.name for page in PAGES]
+
+
+def blocks(page, language):
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
+
+
+def links(page):
+    """(path, anchor) of each link to a file."""
+    prose = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
+    found = re.findall(r"\]\(([^)#\s]*)#?([^)\s]*)\)", prose)
+    return [(page.parent / path if path else page, anchor) for path, anchor in found if "://" not in path]
+
+
+def anchors(page):
+    """The anchors of a page's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_links_lead_somewhere(page):
+    for target, anchor in links(page):
+        assert target.exists(), f"{page.name} links to {target}"
+        assert not anchor or anchor in anchors(target), f"{page.name} links to #{anchor} of {target.name}"
+
+
+def test_every_page_and_picture_is_shown_to_newcomers():
+    shown = {target.resolve() for page in PAGES for target, _ in links(page)}
+    assert {path for path in (ROOT / "docs" / "images").iterdir()} <= shown
+    assert set(PAGES[1:]) <= {target.resolve() for target, _ in links(README)}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_settings_exist(page):
+    groups = {field.name: getattr(pica.Settings(), field.name) for field in fields(pica.Settings)}
+    groups = {name: group for name, group in groups.items() if is_dataclass(group)}
+    for group, name in re.findall(rf"`({'|'.join(groups)})\.(\w+)(?=[`=])", page.read_text()):
+        assert name == "slang" or hasattr(groups[group], name), f"{page.name}: {group}.{name}"
+    for path, value in re.findall(r"--set (\w+\.\w+)=([\w.]+)", page.read_text()):
+        pica.Settings().with_values({path: value})
+
+
+def test_commands_of_the_readme_are_commands():
+    (lines,) = (block.splitlines() for block in blocks(README, "sh") if "pica render" in block)
+    for line in lines:
+        name, *arguments = line.split(" #")[0].split()[1:]
+        get_command(app).commands[name].make_context(name, arguments)  # parses, and runs nothing
+
+
+def test_the_readme_s_program_runs(tmp_path, monkeypatch):
+    (program,) = blocks(README, "python")
+    for whole, small in (("(640, 360)", "(32, 18)"), ("range(24)", "range(2)"), ("samples=64", "samples=1")):
+        assert whole in program
+        program = program.replace(whole, small)
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(program, names)
+    assert (tmp_path / "out.png").exists()
+    assert names["frame"].display.shape == names["reference"].display.shape == (18, 32, 3)
+    assert 0.5 < names["frame"].color.mean() / names["reference"].color.mean() < 1.1  # no light of many bounces
