@@ -56,8 +56,8 @@ class RaysSettings(_Checked):
     """pipeline: ray generation shaders; buffers: rays and hits go through buffers, which tracers outside of shaders
     need; auto: buffers where the tracer is Embree, else pipeline."""
     tracer: Literal["auto", "device", "embree"] = "auto"
-    """What traces ray buffers. device: its own ray tracing pipeline; embree: Embree on the processor, from the extra
-    pica[cpu]; auto: Embree where the device runs on the processor too and Embree is installed."""
+    """What traces ray buffers. device: its own ray tracing pipeline; embree: Embree on the processor, if embreex
+    and numba are installed; auto: Embree where the device runs on the processor too and Embree is installed."""
     simplified_materials: bool = False
     """Reflection rays meet materials without normal maps and with coarse textures (docs/materials.md). Cheaper, and
     reflections lose their small detail. The path tracer, as the reference, never simplifies."""

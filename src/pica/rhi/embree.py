@@ -13,7 +13,7 @@ from typing import Any
 
 from pica.errors import DeviceError
 
-INSTALL = "install it with `pip install pica[cpu]`"
+INSTALL = "install it with `pip install embreex numba`"
 # enum values of rtcore_common.h, rtcore_buffer.h, rtcore_geometry.h and rtcore_scene.h
 INDEX_BUFFER, VERTEX_BUFFER = 0, 1
 UINT3, FLOAT3, ROWS_3X4 = 0x5003, 0x9003, 0x9134
