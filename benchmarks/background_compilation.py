@@ -4,7 +4,7 @@
 
 Prints one JSON object: for each phase the median frame and the longest above it, how long the programs took, and how
 many frames went by between the moment when the worker had compiled all and the frame that shows the result. `making`
-is what the renderer's own process did for each program, in milliseconds: SlangPy's calls by name, `link_ms` and `make_ms`
+is what the renderer's own process did for each program, in milliseconds: SlangPy's calls by name, `link_ms`, `make_ms`
 in frames of their own; `code_found` and `code_missed`: SPIR-V that the cache on disk had, or had not. Where the driver
 reports them, `code` and `pipeline` are its parts of the time, with their sizes.
 """
