@@ -17,6 +17,8 @@ from pica.scene.procedural.primitives import box, lathe, plane, sphere
 SIZE = (96, 64)
 RASTER = {"visibility.primary": "raster"}
 RAYS = {"visibility.primary": "rays", "rays.scheduler": "pipeline"}
+BUFFERS = {**RAYS, "rays.scheduler": "buffers", "rays.tracer": "device"}
+EMBREE = {**BUFFERS, "rays.tracer": "embree"}
 
 
 def settings(values: dict[str, str] | None = None) -> pica.Settings:
@@ -150,3 +152,14 @@ def edges(ids: np.ndarray) -> np.ndarray:
         for x in range(3):
             found[1:-1, 1:-1] |= ids[y : ids.shape[0] - 2 + y, x : ids.shape[1] - 2 + x] != middle
     return found
+
+
+def assert_schedulers_agree(device, make):
+    """Bit for bit, in every buffer of the hybrid picture and in the path traced one, of the scene that `make` gives."""
+    pipeline, buffers = (render(device, make(), 2, CAMERA, values=values) for values in (RAYS, BUFFERS))
+    for name in pipeline.aov_names:
+        np.testing.assert_array_equal(pipeline.aov(name), buffers.aov(name), err_msg=name)
+    np.testing.assert_array_equal(pipeline.color, buffers.color)
+    traced = [trace(device, make(), 2, CAMERA, values=values).color for values in (RAYS, BUFFERS)]
+    np.testing.assert_array_equal(*traced)
+    assert traced[0].mean() > 0.1

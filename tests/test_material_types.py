@@ -17,8 +17,10 @@ from pica.scene.procedural.placing import aim, move, turn
 from pica.scene.procedural.primitives import plane, sphere
 from tests.building import (
     CAMERA,
+    EMBREE,
     RASTER,
     RAYS,
+    assert_schedulers_agree,
     checkered,
     lambert,
     orthographic,
@@ -32,8 +34,6 @@ from tests.building import (
 )
 
 FOLDER = "tests/material_types"
-BUFFERS = {**RAYS, "rays.scheduler": "buffers", "rays.tracer": "device"}
-EMBREE = {**BUFFERS, "rays.tracer": "embree"}
 FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
 PLAIN = """
 import shaders.material_type;
@@ -93,13 +93,7 @@ def stones():
 
 @pytest.mark.slow
 def test_schedulers_agree_to_the_bit(device, own_types):
-    pipeline, buffers = (render(device, stones(), 2, CAMERA, values=values) for values in (RAYS, BUFFERS))
-    for name in pipeline.aov_names:
-        np.testing.assert_array_equal(pipeline.aov(name), buffers.aov(name), err_msg=name)
-    np.testing.assert_array_equal(pipeline.color, buffers.color)
-    traced = [trace(device, stones(), 2, CAMERA, values=values).color for values in (RAYS, BUFFERS)]
-    np.testing.assert_array_equal(*traced)
-    assert traced[0].mean() > 0.1
+    assert_schedulers_agree(device, stones)
 
 
 @pytest.mark.skipif(bool(embree.missing()), reason="Embree is not installed")

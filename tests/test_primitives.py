@@ -18,6 +18,7 @@ from tests.building import (
     CAMERA,
     RASTER,
     RAYS,
+    assert_schedulers_agree,
     bumps,
     checkered,
     edges,
@@ -35,7 +36,6 @@ from tests.rays import CAMERA as FROM_CAMERA
 from tests.rays import SHADOW, SURFACE, RayCaster
 
 RASTER_ALONE = {**RASTER, "rays.scheduler": "pipeline"}
-BUFFERS = {**RAYS, "rays.scheduler": "buffers", "rays.tracer": "device"}
 MIDDLE = (0.1, 0.4, 0.0)
 SLANTED = {
     "plain": np.eye(4),
@@ -165,13 +165,7 @@ def test_raster_and_rays_agree(device, name):
 @pytest.mark.slow
 @pytest.mark.parametrize("make", [opaque, holes, blended])
 def test_schedulers_agree_to_the_bit(device, make):
-    pipeline, buffers = (render(device, make(), 2, CAMERA, values=values) for values in (RAYS, BUFFERS))
-    for name in pipeline.aov_names:
-        np.testing.assert_array_equal(pipeline.aov(name), buffers.aov(name), err_msg=name)
-    np.testing.assert_array_equal(pipeline.color, buffers.color)
-    traced = [trace(device, make(), 2, CAMERA, values=values).color for values in (RAYS, BUFFERS)]
-    np.testing.assert_array_equal(*traced)
-    assert traced[0].mean() > 0.1
+    assert_schedulers_agree(device, make)
 
 
 def test_shapes_look_like_fine_meshes(device):

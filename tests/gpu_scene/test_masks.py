@@ -11,6 +11,8 @@ from pica.scene.light import DirectionalLight, PointLight, SphereLight
 from pica.scene.procedural.placing import move, stretch, turn
 from pica.scene.procedural.primitives import plane
 from tests.building import (
+    BUFFERS,
+    EMBREE,
     RASTER,
     RAYS,
     lambert,
@@ -25,8 +27,6 @@ from tests.building import (
 )
 from tests.rays import CAMERA, SHADOW, SURFACE, RayCaster
 
-BUFFERS = {**RAYS, "rays.scheduler": "buffers", "rays.tracer": "device"}
-EMBREE = {**BUFFERS, "rays.tracer": "embree"}
 WAYS = {
     "raster": RASTER,
     "pipeline": RAYS,
