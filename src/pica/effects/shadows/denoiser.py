@@ -83,7 +83,7 @@ class ShadowDenoiser:
         remembered = self._remembered if moved or self._remembered == 1 else _STILL
         shift = int(self._follow(frame, slots.denoised, slots.svgf))
         if slots.svgf < layers:
-            self._find_footprints(frame, gbuffer, scene, slots, samples, slopes, shift)
+            self._find_footprints(frame, gbuffer, scene, slots, slopes, shift)
         self._history(
             frame,
             (self._size[0] + _GROUP, self._size[1] + _GROUP, layers),
@@ -135,17 +135,16 @@ class ShadowDenoiser:
         gbuffer: GBuffer,
         scene: GpuScene,
         slots: LightSlots,
-        samples: spy.Texture,
         slopes: spy.Texture,
         shift: int,
     ) -> None:
         first, layers = slots.svgf, len(slots.denoised) - slots.svgf
         grid = (*self._size, layers)
-        values = {"frame": frame, "firstLayer": first}
-        self._tiles(frame, grid, samples=samples, slopes=slopes, tiles=self._tile_slopes, **values)
+        self._tiles(frame, grid, frame=frame, slopes=slopes, tiles=self._tile_slopes)
         self._footprint(
             frame,
             grid,
+            frame=frame,
             gbuffer=gbuffer,
             scene=scene,
             lightSlots=slots,
@@ -156,7 +155,7 @@ class ShadowDenoiser:
             shadowsShift=shift,
             lightMotions=self._motions,
             tileCount=spy.uint2(*_tiles_of(self._size)),
-            **values,
+            firstLayer=first,
         )
 
     def _filter_by_footprint(self, frame: FrameContext, gbuffer: GBuffer, slots: LightSlots) -> None:
@@ -193,10 +192,10 @@ class ShadowDenoiser:
         self._moments = pair("shadow moments", spy.Format.rg16_float)
         self._deviation = pair("shadow deviation", spy.Format.r16_float)
         self._filtered = pair("filtered shadows", spy.Format.rgba16_float)
-        make = partial(self._device.texture, texture_format=spy.Format.rgba16_float, layers=layers)
-        self._footprints = make("shadow footprints", size=self._size)
-        self._tile_slopes = make("tiles of slopes", size=_tiles_of(self._size))
-        self._shifts = self._device.texture("shadow shifts", spy.Format.rg16_float, self._size, layers=layers)
+        make = partial(self._device.texture, layers=layers)
+        self._footprints = make("shadow footprints", spy.Format.rgba16_float, self._size)
+        self._tile_slopes = make("tiles of slopes", spy.Format.rg16_float, _tiles_of(self._size))
+        self._shifts = make("shadow shifts", spy.Format.rg16_float, self._size)
         self._textures += [self._footprints, self._tile_slopes, self._shifts]
 
     def _follow(self, frame: FrameContext, lights: list[Node], first: int) -> bool:

@@ -51,7 +51,7 @@ class SharedLight:
         self._still = 0
 
     def debug_views(self) -> dict[str, spy.Texture]:
-        """What the newest frame left behind, by name: see views.py."""
+        """What the newest frame left behind, by name: see views.py; "filtered" of the newest that needed it."""
         last = len(_STEPS) % 2
         return {
             "samples": self.samples,
@@ -83,6 +83,23 @@ class SharedLight:
             clampWidth=_CLAMP_WIDTH if moved else 0.0,
         )
         self._empty = False
+        self._still = 0 if moved else self._still + 1
+        first, last = _HANDED_OVER
+        unfiltered = min(max((self._still - first) / (last - first), 0.0), 1.0)
+        if unfiltered < 1:
+            self._smooth(frame, gbuffer, scene)
+        self._add(
+            frame,
+            frame.grid,
+            frame=frame,
+            gbuffer=gbuffer,
+            filtered=self._filtered[len(_STEPS) % 2],
+            samples=self.samples,
+            unfiltered=unfiltered,
+            radiance=radiance,
+        )
+
+    def _smooth(self, frame: FrameContext, gbuffer: GBuffer, scene: GpuScene) -> None:
         for number, (step, smooth) in enumerate(zip(_STEPS, self._passes, strict=True)):
             source, target = number % 2, 1 - number % 2
             smooth(
@@ -97,16 +114,3 @@ class SharedLight:
                 filteredDeviation=self._deviation[target],
                 step=step,
             )
-        filtered = self._filtered[len(_STEPS) % 2]
-        self._still = 0 if moved else self._still + 1
-        first, last = _HANDED_OVER
-        self._add(
-            frame,
-            frame.grid,
-            frame=frame,
-            gbuffer=gbuffer,
-            filtered=filtered,
-            samples=self.samples,
-            unfiltered=min(max((self._still - first) / (last - first), 0.0), 1.0),
-            radiance=radiance,
-        )
