@@ -169,6 +169,7 @@ class ProgramRound:
 
     def _fail(self, recipe: Recipe[Any], error: Exception) -> None:
         self.cancel()
+        self._device.retire(self.types)  # what was made for them so far is of no use to the next round
         if isinstance(recipe, TypeRecipe):
             self.entries = [recipe.entry]
         if isinstance(error, MaterialTypeError | ShapeError):
