@@ -16,30 +16,36 @@ from typing import Any
 import pica
 from benchmarks.flight_helmet import helmet_on_plane
 from pica.rhi.device import Device
-from pica.rhi.schedulers import RayEffect
+from pica.rhi.schedulers import BufferEffect, PipelineEffect
 
+EFFECTS = {"shadows": "shadow_rays", "path tracer": "path_tracer"}
 TIERS = {"tier 1": "buffers", "tier 2": "pipeline"}
 
 
-class Timed:
-    """A ray effect that runs alone and tells how long it took."""
+def timed_effects(device: Device) -> dict[str, float]:
+    """Milliseconds of the last run of each ray effect, by name: from now on, between two waits for the device."""
+    milliseconds: dict[str, float] = {}
 
-    def __init__(self, device: Device, effect: RayEffect) -> None:
-        self._device, self._effect = device, effect
-        self.milliseconds = 0.0
+    def finish(recording: Any) -> None:
+        device.handle.submit_command_buffer(recording.encoder.finish())
+        device.handle.wait_for_idle()
+        recording.encoder = device.handle.create_command_encoder()
 
-    def __call__(self, recording: Any, grid: tuple[int, int], /, **values: Any) -> None:
-        """Run the effect between two waits for the device."""
-        self._finish(recording)
-        started = time.perf_counter()
-        self._effect(recording, grid, **values)
-        self._finish(recording)
-        self.milliseconds = (time.perf_counter() - started) * 1e3
+    def time_runs(kind: Any) -> None:
+        run = kind.__call__
 
-    def _finish(self, recording: Any) -> None:
-        self._device.handle.submit_command_buffer(recording.encoder.finish())
-        self._device.handle.wait_for_idle()
-        recording.encoder = self._device.handle.create_command_encoder()
+        def timed(self: Any, recording: Any, grid: tuple[int, int], /, **values: Any) -> None:
+            finish(recording)
+            started = time.perf_counter()
+            run(self, recording, grid, **values)
+            finish(recording)
+            milliseconds[self.name] = (time.perf_counter() - started) * 1e3
+
+        kind.__call__ = timed
+
+    time_runs(PipelineEffect)
+    time_runs(BufferEffect)
+    return milliseconds
 
 
 def main() -> None:
@@ -53,28 +59,30 @@ def main() -> None:
     width, height = (int(length) for length in arguments.size.split("x"))
     device = Device("llvmpipe")
     scene, camera = helmet_on_plane(arguments.path, arguments.env)
-    passes: dict[str, dict[str, Timed]] = {}
-    renderers = []
+    milliseconds = timed_effects(device)
+    renderers: dict[str, list[Any]] = {}
     for tier, scheduler in TIERS.items():
         tracer = "embree" if scheduler == "buffers" else "device"
         settings = pica.Settings().with_values({"rays.scheduler": scheduler, "rays.tracer": tracer})
-        hybrid = pica.Renderer(scene, (width, height), settings, device)
-        reference = pica.PathTracer(scene, (width, height), 5, settings, device)
-        hybrid.shadows._trace = Timed(device, hybrid.shadows._trace)
-        reference._trace = Timed(device, reference._trace)
-        passes[tier] = {"shadows": hybrid.shadows._trace, "path tracer": reference._trace}
-        renderers += [hybrid, reference]
-    rounds = []
+        renderers[tier] = [
+            pica.Renderer(scene, (width, height), settings, device),
+            pica.PathTracer(scene, (width, height), 5, settings, device),
+        ]
+    rounds: list[dict[str, dict[str, float]]] = []
     for number in range(arguments.rounds + 1):
-        for renderer in renderers:
-            renderer.render(1, camera)
+        times: dict[str, dict[str, float]] = {}
+        for tier, pair in renderers.items():
+            milliseconds.clear()
+            for renderer in pair:
+                renderer.render(1, camera)
+            times[tier] = {name: milliseconds[effect] for name, effect in EFFECTS.items()}
+            times[tier]["both"] = sum(times[tier].values())
         if number:  # the first one compiles
-            rounds.append({tier: {name: p.milliseconds for name, p in timed.items()} for tier, timed in passes.items()})
-    for name in ("shadows", "path tracer", "both"):
-        times = {tier: [sum(r[tier].values()) if name == "both" else r[tier][name] for r in rounds] for tier in TIERS}
-        ratios = [slow / fast for slow, fast in zip(times["tier 2"], times["tier 1"], strict=True)]
-        result = {tier: round(median(values), 1) for tier, values in times.items()}
-        print(json.dumps({"rays": name, "size": [width, height], "ms": result, "ratio": round(median(ratios), 2)}))
+            rounds.append(times)
+    for name in (*EFFECTS, "both"):
+        result = {tier: round(median(times[tier][name] for times in rounds), 1) for tier in TIERS}
+        ratio = median(times["tier 2"][name] / times["tier 1"][name] for times in rounds)
+        print(json.dumps({"rays": name, "size": [width, height], "ms": result, "ratio": round(ratio, 2)}))
 
 
 if __name__ == "__main__":

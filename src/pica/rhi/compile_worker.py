@@ -35,6 +35,9 @@ def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
             made = recipe.make(device, recipe.link(device, types))
             if device.is_software:
                 _run_empty(device, made)
+            # What Slang-RHI captures of a ray tracing pipeline lacks the parts that NVIDIA's driver shares with one that
+            # lives: the renderer could not create its own from it, and would compile for seconds (docs/architecture.md).
+            del made
         except PicaError as error:
             fault = error
         except RuntimeError as error:
