@@ -2,6 +2,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# Most of the time goes to compilers that use one core.
+PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .PHONY: demo test test-slow lint setup setup-test lock clean
@@ -11,10 +13,10 @@ demo: setup
 	$(BIN)/pica render demo -o out/demo.png --size 640x360 --frames 12
 
 test: setup-test lint
-	$(BIN)/pytest -m "not slow"
+	$(PYTEST) -m "not slow"
 
 test-slow: setup-test
-	$(BIN)/pytest -m slow
+	$(PYTEST) -m slow
 
 lint: setup-test
 	$(BIN)/ruff check

@@ -1,14 +1,20 @@
 """Material types that come to a running renderer: frames go on, and objects appear when their programs are ready."""
 
+import pickle
 import time
+import weakref
+from dataclasses import dataclass
+from io import BytesIO
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 import pica
-from pica.errors import MaterialTypeError
+from pica.errors import DeviceError, MaterialTypeError
 from pica.frame.aovs import gbuffer_aovs
 from pica.rhi.background import Compiler, Task
+from pica.rhi.compile_worker import serve
 from pica.rhi.material_types import STANDARD_ONLY
 from pica.rhi.profiler import FRAMES_IN_FLIGHT
 from pica.rhi.programs import TypeRecipe
@@ -240,6 +246,39 @@ def test_the_worker_ends_with_its_compiler(device, register, tmp_path):
     assert process is not None and process.poll() is None
     compiler.close()
     assert process.wait(10) != 0
+
+
+class _Made:
+    """Stands for a pipeline."""
+
+    alive: ClassVar[weakref.WeakSet["_Made"]] = weakref.WeakSet()
+
+    def __init__(self) -> None:
+        self.alive.add(self)
+
+
+@dataclass(frozen=True)
+class _LonelyRecipe:
+    """Fails where what it made before still lives."""
+
+    def link(self, device, types):
+        return None
+
+    def make(self, device, linked):
+        if _Made.alive:
+            raise DeviceError("not alone")
+        return _Made()
+
+
+def test_the_worker_lets_go_of_a_pipeline_before_the_next(device):
+    """Where two ray tracing pipelines live at once, NVIDIA's driver gives the cache half of the second."""
+    tasks, answers = BytesIO(), BytesIO()
+    for _ in range(3):
+        pickle.dump((device.name, _LonelyRecipe(), STANDARD_ONLY), tasks)
+    tasks.seek(0)
+    serve(tasks, answers)
+    answers.seek(0)
+    assert [pickle.load(answers) for _ in range(3)] == [None] * 3
 
 
 @pytest.mark.slow
