@@ -35,8 +35,8 @@ def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
             made = recipe.make(device, recipe.link(device, types))
             if device.is_software:
                 _run_empty(device, made)
-            # What Slang-RHI captures of a ray tracing pipeline lacks the parts that NVIDIA's driver shares with one that
-            # lives: the renderer could not create its own from it, and would compile for seconds (docs/architecture.md).
+            # What Slang-RHI captures of a ray tracing pipeline lacks whatever NVIDIA's driver shares with another that
+            # lives: the renderer could not make its own from that and would compile for seconds (docs/architecture.md).
             del made
         except PicaError as error:
             fault = error
