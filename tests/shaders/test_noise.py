@@ -150,17 +150,3 @@ def test_hashes_are_the_published_ones(shader):
         flipped[:, 0] ^= 1 << 20
         changed = ((function(flipped, _result="numpy") ^ hashed)[..., None] >> np.arange(32, dtype=np.uint32)) & 1
         assert changed.mean() > 0.3
-
-
-def test_lattice_spreads_neighbours_and_frames_evenly(load):
-    shader = load("import shaders.noise; float2 at(uint2 p, uint f, uint2 s) { return latticeSample(p, f, s); }")
-    x, y, frame = (a.ravel().astype(np.uint32) for a in np.meshgrid(np.arange(8), np.arange(8), np.arange(4)))
-    block = np.stack([x + 24, y + 8], -1)
-    seeds = np.zeros((len(x), 2), np.uint32) + np.uint32([3, 1])
-    points = shader.at(block, frame, seeds, _result="numpy").astype(np.float64)
-    assert (points >= 0).all() and (points < 1).all()
-    # Random points have a centred discrepancy of about 0.03 here.
-    assert qmc.discrepancy(points) < 2e-4
-    own = shader.at(np.zeros((64, 2), np.uint32), np.arange(64, dtype=np.uint32), seeds[:64], _result="numpy")
-    assert qmc.discrepancy(own.astype(np.float64)) < 2e-3
-    assert (shader.at(block, frame, seeds + np.uint32(1), _result="numpy") != points).any()

@@ -1,0 +1,48 @@
+"""screen_noise.slang."""
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+SOURCE = """
+import shaders.screen_noise;
+uint place(uint2 pixel) { return hilbertIndex(pixel); }
+float3 random(uint2 pixel, uint sample, uint seed) { return screenNoise(pixel, sample, seed); }
+"""
+
+
+@pytest.fixture(scope="module")
+def shader(load):
+    return load(SOURCE)
+
+
+def test_the_curve_goes_from_neighbour_to_neighbour_through_every_pixel(shader):
+    pixels = np.stack(np.meshgrid(np.arange(256), np.arange(256)), -1).reshape(-1, 2).astype(np.uint32)
+    places = shader.place(pixels, _result="numpy").astype(int)
+    assert sorted(places) == list(range(65536))
+    path = pixels[np.argsort(places)].astype(int)
+    assert (np.abs(np.diff(path, axis=0)).sum(1) == 1).all()
+    np.testing.assert_array_equal(shader.place(pixels + np.uint32(256), _result="numpy"), places)
+
+
+@pytest.mark.parametrize(("block", "samples"), [(1, 16), (1, 64), (4, 1), (4, 4), (8, 2), (8, 4)])
+def test_numbers_are_even_over_frames_and_over_neighbours(shader, block, samples):
+    """The first two together, the third by itself."""
+    y, x, sample = (
+        grid.ravel() for grid in np.meshgrid(np.arange(block) + 8, np.arange(block) + 24, np.arange(samples))
+    )
+    pixels = np.stack([x, y], -1).astype(np.uint32)
+    points = shader.random(pixels, sample.astype(np.uint32), np.full(len(x), 5, np.uint32), _result="numpy")
+    assert points.min() >= 0 and points.max() < 1
+    independent = [np.random.default_rng(i).random(points.shape) for i in range(20)]
+    for numbers in (slice(0, 2), slice(2, 3)):
+        found, usual = (
+            [qmc.discrepancy(np.float64(p[:, numbers]), method="WD") for p in sets] for sets in ([points], independent)
+        )
+        assert found[0] < 0.5 * np.mean(usual)
+
+
+def test_seeds_give_other_numbers(shader):
+    pixels = np.zeros((2, 2), np.uint32)
+    one, other = shader.random(pixels, np.zeros(2, np.uint32), np.uint32([1, 2]), _result="numpy")
+    assert np.abs(one - other).min() > 1e-3
