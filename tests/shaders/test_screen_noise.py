@@ -42,6 +42,16 @@ def test_numbers_are_even_over_frames_and_over_neighbours(shader, block, samples
         assert found[0] < 0.5 * np.mean(usual)
 
 
+def test_r2_is_far_evener_than_chance(shader):
+    """By a measure that no shift of all points, which is what seeds do, changes; random points have 18e-4 and 72e-4."""
+    x, y, frame = (a.ravel().astype(np.uint32) for a in np.meshgrid(np.arange(8), np.arange(8), np.arange(4)))
+    seeds = np.full(len(x), 3, np.uint32)
+    block = shader.random(np.stack([x + 24, y + 8], -1).astype(np.uint32), frame, seeds, _result="numpy")
+    assert qmc.discrepancy(np.float64(block[:, :2]), method="WD") < 2.4e-4
+    own = shader.random(np.zeros((64, 2), np.uint32), np.arange(64, dtype=np.uint32), seeds[:64], _result="numpy")
+    assert qmc.discrepancy(np.float64(own[:, :2]), method="WD") < 17e-4
+
+
 def test_seeds_give_other_numbers(shader):
     pixels = np.zeros((2, 2), np.uint32)
     one, other = shader.random(pixels, np.zeros(2, np.uint32), np.uint32([1, 2]), _result="numpy")
