@@ -1,4 +1,5 @@
-# make demo: a picture from nothing. make test: lint, types and tests. Both set everything up first.
+# make demo: a picture from nothing. make test: lint, types and tests; make test-fast: the tests that need no device, and
+# a few that do; make golden: the golden pictures anew. All set everything up first.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -6,7 +7,7 @@ BIN := $(VENV)/bin
 PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test test-slow lint setup setup-test lock clean
+.PHONY: demo test test-fast test-slow golden lint setup setup-test lock clean
 
 demo: setup
 	@mkdir -p out
@@ -15,8 +16,15 @@ demo: setup
 test: setup-test lint
 	$(PYTEST) -m "not slow"
 
+test-fast: setup-test
+	$(PYTEST) -m "not (slow or device or thorough) or smoke"
+
 test-slow: setup-test
 	$(PYTEST) -m slow
+
+# GOLDEN="cornell svgf" renews these only.
+golden: setup-test
+	$(BIN)/python -m tests.golden.renew $(GOLDEN)
 
 lint: setup-test
 	$(BIN)/ruff check

@@ -22,7 +22,7 @@ from statistics import median
 from typing import Any
 
 SOURCE = """
-import shaders.material_type;
+import materials.material_type;
 import shaders.noise;
 struct Bench : IMaterialType
 {
@@ -66,12 +66,13 @@ def measure(folder: Path, size: Any, device_name: str | None, values: list[str])
     import numpy as np
 
     import pica
+    from pica.programs.library import programs
     from pica.rhi.device import Device
     from pica.scene.light import DirectionalLight
     from pica.scene.material import AlphaMode, Material
     from pica.scene.model import Mesh, Node, Scene
-    from pica.scene.procedural.placing import aim, move
-    from pica.scene.procedural.primitives import plane, sphere
+    from pica.scenes.basic_meshes import plane, sphere
+    from pica.scenes.placing import aim, move
 
     steps = timed_programs()
     settings = pica.Settings().with_values(dict(value.split("=", 1) for value in values))
@@ -124,13 +125,13 @@ def measure(folder: Path, size: Any, device_name: str | None, values: list[str])
         begun = time.perf_counter()
         change()
         times, pending, compiled, visible = [frame()], [renderer.pending_shaders], None, None
-        types = renderer._gpu_scene.material_types
+        types = renderer.view.material_types
         while visible is None and time.perf_counter() - begun < LIMIT:
-            if compiled is None and not device.compiler.unanswered:
+            if compiled is None and not programs(device).compiler.unanswered:
                 compiled = len(times), time.perf_counter() - begun
             times.append(frame())
             pending.append(renderer.pending_shaders)
-            if renderer._gpu_scene.material_types != types:
+            if renderer.view.material_types != types:
                 visible = len(times), time.perf_counter() - begun
         times += [frame() for _ in range(FRAMES)]
         usual = median(still)

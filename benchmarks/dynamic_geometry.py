@@ -6,16 +6,16 @@ from collections.abc import Callable
 import numpy as np
 
 import pica
-from pica.gpu_scene.scene import GpuScene
+from pica.gpu_scene.view import SceneView
 from pica.rhi.device import Device
 from pica.scene.emitter import Emitter
 from pica.scene.landscape import Landscape
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
 from pica.scene.particles import Sprites
-from pica.scene.procedural.primitives import box
-from pica.scene.procedural.terrain import fractal_heights
 from pica.scene.spline import Spline, bend
+from pica.scenes.basic_meshes import box
+from pica.scenes.terrain import fractal_heights
 
 ROUNDS = 25
 CAMERA = pica.Camera.look_at((0, 3, 6), (0, 1, 0))
@@ -35,7 +35,7 @@ def measured(device: Device, node: Node, change: Callable[[int], object]) -> Non
     """Print what a change costs to make, to record, and on the GPU."""
     scene = Scene("benchmark")
     scene.add(node)
-    gpu = GpuScene(device, scene, pica.Settings().geometry.rebuild_at)
+    gpu = SceneView(device, scene, pica.Settings())
 
     def update() -> None:
         with device.record() as recording:
@@ -66,15 +66,17 @@ def landscape(device: Device) -> None:
     hills = Landscape(fractal_heights(1025, 80, 9.0), 0.5, Material(), levels=5)
     scene = Scene("benchmark")
     scene.add(hills.node)
-    gpu = GpuScene(device, scene, pica.Settings().geometry.rebuild_at)
+    gpu = SceneView(device, scene, pica.Settings())
     costs, still = [], []
+    before = hills.levels_for(pica.Camera.look_at((-100, 12, 0), (-100, 0, -10)))
     for x in np.arange(-100, 100, 1.0):
-        before = [node.mesh for node in hills.node.children]
+        camera = pica.Camera.look_at((x, 12, 0), (x, 0, -10))
         start = time.perf_counter()
         with device.record() as recording:
-            gpu.update(recording, pica.Camera.look_at((x, 12, 0), (x, 0, -10)))
+            gpu.update(recording, camera)
         spent = 1e3 * (time.perf_counter() - start)
-        changed = sum(a is not node.mesh for a, node in zip(before, hills.node.children, strict=True))
+        levels = hills.levels_for(camera)
+        changed, before = len(hills.differing(levels, before)), levels
         (costs if changed else still).append((changed, spent))
     shares, quiet = np.array(costs[1:]), float(np.median(np.array(still)[:, 1]))
     each = float(np.median(shares[:, 1] / shares[:, 0]))

@@ -17,8 +17,8 @@ from pica.rhi.device import Device
 from pica.scene.environment import Environment
 from pica.scene.material import Image, Material, Texture
 from pica.scene.model import Mesh, Node, Scene
-from pica.scene.procedural.placing import move
-from pica.scene.procedural.primitives import plane, sphere
+from pica.scenes.basic_meshes import plane, sphere
+from pica.scenes.placing import move
 
 
 def resident() -> float:

@@ -17,7 +17,7 @@ from pica.rhi.device import Device
 from pica.scene.light import DirectionalLight
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
-from pica.scene.procedural.primitives import plane
+from pica.scenes.basic_meshes import plane
 
 
 def helmet_on_plane(path: str, environment: str | None = None) -> tuple[Scene, pica.Camera]:

@@ -8,6 +8,7 @@ Prints one JSON line a measurement: the figures of docs/performance.md.
 import argparse
 import json
 import time
+from collections.abc import Callable, Iterable
 from statistics import median
 
 import numpy as np
@@ -15,16 +16,16 @@ import numpy as np
 import pica
 from pica.quality.benchmark import benchmark
 from pica.rhi.device import Device
-from pica.scene.light import DirectionalLight
+from pica.scene.light import DirectionalLight, PointLight
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
-from pica.scene.procedural.primitives import plane, sphere
+from pica.scenes.basic_meshes import plane, sphere
 
 
-def crowd(instances: int, meshes: int = 50) -> tuple[Scene, list[Node]]:
+def crowd(instances: int, meshes: int = 50, rings: int = 12) -> tuple[Scene, list[Node]]:
     """Spheres on a grid, each its own node; many share a mesh."""
     scene = Scene("crowd")
-    shapes = [Mesh([sphere(0.4, Material(base_color=(*color, 1.0), metallic=0.0), 12)]) for color in _colors(meshes)]
+    shapes = [Mesh([sphere(0.4, Material(base_color=(*color, 1.0), metallic=0.0), rings)]) for color in _colors(meshes)]
     side = int(np.ceil(np.sqrt(instances)))
     nodes = []
     for index in range(instances):
@@ -74,6 +75,60 @@ def measure_crowd(device: Device, instances: int, moving: int = 100, frames: int
     }
 
 
+def copies(instances: int) -> tuple[Scene, list[Node]]:
+    """The same grid as one node's copies of one mesh (EXT_mesh_gpu_instancing)."""
+    scene, nodes = crowd(instances, meshes=1, rings=3)
+    alike = Scene("copies")
+    alike.add(Node(mesh=nodes[0].mesh, instances=np.array([node.transform for node in nodes])))
+    alike.add(scene.roots[-1])
+    return alike, nodes
+
+
+def measure_coming(device: Device, kind: str, instances: int, rounds: int = 7) -> dict[str, object]:
+    """Processor milliseconds that the host takes for a frame in which one more thing comes, or goes again, by raster.
+
+    Those of its thread alone: other programs of a busy machine, and lavapipe's threads, do not count.
+    """
+    scene, _ = copies(instances) if kind == "copies" else crowd(instances, rings=3)
+    settings = pica.Settings().with_values({"visibility.primary": "raster"})
+    renderer = pica.Renderer(scene, size=(64, 36), settings=settings, device=device)
+    camera = pica.Camera.look_at((0.0, 30.0, 60.0), (0.0, 0.0, 0.0), 50.0)
+    matt, glowing = Material(metallic=0.0), Material(metallic=0.0, emission=(5.0, 4.0, 3.0))
+    new: dict[str, Callable[[], Node]] = {
+        "mesh": lambda: Node(mesh=Mesh([sphere(0.4, matt, 12)])),
+        "light": lambda: Node(light=PointLight(intensity=20.0)),
+        "emissive mesh": lambda: Node(mesh=Mesh([sphere(0.4, glowing, 12)])),
+    }
+    times: dict[str, list[float]] = {"still": []}
+    for name, make in new.items():
+        for _ in range(rounds):
+            node = make()
+            steps = (
+                ("still", lambda: None),
+                (f"{name} comes", _adding(scene, node)),
+                (f"{name} goes", _removing(scene, node)),
+            )
+            for step, change in steps:
+                begun = time.thread_time()
+                change()
+                renderer.advance(camera)
+                times.setdefault(step, []).append((time.thread_time() - begun) * 1e3)
+                device.handle.wait_for_idle()
+    return {
+        "kind": kind,
+        "instances": instances,
+        "host_cpu_ms": {name: round(median(v), 2) for name, v in times.items()},
+    }
+
+
+def _adding(scene: Scene, node: Node) -> Callable[[], object]:
+    return lambda: scene.add(node)
+
+
+def _removing(scene: Scene, node: Node) -> Callable[[], object]:
+    return lambda: scene.remove(node)
+
+
 def twisting(cells: int = 400) -> tuple[Scene, Node]:
     """A sheet of 2 cells² triangles that a morph target rolls up, and its node."""
     section = plane(4.0, 4.0, Material(metallic=0.0), cells)
@@ -113,18 +168,64 @@ def measure_deforming(device: Device, size: tuple[int, int]) -> list[dict[str, o
     return results
 
 
+def measure_small_deforming(device: Device, count: int = 1000, frames: int = 20) -> list[dict[str, object]]:
+    """A frame in which every one of many small meshes bends: milliseconds of the host's thread and of the device."""
+    shape = sphere(0.4, Material(metallic=0.0), 8)
+    shape.morph_positions = (0.3 * np.sin(7 * shape.positions))[None].astype(np.float32)
+    scene, nodes = Scene("wobbling"), []
+    side = int(np.ceil(np.sqrt(count)))
+    for index in range(count):
+        node = Node(mesh=Mesh([shape]))
+        place = np.eye(4)
+        place[:3, 3] = index % side - side / 2, 0.0, index // side - side / 2
+        node.transform = place
+        node.weights = [0.0]
+        nodes.append(scene.add(node))
+    before = device.memory
+    renderer = pica.Renderer(scene, size=(64, 36), device=device)
+    camera = pica.Camera.look_at((0.0, 20.0, 30.0), (0.0, 0.0, 0.0), 50.0)
+    host, passes = [], []
+    for frame in range(frames + 3):
+        for node in nodes:
+            node.weights = [np.sin(0.1 * frame)]
+        begun = time.thread_time()
+        renderer.advance(camera)
+        host.append((time.thread_time() - begun) * 1e3)
+        passes.append(device.profiler.flush())
+    result = {
+        "deforming": count,
+        "triangles": len(shape.indices),
+        "host_cpu_ms": median(host[3:]),
+        # The profiler times the first passes of a frame, no more than it has room for.
+        "gpu_ms": {name: median(times[name] for times in passes[3:]) for name in passes[-1] if name != "deform"},
+        "memory_mb": (device.memory - before) / 1e6,
+    }
+    return [result]
+
+
 def main() -> None:
     """Measure."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--instances", type=int, default=100_000)
+    parser.add_argument("--only", choices=("moving", "coming", "refit", "small"), help="one of the measurements")
     parser.add_argument("--size", default="1920x1080")
     parser.add_argument("--device")
     arguments = parser.parse_args()
     device = Device(arguments.device)
-    print(json.dumps({"device": device.name, **measure_crowd(device, arguments.instances)}), flush=True)
     width, height = (int(length) for length in arguments.size.split("x"))
-    for result in measure_deforming(device, (width, height)):
-        print(json.dumps({"device": device.name, **result}), flush=True)
+    measurements: dict[str, Callable[[], Iterable[dict[str, object]]]] = {
+        "moving": lambda: [measure_crowd(device, arguments.instances)],
+        "coming": lambda: (
+            measure_coming(device, kind, count)
+            for kind, count in (("copies", arguments.instances), ("nodes", arguments.instances // 5))
+        ),
+        "refit": lambda: measure_deforming(device, (width, height)),
+        "small": lambda: measure_small_deforming(device),
+    }
+    for name, measure in measurements.items():
+        if arguments.only in (None, name):
+            for result in measure():
+                print(json.dumps({"device": device.name, **result}), flush=True)
 
 
 if __name__ == "__main__":

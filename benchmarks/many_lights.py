@@ -17,8 +17,8 @@ from pica.rhi.device import Device
 from pica.scene.light import PointLight
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
-from pica.scene.procedural.placing import move
-from pica.scene.procedural.primitives import box, plane, sphere
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import move
 
 CAMERA = pica.Camera.look_at((0.0, 6.0, 14.0), (0.0, 0.5, 0.0), 50.0)
 RUNS = ((8, 16), (100, 16), (1000, 1), (1000, 8), (1000, 16), (1000, 32))

@@ -10,8 +10,8 @@ import numpy as np
 from pica.quality.metrics import flip
 from pica.rhi.device import Device
 from pica.scene.primitives import spheres
-from pica.scene.procedural.placing import move
-from pica.scene.procedural.primitives import sphere
+from pica.scenes.basic_meshes import sphere
+from pica.scenes.placing import move
 from tests.building import CAMERA, RAYS, lambert, placed, render, scene_of
 from tests.primitive_scenes import lit, meshes, primitives_node
 from tests.rays import RayCaster

@@ -19,7 +19,7 @@ import pica
 from pica.rhi.device import Device
 from pica.scene.light import DirectionalLight
 from pica.scene.model import Scene
-from pica.scene.procedural.machine_world import machine_world
+from pica.scenes.machine_world import machine_world
 
 _PASSES = ("shadow map culling", "shadow maps", "shadow map lookup")
 _FRAMES_A_ROUND = 1200

@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 
 import pica
-from pica.quality.effects import MeasuredShadows, compare_effect, error_sheet
+from pica.quality.effects import MeasuredEffect, compare_effect, error_sheet
 from pica.quality.sequences import sequence
 from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, Light, RectangleLight, SphereLight
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
-from pica.scene.procedural.placing import aim, move
-from pica.scene.procedural.primitives import box, plane
+from pica.scenes.basic_meshes import box, plane
+from pica.scenes.placing import aim, move
 
 SUN_FROM, LAMP_FROM = (3.0, 6.0, 4.0), (2.5, 4.0, 2.5)
 LIGHTS: dict[str, tuple[Light, tuple[float, float, float]]] = {
@@ -89,11 +89,11 @@ def penumbras(device: Device, size: Any, settings: pica.Settings, arguments: arg
         sun = scene.add(Node("sun", light=DirectionalLight(illuminance=3, angular_diameter=np.radians(5))))
         sun.transform = aim((0.01, 6, 0), (0, 0, 0))
         renderer = pica.Renderer(scene, size, settings, device)
-        measured = MeasuredShadows(renderer)
+        measured = MeasuredEffect(renderer, "shadows")
         camera = Camera.look_at((0, 0.2, 1), (0, 0, 0), fov=50)  # below the boards; x runs across the edge
         for _ in range(60):
-            buffers = renderer.advance(camera, arguments.jitter)
-        (result,), (expected,) = measured.result(buffers).values(), measured.reference(arguments.samples).values()
+            renderer.advance(camera, arguments.jitter)
+        (result,), (expected,) = measured.result().values(), measured.reference(arguments.samples).values()
         rows = slice(size[1] // 2 - 4, size[1] // 2 + 4)
         found[f"{height} m"] = [round(_width(layer[rows].mean(0)), 2) for layer in (result, expected)]
     return found
@@ -113,15 +113,15 @@ def trail(device: Device, size: Any, settings: pica.Settings, arguments: argpars
         scene = lit(pica.scenes.machine_world(), light, eye)
         scene.animations.clear()
         renderer = pica.Renderer(scene, size, settings, device)
-        measured = MeasuredShadows(renderer)
+        measured = MeasuredEffect(renderer, "shadows")
         camera = scene.default_camera(size[0] / size[1])
         play = sequence("objects", scene, camera)
         before: Any = None
         errors = []
         for frame in range(31 + 60):
-            buffers = renderer.advance(play(min(frame, 30)), arguments.jitter)
+            renderer.advance(play(min(frame, 30)), arguments.jitter)
             if frame in (22, 30, 31, 34, 38, 90):
-                (result,), (expected,) = measured.result(buffers).values(), measured.reference(512).values()
+                (result,), (expected,) = measured.result().values(), measured.reference(512).values()
                 if frame == 22:
                     before = expected
                 if frame == 30:

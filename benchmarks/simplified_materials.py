@@ -1,13 +1,14 @@
-"""What simplified materials save in a reflection, and what they change: the figures of docs/materials.md.
+"""What simplified materials and ray cones save in a reflection, and what they change: the figures of docs/materials.md.
 
     python benchmarks/simplified_materials.py FlightHelmet.gltf [--size 640x360] [--frames 64] [--roughness 0 0.3]
         [--scheduler pipeline] [--device NAME] [--env SKY.hdr] [--picture F]
 
 Five by five copies of the file's meshes on a plane, with the camera among them. All that the camera sees is white metal
 of one roughness and sends out one reflection ray a pixel, whose surface is lit by one shadow ray (one_bounce.slang).
-With and without take turns, frame by frame. Prints one JSON line a roughness: medians of the effect's time from its
-first kernel to its last, waits included, and the error of the mean picture without detail against the one with it. Both
-have the same noise but for what the materials change.
+Full detail, simplified materials, and full materials at the level of detail of ray cones take turns, frame by frame.
+Prints one JSON line a roughness: medians of the effect's time from its first kernel to its last, waits included (of a
+device that is the processor, the process's time on it), and the errors of the mean pictures against the one with full
+detail. All have the same noise but for what the materials change.
 """
 
 import argparse
@@ -24,13 +25,14 @@ import pica
 from benchmarks.flight_helmet import helmet_on_plane
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.frame.context import FrameSequence, Size
-from pica.gpu_scene.scene import GpuScene
+from pica.gpu_scene.view import SceneView
 from pica.pictures import write_png
-from pica.quality.errors import compare, exposed
+from pica.quality.picture_errors import compare, exposed
 from pica.rhi.device import Device
-from pica.rhi.schedulers import Tracer, ray_effect
-from pica.rhi.tracers import choose_tracer
 from pica.scene.model import Scene
+from pica.tracing.ray_buffers import Tracer
+from pica.tracing.ray_effect import ray_effect
+from pica.tracing.tracers import choose_tracer
 
 _SPACING = 0.5
 """Metres between two copies."""
@@ -40,18 +42,18 @@ _SHADER = Path(__file__).with_name("one_bounce.slang")
 class OneBounce:
     """The reflection of a scene in everything that the camera sees."""
 
-    def __init__(self, device: Device, size: Size, simplified: bool, tracer: Tracer | None) -> None:
+    def __init__(self, device: Device, size: Size, simplified: bool, cones: bool, tracer: Tracer | None) -> None:
         device.handle.load_module_from_source("one_bounce", _SHADER.read_text(), _SHADER)
         self._trace = ray_effect(device, "one_bounce", "OneBounce", "surface", tracer, simplified)
+        self._cones = int(cones)
         self._sum = device.texture("reflected", spy.Format.rgba32_float, size)
 
-    def __call__(self, frame: Any, gbuffer: Any, scene: GpuScene, roughness: float) -> None:
+    def __call__(self, frame: Any, gbuffer: Any, scene: SceneView, roughness: float) -> None:
         """Add one sample a pixel."""
         if frame.index == 0:
             frame.encoder.clear_texture_float(self._sum)
-        self._trace(
-            frame, frame.size, frame=frame, gbuffer=gbuffer, scene=scene, reflected=self._sum, roughness=roughness
-        )
+        values = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "roughness": roughness}
+        self._trace(frame, frame.size, reflected=self._sum, cones=self._cones, **values)
 
     def mean(self) -> np.ndarray:
         """(height, width, 3) nits."""
@@ -73,39 +75,45 @@ def crowd(path: str, environment: str | None = None) -> tuple[Scene, pica.Camera
 def measure(
     device: Device, scene: Scene, camera: pica.Camera, size: Size, frames: int, roughness: float, scheduler: str
 ) -> tuple[dict[str, Any], list[np.ndarray]]:
-    """Milliseconds and errors, and both pictures."""
+    """Milliseconds and errors, and the pictures."""
     settings = pica.Settings().with_values({"rays.scheduler": scheduler})
-    gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at)
+    gpu_scene = SceneView(device, scene, settings)
     tracer = choose_tracer(device, settings.rays, gpu_scene)
     gbuffer_effect = GBufferEffect(device, size, "auto", tracer)
-    ways = {"detailed": OneBounce(device, size, False, tracer), "simplified": OneBounce(device, size, True, tracer)}
+    ways = {
+        "detailed": OneBounce(device, size, False, False, tracer),
+        "simplified": OneBounce(device, size, True, False, tracer),
+        "cones": OneBounce(device, size, False, True, tracer),
+    }
     sequences = {name: FrameSequence(device, size, settings.seed) for name in ways}
     times: dict[str, list[float]] = {name: [] for name in ways}
+    clock = time.process_time if device.is_software else time.perf_counter
     for number in range(frames):
         for name, way in ways.items():
             frame = sequences[name].begin(camera)
-            gpu_scene.update(frame)
+            gpu_scene.update(frame, frame.camera)
             gbuffer = gbuffer_effect(frame, gpu_scene)
             device.handle.submit_command_buffer(frame.encoder.finish())
             device.handle.wait_for_idle()
             frame.encoder = device.handle.create_command_encoder()
-            begun = time.perf_counter()
+            begun = clock()
             way(frame, gbuffer, gpu_scene, roughness)
             sequences[name].end(frame)
             device.handle.wait_for_idle()
             if number:  # the first one compiles
-                times[name].append((time.perf_counter() - begun) * 1e3)
-    pictures = [way.mean() for way in ways.values()]
-    errors = compare(*pictures)
-    ratios = [simple / full for full, simple in zip(times["detailed"], times["simplified"], strict=True)]
-    figures = {
-        "roughness": roughness,
-        "ms": {name: round(median(values), 3) for name, values in times.items()},
-        "ratio": round(median(ratios), 3),
-        **{name: round(value, 4) for name, value in errors.numbers().items()},
-        "brightness": round(float(pictures[1].mean() / pictures[0].mean()), 4),
-    }
-    return figures, [exposed(picture, errors.exposure) for picture in pictures]
+                times[name].append((clock() - begun) * 1e3)
+    pictures = {name: way.mean() for name, way in ways.items()}
+    full = pictures["detailed"]
+    figures: dict[str, Any] = {"roughness": roughness, "ms": {n: round(median(v), 3) for n, v in times.items()}}
+    for name in ("simplified", "cones"):
+        ratios = [other / detailed for detailed, other in zip(times["detailed"], times[name], strict=True)]
+        errors = compare(full, pictures[name])
+        figures[name] = {
+            "ratio": round(median(ratios), 3),
+            **{kind: round(value, 4) for kind, value in errors.numbers().items()},
+            "brightness": round(float(pictures[name].mean() / full.mean()), 4),
+        }
+    return figures, [exposed(picture, errors.exposure) for picture in pictures.values()]
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""How fast still pictures come near the truth, with and without the filter of the shared light: docs/shared-light.md.
+"""How fast still pictures near the truth, with and without the stochastic light's filter: docs/stochastic-light.md.
 
     python benchmarks/still_pictures.py SCENE … [--env FILE] [--size 192x108] [--samples 1024] [--set NAME=VALUE …]
 
@@ -11,8 +11,8 @@ import json
 
 import pica
 from benchmarks.many_lights import bazaar
-from pica.quality.errors import exposed, exposure_for
 from pica.quality.metrics import flip, psnr
+from pica.quality.picture_errors import exposed, exposure_for
 from pica.rhi.device import Device
 from pica.scene.model import Scene
 

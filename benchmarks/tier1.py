@@ -16,7 +16,8 @@ from typing import Any
 import pica
 from benchmarks.flight_helmet import helmet_on_plane
 from pica.rhi.device import Device
-from pica.rhi.schedulers import BufferEffect, PipelineEffect
+from pica.tracing.ray_buffers import BufferEffect
+from pica.tracing.ray_pipeline import PipelineEffect
 
 EFFECTS = {"shadows": "shadow_rays", "path tracer": "path_tracer"}
 TIERS = {"tier 1": "buffers", "tier 2": "pipeline"}

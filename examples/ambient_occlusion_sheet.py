@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import pica
 from pica import pictures, quality
-from pica.quality.effects import MeasuredOcclusion
+from pica.quality.effects import MeasuredEffect
 
 FRAMES = 32
 
@@ -34,7 +34,7 @@ def main() -> None:
         return renderer, renderer.render(FRAMES).aov("ambient_occlusion")
 
     renderer, one = rendered("ray_traced", filtered=False)
-    reference = np.nan_to_num(MeasuredOcclusion(renderer).reference(1000)["open"], nan=1)
+    reference = np.nan_to_num(MeasuredEffect(renderer, "ambient_occlusion").reference(1000)["open"], nan=1)
     panels = {
         "1 ray": one,
         "1 ray, filtered": rendered("ray_traced", filtered=True)[1],

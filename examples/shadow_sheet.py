@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 import pica
 from pica import pictures, quality
-from pica.quality.effects import MeasuredShadows
+from pica.quality.effects import MeasuredEffect
 from pica.quality.sequences import sequence
 from pica.scene.light import RectangleLight
 from pica.scene.model import Mesh, Node, Scene
-from pica.scene.procedural.placing import aim, move, stretch
-from pica.scene.procedural.primitives import box, plane, sphere
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import aim, move, stretch
 
 FRAMES, RAYS = 16, 512
 VIEW = pica.Camera.look_at((-0.7, 3.8, 4.0), (-0.45, 0.2, 0.1), fov=26)
@@ -37,7 +37,7 @@ def main() -> None:
     turning = sequence("camera", scene, VIEW)
     for moment in range(FRAMES):
         frame = renderer.render(1, turning(moment))
-    (reference,) = MeasuredShadows(renderer).reference(RAYS).values()
+    (reference,) = MeasuredEffect(renderer, "shadows").reference(RAYS).values()
     views = {name: frame.aov(f"debug.shadows.{name}") for name in ("raw", "filtered", "footprint")}
     raw, filtered = (np.where(np.isfinite(reference), views[name][..., 0], np.nan) for name in ("raw", "filtered"))
     footprints = np.where(np.isfinite(reference)[..., None], views["footprint"], 0)

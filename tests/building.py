@@ -11,8 +11,8 @@ from pica.scene.environment import Environment
 from pica.scene.light import DirectionalLight, Light
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture
 from pica.scene.model import Mesh, Node, Scene, Section
-from pica.scene.procedural.placing import aim, move, turn
-from pica.scene.procedural.primitives import box, lathe, plane, sphere
+from pica.scenes.basic_meshes import box, lathe, plane, sphere
+from pica.scenes.placing import aim, move, turn
 
 SIZE = (96, 64)
 RASTER = {"visibility.primary": "raster"}
@@ -22,7 +22,8 @@ EMBREE = {**BUFFERS, "rays.tracer": "embree"}
 
 
 def settings(values: dict[str, str] | None = None) -> pica.Settings:
-    return pica.Settings().with_values(values or {})
+    """Settings for tests of anything but antialiasing: what changed shows in the next frame, whole."""
+    return pica.Settings().with_values({"antialiasing.mode": "accumulate", **(values or {})})
 
 
 def lambert(red: float = 0.5, green: float | None = None, blue: float | None = None, **more) -> Material:

@@ -6,8 +6,8 @@ from pica.scene.light import DirectionalLight
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
 from pica.scene.primitives import Primitives, capsules, rounded_boxes, spheres, tori
-from pica.scene.procedural.placing import aim, move
-from pica.scene.procedural.primitives import box, cylinder, plane, sphere, torus
+from pica.scenes.basic_meshes import box, cylinder, plane, sphere, torus
+from pica.scenes.placing import aim, move
 from tests.building import lambert, placed, scene_of, shining, sky
 
 BALL, RADIUS = np.array([-0.9, 0.5, 0.1]), 0.5

@@ -2,14 +2,17 @@
 
 import numpy as np
 
-from pica.gpu_scene.scene import GpuScene
+from pica.gpu_scene.view import SceneView
 from pica.rhi.device import Device
-from pica.rhi.schedulers import PipelineTracer, RayQueue
+from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.settings import Settings
+from pica.tracing.ray_buffers import RayQueue
+from pica.tracing.tracers import PipelineTracer
 
 CAMERA, SURFACE, SHADOW = range(3)
-"""RayType of rhi/ray_effect.slang."""
+"""RayType of tracing/ray_effect.slang."""
+FRONT = Camera.look_at((0, 0, 10), (0, 0, 0))
 MASKS = (1, 2, 0xFC)
 """What rays of each type meet unless they say more."""
 
@@ -21,6 +24,7 @@ RAY = np.dtype(
         ("maximum", "f4"),
         ("type_and_mask", "u4"),
         ("seed", "u4"),
+        ("packedCone", "u4"),
     ]
 )
 HIT = np.dtype([("distance", "f4"), ("record", "u4"), ("primitive", "u4"), ("barycentrics", "f4", 2)])
@@ -31,8 +35,8 @@ def fields_of(layout) -> list[tuple[str, int, int]]:
     return [(field.name, field.offset, field.type_layout.size) for field in layout.fields]
 
 
-def gpu_scene(device: Device, scene: Scene) -> GpuScene:
-    return GpuScene(device, scene, Settings().geometry.rebuild_at)
+def gpu_scene(device: Device, scene: Scene) -> SceneView:
+    return SceneView(device, scene, Settings())
 
 
 class RayCaster:
@@ -47,7 +51,7 @@ class RayCaster:
 
     def update(self) -> None:
         with self.device.record() as recording:
-            self.scene.update(recording)
+            self.scene.update(recording, FRONT)
 
     def __call__(self, origins, directions, kind: int = SURFACE, seeds=0, minimum=0.0, maximum=1e30, mask=None):
         """(n,) HIT for (n, 3) origins and directions; `mask`: what the rays meet, one or (n,)."""

@@ -63,6 +63,7 @@ def test_commands_of_the_readme_are_commands():
         get_command(app).commands[name].make_context(name, arguments)  # parses, and runs nothing
 
 
+@pytest.mark.device
 def test_the_readme_s_program_runs(tmp_path, monkeypatch):
     (program,) = blocks(README, "python")
     for whole, small in (("(640, 360)", "(32, 18)"), ("range(24)", "range(2)"), ("samples=64", "samples=1")):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pica
-from pica.quality.errors import compare
+from pica.quality.picture_errors import compare
 from tests.assets import ASSETS, needs_assets
 
 FRAMES = 256

@@ -7,13 +7,14 @@ import pytest
 
 import pica
 from pica.errors import SceneError, ShapeError
+from pica.programs.material_types import STANDARD_ONLY
+from pica.programs.shape_types import modules_for
 from pica.quality.metrics import flip
-from pica.rhi.material_types import STANDARD_ONLY
-from pica.scene import shape_types
+from pica.scene import shape_registry as shape_types
 from pica.scene.camera import Camera
 from pica.scene.material import AlphaMode, Texture
 from pica.scene.primitives import Primitives, capsules, rounded_boxes, spheres, tori
-from pica.scene.procedural.placing import move, stretch, turn
+from pica.scenes.placing import move, stretch, turn
 from tests.building import (
     CAMERA,
     RASTER,
@@ -251,7 +252,7 @@ def test_primitives_come_and_go(device):
 
 
 def test_scenes_without_primitives_are_not_told_of_them(device):
-    assert device.linked(STANDARD_ONLY) == []
+    assert modules_for(device, STANDARD_ONLY) == []
     assert RayCaster(device, lit()).scene.material_types == STANDARD_ONLY
     only = RayCaster(device, scene_of(primitives_node([spheres([BALL], RADIUS, lambert())]))).scene
     assert [type_in_use.name for type_in_use in only.material_types] == ["standard", "sphere/standard"]

@@ -10,8 +10,8 @@ from pica.errors import DeviceError, PicaError
 from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.light import PointLight
-from pica.scene.procedural.placing import move
-from pica.scene.procedural.primitives import box, plane
+from pica.scenes.basic_meshes import box, plane
+from pica.scenes.placing import move
 from tests.building import (
     CAMERA,
     RAYS,
@@ -42,6 +42,7 @@ def renderer(shared):
     return shared
 
 
+@pytest.mark.smoke
 def test_pictures_have_their_shapes_and_types(renderer):
     frame = renderer.render(2, CAMERA)
     width, height = SIZE
@@ -102,7 +103,7 @@ def test_stops_add_to_the_automatic_exposure(device):
 
 def test_timings_name_the_passes(renderer):
     timings = renderer.render(2, CAMERA).timings
-    assert {"resolve", "lighting", "accumulate", "histogram", "exposure", "tone_map"} <= set(timings)
+    assert {"resolve", "lighting", "temporal_resolve", "histogram", "exposure", "tone_map"} <= set(timings)
     assert any(name.startswith("shadow_rays") for name in timings)
     assert all(0 < milliseconds < 10_000 for milliseconds in timings.values())
 
@@ -169,7 +170,7 @@ def test_two_renderers_make_the_same_bits(renderer, device):
 
 def test_a_moving_camera_starts_the_mean_anew(device):
     # Filters remember what they saw before.
-    unfiltered = settings({"shadows.denoiser": "off", "lighting.filter": "false"})
+    unfiltered = settings({"shadows.denoiser": "off", "lighting.filter": "false", "antialiasing.mode": "accumulate"})
     renderer = pica.Renderer(still_life(), SIZE, unfiltered, device)
     renderer.render(20, CAMERA)
     moved = renderer.render(1, OTHER).color

@@ -1,4 +1,4 @@
-"""Fit linearly transformed cosines to pica's GGX mirror lobe: src/pica/shaders/ltc_ggx.npy.
+"""Fit linearly transformed cosines to pica's GGX mirror lobe: src/pica/effects/lighting/ltc_ggx.npy.
 
     python tools/fit_ltc.py [--size 64] [--output PATH]
 
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 Array = NDArray[np.float64]
-OUTPUT = Path(__file__).parents[1] / "src" / "pica" / "shaders" / "ltc_ggx.npy"
+OUTPUT = Path(__file__).parents[1] / "src" / "pica" / "effects" / "lighting" / "ltc_ggx.npy"
 SMALLEST_ALPHA = 1e-3  # shaders/brdf.slang
 SMALLEST_COSINE = 1e-3
 SAMPLES = 24

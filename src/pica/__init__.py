@@ -18,17 +18,19 @@ if TYPE_CHECKING:
     from pica.path_tracer.path_tracer import PathTracer
     from pica.renderer import Renderer
     from pica.scene.camera import Camera
+    from pica.scene.dynamic_vertices import DynamicVertices
     from pica.scene.environment import Environment
     from pica.scene.loading import load
     from pica.scene.material import Material
-    from pica.scene.material_types import register_material
+    from pica.scene.material_registry import register_material
     from pica.scene.model import Scene
     from pica.scene.primitives import Primitives
-    from pica.scene.shape_types import register_shape
+    from pica.scene.shape_registry import register_shape
     from pica.settings import Settings
 
 __all__ = [
     "Camera",
+    "DynamicVertices",
     "Environment",
     "Frame",
     "Material",
@@ -46,6 +48,7 @@ __all__ = [
 
 _HOME = {
     "Camera": "pica.scene.camera",
+    "DynamicVertices": "pica.scene.dynamic_vertices",
     "Environment": "pica.scene.environment",
     "Frame": "pica.output",
     "Material": "pica.scene.material",
@@ -55,8 +58,8 @@ _HOME = {
     "Scene": "pica.scene.model",
     "Settings": "pica.settings",
     "load": "pica.scene.loading",
-    "register_material": "pica.scene.material_types",
-    "register_shape": "pica.scene.shape_types",
+    "register_material": "pica.scene.material_registry",
+    "register_shape": "pica.scene.shape_registry",
 }
 _MODULES = ("errors", "scenes")
 

@@ -22,8 +22,10 @@ def fake_frame(width, height, level=0.5):
     return Frame(color, lambda: np.full((height, width, 3), round(255 * level), np.uint8), aovs, {"gbuffer": 1.5})
 
 
-def fake_benchmark(renderer, camera=None, frames=200, warm_up=50):
-    return {"gpu_ms": {"gbuffer": 0.5}, "host_ms": 0.25, "warm_up": warm_up}
+def fake_benchmark(renderer, camera=None, frames=None, warm_up=None, progress=None):
+    progress(1, 1)
+    FakeRenderer.calls.append(SimpleNamespace(**vars(renderer.asked), camera=camera, frames=frames, warm_up=warm_up))
+    return {"frames": frames or 20, "gpu_ms": {"gbuffer": 0.5}, "host_ms": 0.25}
 
 
 class FakeRenderer:
@@ -36,7 +38,8 @@ class FakeRenderer:
     def __init__(self, scene, size, settings=None, device=None, max_depth=None):
         if device == "nothing":
             raise pica.errors.DeviceError("no device named 'nothing'")
-        self.size = size
+        self.scene, self.size, self.settings = scene, size, settings
+        self.device = f"opened {device}"
         self.asked = SimpleNamespace(scene=scene, size=size, settings=settings, device=device, max_depth=max_depth)
 
     def render(self, frames=16, camera=None, progress=None):
@@ -51,6 +54,9 @@ class FakeRenderer:
 
 
 class FakePathTracer(FakeRenderer):
+    def __init__(self, scene, size, max_depth=None, settings=None, device=None):
+        super().__init__(scene, size, settings, device, max_depth)
+
     def render(self, samples=1024, camera=None, progress=None):
         return self._answer(camera, progress, samples, samples=samples)
 

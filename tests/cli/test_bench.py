@@ -1,5 +1,7 @@
 import json
 
+import pytest
+
 
 def test_json_joins_what_the_renderer_measured(run, calls):
     code, out, _ = run("bench", "m.glb", "--size", "8x4", "--frames", "7", "--warm-up", "2", "--json")
@@ -11,10 +13,23 @@ def test_json_joins_what_the_renderer_measured(run, calls):
         "frames": 7,
         "gpu_ms": {"gbuffer": 0.5},
         "host_ms": 0.25,
-        "warm_up": 2,
     }
+    assert (calls[0].frames, calls[0].warm_up) == (7, 2)
+
+
+def test_how_many_frames_is_left_to_the_device(run, calls):
+    run("bench", "m.glb", "--size", "8x4")
+    assert (calls[0].frames, calls[0].warm_up) == (None, None)
 
 
 def test_without_json_a_table(run, calls):
     out = run("bench", "m.glb", "--size", "8x4")[1]
     assert "gbuffer" in out and "0.5" in out
+
+
+@pytest.mark.device
+def test_a_progress_bar_on_stderr_and_json_alone_on_stdout(run):
+    code, out, err = run("bench", "cornell", "--size", "16x16", "--frames", "2", "--warm-up", "1", "--json")
+    result = json.loads(out)
+    assert code == 0 and result["frames"] == 2 and result["gpu_ms"]["frame"] > 0
+    assert "Measuring" in err and "3/3" in err

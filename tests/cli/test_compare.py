@@ -2,6 +2,8 @@ import json
 
 from PIL import Image
 
+import pica
+
 
 def test_json_has_the_schema(run, calls, tmp_path):
     code, out, _ = run(
@@ -31,3 +33,29 @@ def test_the_sheet_must_be_a_png(run, calls, tmp_path):
     code, _, err = run("compare", "m.glb", "-o", tmp_path / "sheet.exr")
     assert code == 2
     assert "must end in .png" in err
+
+
+def test_the_reference_has_the_settings_and_the_device_of_the_picture(run, calls):
+    run("compare", "m.glb", "--size", "8x4", "--set", "shadows.transparent=false", "--device", "x")
+    hybrid, traced = calls
+    assert hybrid.settings.shadows.transparent is False
+    assert traced.settings == hybrid.settings
+    assert (hybrid.device, traced.device) == ("x", "opened x")
+    assert traced.scene is hybrid.scene
+
+
+def test_a_reference_whose_secondary_shadows_are_opaque_says_so(run, calls):
+    asked = "compare", "m.glb", "--size", "8x4", "--set", "rays.opaque_secondary_shadows=true"
+    assert "opaque to shadow rays" in json.loads(run(*asked, "--json")[1])["reference"]
+    assert "opaque to shadow rays" in " ".join(run(*asked)[1].split())
+
+
+def test_nothing_is_rendered_where_the_path_tracer_cannot(run, calls, monkeypatch):
+    def refuse(*_):
+        raise pica.errors.DeviceError("path tracing: nothing traces rays")
+
+    monkeypatch.setitem(vars(pica), "PathTracer", refuse)
+    code, out, err = run("compare", "m.glb", "--size", "8x4")
+    assert code == 2 and out == ""
+    assert "pica: path tracing: nothing traces rays" in err
+    assert calls == []

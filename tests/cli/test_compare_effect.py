@@ -2,13 +2,15 @@
 
 import json
 
+import numpy as np
 import pytest
+
+from pica.quality import effects
 
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--effect", "sparkle"], "'sparkle' is not one of shadows"),
         (["--effect", "shadows", "--sequence", "dance"], "'dance' is not one of still"),
         (["--sequence", "still"], "--sequence is for --effect"),
         (["--effect", "shadows", "--max-depth", "2"], "--max-depth"),
@@ -19,6 +21,7 @@ def test_what_does_not_go_together(run, arguments, says):
     assert code == 2 and says in err and err.count("\n") == 1
 
 
+@pytest.mark.device
 def test_json_of_an_effect(run, tmp_path):
     size = ["--size", "32x32", "--frames", "2", "--samples", "4"]
     output = tmp_path / "sheet.png"
@@ -28,3 +31,18 @@ def test_json_of_an_effect(run, tmp_path):
     assert result["effect"] == "shadows" and result["sequence"] == "still"
     assert len(result["psnr_by_frame"]) == 2 and len(result["change_by_frame"]) == 1
     assert len(result["layers"]) == 5 and any(name.startswith("sun ") for name in result["layers"])
+
+
+def test_an_effect_is_looked_at_through_the_camera_that_is_asked_for(run, calls, monkeypatch):
+    cameras = []
+
+    def compare_effect(renderer, effect, motion, frames, samples, camera, *moment):
+        cameras.append(camera)
+        grey = {"open": np.zeros((4, 8), np.float32)}
+        return effects.EffectErrors([1.0], {"open": [1.0]}, newest=(grey, grey))
+
+    monkeypatch.setattr(effects, "compare_effect", compare_effect)
+    for view in (["--camera", "side"], ["--eye", "1,2,3", "--target", "0,0,0"]):
+        code, _, err = run("compare", "m.glb", "--size", "8x4", "--effect", "ambient_occlusion", *view)
+        assert code == 0, err
+    assert cameras[0].name == "side" and np.allclose(cameras[1].transform[:3, 3], (1, 2, 3))

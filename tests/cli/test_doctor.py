@@ -24,6 +24,7 @@ def test_without_a_driver_it_says_what_to_install():
     assert "Traceback" not in run.stdout + run.stderr
 
 
+@pytest.mark.device
 def test_here_it_finds_a_device():
     run = run_doctor()
     assert run.returncode == 0
@@ -32,7 +33,7 @@ def test_here_it_finds_a_device():
 
 @pytest.mark.parametrize(
     ("kind", "missing", "says"),
-    [("hardware", [], "Ready."), ("software", [], "processor"), ("hardware", ["ray tracing pipelines"], "No device")],
+    [("hardware", [], "Ready."), ("software", [], "processor"), ("hardware", ["bindless resources"], "No device")],
 )
 def test_advice(kind, missing, says):
     assert says in doctor.advice([{"type": kind, "missing": missing}])[0]
@@ -48,3 +49,26 @@ def test_tiers_and_what_each_lacks():
     lines = doctor.tier_lines([{"tier": 1}, {"tier": 3}, {"tier": 3}])
     assert [line[:6] for line in lines] == ["tier 1", "tier 3", "Embree"]
     assert "lacks ray generation" in lines[0] and "lacks nothing" in lines[1]
+
+
+@pytest.mark.parametrize(
+    ("tier", "missing", "runs", "not_there"),
+    [
+        (3, "no", "every preset and the path tracer", "raster"),
+        (0, None, "whose rays Embree traces", "raster"),
+        (0, "no", "the preset raster, which others become (visibility.primary=raster, shadows.method=maps", "every"),
+    ],
+)
+def test_what_runs_on_a_device(monkeypatch, tier, missing, runs, not_there):
+    from pica.tracing import embree
+
+    monkeypatch.setattr(embree, "missing", lambda: missing)
+    (line,) = doctor.stage_lines([{"name": "card", "tier": tier, "missing": []}])
+    assert line.startswith("card runs ") and runs in line and not_there not in line
+    assert doctor.stage_lines([{"name": "card", "tier": tier, "missing": ["bindless resources"]}]) == []
+
+
+def test_a_hidden_feature_is_a_device_without_ray_tracing():
+    run = run_doctor(PICA_HIDE_RAY_TRACING="1")
+    assert run.returncode == 0
+    assert "tier 0: raster only" in run.stdout and "Ready" in run.stdout

@@ -14,7 +14,7 @@ from pica.scene.animation import Animation, Channel, Pose
 from pica.scene.camera import Camera
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node
-from pica.scene.procedural.primitives import box
+from pica.scenes.basic_meshes import box
 from tests.assets import ASSETS, needs_assets
 from tests.cli.conftest import fake_frame
 
@@ -257,6 +257,7 @@ def test_a_folder_that_is_a_file(run, scene, tmp_path):
     assert code == 2 and f"pica: {tmp_path / 'frames'}: " in err
 
 
+@pytest.mark.device
 @needs_assets
 def test_box_animated_on_the_device(run, tmp_path):
     box = ASSETS / "BoxAnimated" / "BoxAnimated.gltf"

@@ -11,11 +11,11 @@ from pica.frame.context import FrameSequence, camera_constants, radical_inverse,
 from pica.frame.snapshot import checked_size, copies
 from pica.scene.camera import Camera
 from tests.building import orthographic
-from tests.rhi.kernels import read, run
+from tests.tracing.kernels import read, run
 
 SIZE = (64, 48)
 PROJECT = """
-import shaders.frame;
+import frame.constants;
 StructuredBuffer<float3> points;
 RWStructuredBuffer<float3> seen;
 RWStructuredBuffer<float3> back;
@@ -52,9 +52,11 @@ def test_shaders_project_as_numpy_does(device, camera):
     random = np.random.default_rng(0)
     local = np.stack([*random.uniform(-1, 1, (2, 64)), -random.uniform(0.5, 9, 64)], -1)
     points = (local @ camera.transform[:3, :3].T + camera.transform[:3, 3]).astype(np.float32)
-    block = device.parameter_block("shaders/frame.slang", "frame")
+    block = device.parameter_block("frame/constants.slang", "frame")
     constants = camera_constants(camera, SIZE)
-    block.bind(camera=constants, previousCamera=constants, jitter=spy.float2(0), size=spy.uint2(*SIZE), index=0, seed=0)
+    cameras, still = {"camera": constants, "previousCamera": constants}, spy.float2(0)
+    sizes = {"size": spy.uint2(*SIZE), "outputSize": spy.uint2(*SIZE)}
+    block.bind(**cameras, **sizes, jitter=still, previousJitter=still, index=0, seed=0)
     seen, back = (device.structured(name, np.zeros((64, 3), np.float32)) for name in ("seen", "back"))
     depths = device.structured("depths", np.zeros(64, np.float32))
     run(
@@ -81,13 +83,13 @@ def test_frames_count_from_zero_and_know_a_moved_camera(device):
     told = []
     for view in (camera, camera, other, other):
         frame = sequence.begin(view)
-        told.append((frame.index, frame.camera_moved))
+        told.append((frame.index, frame.changed))
         sequence.end(frame)
     assert told == [(0, True), (1, False), (2, True), (3, False)]
     assert 0 < sequence.host_seconds < 1
     sequence.reset()
     frame = sequence.begin(other)
-    assert (frame.index, frame.camera_moved) == (0, True)
+    assert (frame.index, frame.changed) == (0, True)
     sequence.end(frame)
 
 

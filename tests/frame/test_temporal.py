@@ -6,9 +6,9 @@ import numpy as np
 
 import pica
 from pica.scene.light import DirectionalLight
-from pica.scene.procedural.placing import move, turn
-from pica.scene.procedural.primitives import box, plane
-from tests.building import lambert, orthographic, placed, scene_of, settings, shining
+from pica.scenes.basic_meshes import box, plane
+from pica.scenes.placing import move, turn
+from tests.building import lambert, orthographic, placed, scene_of, settings, shining, uniform
 
 SIZE = (64, 48)
 PIXEL = 2.0 / SIZE[1]
@@ -68,11 +68,39 @@ def test_another_object_at_the_same_place_has_no_history(device):
     assert (seen[20:28, 28:36] == 1).all() and (seen[:10] == 6).all()
 
 
-def test_history_is_bounded_while_something_moves(device):
-    thing = placed(box(0.2, lambert()), move(0.7, 0.1, 0.7), "thing")
+def test_only_the_history_of_what_moves_is_bounded(device):
+    """A fan must not keep the wall on the other side of the room from converging."""
+    thing = placed(box((0.5, 0.2, 0.5), lambert()), move(-0.2, 0.1, 0), "thing")
     renderer = renderer_of(device, floor_and(thing))
     for _ in range(14):
-        thing.transform = move(1e-5, 0, 0) @ thing.transform
+        thing.transform = move(0.5 * PIXEL, 0, 0) @ thing.transform
+        seen = history(renderer.render(1, above()))
+    # By the end the box covers columns 28 to 39.
+    assert seen[20:28, 30:38].max() == renderer.settings.shadows.history
+    assert (seen[:10] == 14).all() and (seen[:, 54:] == 14).all()
+    assert np.median(history(renderer.render(6, above()))[20:28, 30:38]) == renderer.settings.shadows.history + 6
+
+
+def test_noisy_light_and_occlusion_keep_the_history_of_what_stands_still(device):
+    thing = placed(box((0.5, 0.2, 0.5), lambert()), move(-0.3, 0.1, 0), "thing")
+    scene = scene_of(placed(plane(20, 20, lambert())), thing, environment=uniform(0.6, 0.5, 0.4))
+    renderer = pica.Renderer(scene, SIZE, settings({"ambient_occlusion.mode": "ray_traced"}), device)
+    renderer.debug = True
+    for _ in range(36):
+        thing.transform = move(0.5 * PIXEL, 0, 0) @ thing.transform
+        frame = renderer.render(1, above())
+    # By the end the box covers columns 37 to 48.
+    for name, bound in (("stochastic_light.diffuse", 16), ("ambient_occlusion", 32)):
+        seen = frame.aov(f"debug.{name}.history")
+        assert seen[20:28, 39:46].max() == bound, name
+        # The sky is even, so that nothing tells of change where the box is far.
+        assert np.median(seen[:6]) > 35 and np.median(seen[:, :6]) > 35, name
+
+
+def test_a_light_that_changes_bounds_all_histories(device):
+    renderer = renderer_of(device, floor_and())
+    sun = next(node for node in renderer.scene.nodes() if node.light)
+    for angle in range(14):
+        sun.transform = turn("x", -80 + 0.01 * angle)
         seen = history(renderer.render(1, above()))
     assert seen.max() == renderer.settings.shadows.history
-    assert np.median(history(renderer.render(6, above()))) == renderer.settings.shadows.history + 6

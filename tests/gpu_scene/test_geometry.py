@@ -9,10 +9,10 @@ import pytest
 
 from pica.gpu_scene.geometry import VERTEX, octahedral
 from pica.scene.camera import Camera
-from pica.scene.procedural.primitives import box, plane, sphere
+from pica.scenes.basic_meshes import box, plane, sphere
 from tests.building import RASTER, RAYS, lambert, placed, render, scene_of
 from tests.rays import gpu_scene
-from tests.rhi.kernels import read, run
+from tests.tracing.kernels import read, run
 
 PACK = """
 import shaders.packing;
@@ -68,6 +68,7 @@ def test_vertices_keep_their_attributes(device):
     np.testing.assert_allclose(vertices["color"] / 65535, section.colors, atol=1e-5)
 
 
+@pytest.mark.device
 @pytest.mark.parametrize("primary", ["raster", "rays"])
 def test_unused_vertices_change_nothing(primary):
     """Slang-RHI takes the number of vertices for that of indices where it is greater, and drivers crash on that."""

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import pica
-from pica.gpu_scene.looseness import Looseness
+from pica.gpu_scene.deformation.refit_quality import RefitQuality
 from pica.scene.light import PointLight
 from pica.scene.material import Image, Material, Texture
 from pica.scene.model import Mesh, Node
-from pica.scene.procedural.placing import move
-from pica.scene.procedural.primitives import box, plane, sphere
 from pica.scene.skin import Skin, deform
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import move
 from tests.assets import ASSETS, needs_assets
 from tests.building import lambert, placed, scene_of, shining, uniform
 
@@ -29,7 +29,7 @@ def renderer_of(scene, device, **values):
 
 
 def gpu_positions(renderer):
-    return renderer._gpu_scene.geometry.positions.to_numpy().view(np.float32).reshape(-1, 3)
+    return renderer.view.geometry.positions.to_numpy().view(np.float32).reshape(-1, 3)
 
 
 def bending_bar():
@@ -54,9 +54,8 @@ def test_vertices_are_where_the_reference_has_them(device, file):
     for time in (0.0, 0.4):
         scene.animate(time, 0)
         renderer.render(1)
-        gpu = renderer._gpu_scene
-        for node in gpu._deformations:
-            for part in gpu.geometry.mesh(node).sections:
+        for node, deformation in renderer.view.scene.deformations.items():
+            for part in deformation.mesh.sections:
                 expected, _, _ = deform(part.section, node)
                 found = gpu_positions(renderer)[part.first_vertex :][: len(expected)]
                 np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(expected).max())
@@ -86,9 +85,8 @@ def test_motion_vectors_of_a_skinned_mesh_are_those_of_its_vertices(device):
     camera = scene.default_camera(4 / 3)
     scene.animate(0.1, "Run")
     renderer.render(1, camera)
-    gpu = renderer._gpu_scene
-    (node,) = gpu._deformations
-    (placed_section,) = gpu.geometry.mesh(node).sections
+    ((node, deformation),) = renderer.view.scene.deformations.items()
+    (placed_section,) = deformation.mesh.sections
     section = placed_section.section
 
     def pixels():
@@ -162,7 +160,7 @@ def test_what_was_moved_stands_still_in_the_motion_vectors_after(device):
 def test_loose_trees_are_noticed():
     root, _, bar = bending_bar()
     scene_of(root)
-    watched = Looseness(bar.mesh.sections, bar)
+    watched = RefitQuality(bar.mesh.sections, bar)
     watched.reset()
     assert watched.now() == pytest.approx(1)
     # The same mesh torn into a cloud: neighbours end up far apart.
@@ -170,7 +168,7 @@ def test_loose_trees_are_noticed():
     section.morph_positions = np.random.default_rng(0).normal(0, 2, (1, len(section.positions), 3)).astype(np.float32)
     cloud = Node(mesh=Mesh([section]))
     cloud.weights = [0.0]
-    watched = Looseness([section], cloud)
+    watched = RefitQuality([section], cloud)
     watched.reset()
     cloud.weights = [1.0]
     assert watched.now() > 2
@@ -240,8 +238,8 @@ def test_nodes_that_come_and_go_leave_nothing_behind(device):
         renderer.advance(CAMERA)
         memory.append(device.memory)
     assert memory[-1] <= memory[15]
-    gpu = renderer._gpu_scene
-    assert len(gpu._placements) == 1 and not gpu._deformations and len(gpu._record_sections) == 1
+    gpu = renderer.view.scene
+    assert len(gpu.placements) == 1 and not gpu.deformations and gpu.records.count == 1
 
 
 def test_an_empty_scene_fills(device):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import pica
-from pica.rhi import embree
 from pica.scene.light import DirectionalLight, PointLight, SphereLight
-from pica.scene.procedural.placing import move, stretch, turn
-from pica.scene.procedural.primitives import plane
+from pica.scenes.basic_meshes import plane
+from pica.scenes.placing import move, stretch, turn
+from pica.tracing import embree
 from tests.building import (
     BUFFERS,
     EMBREE,
@@ -25,7 +25,7 @@ from tests.building import (
     trace,
     uniform,
 )
-from tests.rays import CAMERA, SHADOW, SURFACE, RayCaster
+from tests.rays import CAMERA, FRONT, SHADOW, SURFACE, RayCaster
 
 WAYS = {
     "raster": RASTER,
@@ -45,7 +45,7 @@ def casters(device, scene):
     """Through the device's pipeline and, where it is installed, through Embree."""
     made = [RayCaster(device, scene)]
     if embree.missing() is None:
-        from pica.rhi.embree_tracer import EmbreeTracer
+        from pica.tracing.embree_tracer import EmbreeTracer
 
         made.append(RayCaster(device, scene, lambda c: EmbreeTracer(device, c.scene.rt_scene)))
     return made
@@ -111,12 +111,12 @@ def test_masks_change_at_run_time_with_as_little_upload_as_may_be(device):
             np.testing.assert_allclose(cast([0.1, 5, 0], (0, -1, 0))["distance"], 3.5 if seen else 5, rtol=1e-5)
     node.visible_to_reflections = False
     with device.record() as recording:
-        assert cast.scene.update(recording)
-    assert not cast.scene._instances._touched and not cast.scene.rt_scene.slots._touched
+        assert cast.scene.update(recording, FRONT)
+    assert not cast.scene.scene.instance_table._touched and not cast.scene.rt_scene.slots._touched
     node.visible_to_reflections = False
     with device.record() as recording:
-        assert not cast.scene.update(recording), "nothing is new"
-    assert cast.scene._changes.take().any() is False
+        assert not cast.scene.update(recording, FRONT), "nothing is new"
+    assert cast.scene.scene._changes.take().any() is False
 
 
 @pytest.mark.parametrize("values", WAYS.values(), ids=WAYS)

@@ -6,10 +6,10 @@ import pytest
 from pica.gpu_scene.materials import MATERIAL, MaterialTable, average_emission
 from pica.scene.camera import Camera
 from pica.scene.material import Image, Material, Sampler, Texture, Wrap
-from pica.scene.procedural.placing import turn
-from pica.scene.procedural.primitives import plane
+from pica.scenes.basic_meshes import plane
+from pica.scenes.placing import turn
 from tests.building import checkered, lambert, orthographic, placed, render, scene_of
-from tests.rhi.kernels import read
+from tests.tracing.kernels import read
 
 FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
 

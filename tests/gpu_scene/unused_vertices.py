@@ -7,8 +7,8 @@ import numpy as np
 
 from pica.rhi.device import Device
 from pica.scene.model import Section
-from pica.scene.procedural.placing import move
-from pica.scene.procedural.primitives import box, plane, sphere
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import move
 from tests.building import RASTER, RAYS, lambert, placed, render, scene_of, uniform
 
 

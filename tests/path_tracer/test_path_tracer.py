@@ -11,8 +11,8 @@ from pica.scene.camera import Camera
 from pica.scene.environment import Environment
 from pica.scene.light import DirectionalLight, PointLight, SphereLight
 from pica.scene.material import AlphaMode, Material
-from pica.scene.procedural.placing import move, stretch, turn
-from pica.scene.procedural.primitives import box, plane, sphere
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import move, stretch, turn
 from tests.building import (
     CAMERA,
     lambert,

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import pica
-from pica.quality.effects import EffectErrors, MeasuredShadows, compare_effect, error_sheet
+from pica.quality.effects import EffectErrors, MeasuredEffect, compare_effect, error_sheet
 from pica.quality.sequences import SEQUENCES, sequence
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, PointLight, RectangleLight
-from pica.scene.procedural.placing import move, turn
-from pica.scene.procedural.primitives import box, plane
+from pica.scenes.basic_meshes import box, plane
+from pica.scenes.placing import move, turn
 from tests.building import lambert, placed, scene_of, shining
 
 CAMERA = Camera.look_at((0, 6, 0.01), (0, 0, 0), fov=40)
@@ -35,7 +35,7 @@ def test_the_reference_of_a_penumbra_is_the_share_of_the_lamp_in_sight(device):
     # The camera looks from below the board's height, lest it see the board.
     camera = Camera.look_at((0, 2.9, 0.01), (0, 0, 0), fov=80)
     renderer = pica.Renderer(scene, (64, 36), device=device)
-    measured = MeasuredShadows(renderer)
+    measured = MeasuredEffect(renderer, "shadows")
     frame = renderer.render(1, camera)
     (found,) = measured.reference(1024).values()
     # From floor point x the edge at x = 0, y = 3 is seen at x - 5/3 x = -2/3 x on the lamp's plane, which spans -1..1.

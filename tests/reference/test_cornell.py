@@ -8,6 +8,7 @@ from pica.pictures import read_radiance
 from tests.assets import ASSETS, needs_assets
 
 FOLDER = ASSETS / "ReferenceScenes"
+pytestmark = pytest.mark.thorough
 
 
 def psnr(picture, reference):
@@ -21,6 +22,7 @@ def psnr(picture, reference):
 
 
 @needs_assets
+@pytest.mark.device
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize(

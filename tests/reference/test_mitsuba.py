@@ -9,13 +9,14 @@ import pica
 from pica.scene.light import DirectionalLight, DiskLight, PointLight, RectangleLight, SphereLight, SpotLight
 from pica.scene.material import AlphaMode, Image, Material, Texture
 from pica.scene.model import Node, Scene
-from pica.scene.procedural.placing import aim, mesh, move, place
-from pica.scene.procedural.primitives import plane, sphere
+from pica.scenes.basic_meshes import plane, sphere
+from pica.scenes.placing import aim, mesh, move, place
 from tests.assets import ASSETS, needs_assets
 from tests.reference.mitsuba_material import Lobes
 from tests.reference.mitsuba_scene import render_reference
 from tests.reference.variant import dr, mi
 
+pytestmark = pytest.mark.thorough
 CAMERA = pica.Camera.look_at((0.7, 0.6, 1.2), (0, 0.34, 0), fov=35)
 
 
@@ -119,6 +120,7 @@ def test_reference_material_keeps_all_light(roughness, metallic):
 
 
 @needs_assets
+@pytest.mark.device
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_path_tracer_matches_on_a_textured_scene_under_an_environment():
@@ -129,6 +131,7 @@ def test_path_tracer_matches_on_a_textured_scene_under_an_environment():
     _compare(scene, samples=256, max_depth=5)
 
 
+@pytest.mark.device
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_path_tracer_matches_on_all_kinds_of_light():

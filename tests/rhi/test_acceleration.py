@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from pica.gpu_scene.materials import MATERIAL
+from pica.rhi.acceleration import BuildScratch
 from pica.rhi.binding import parameters_of
 from pica.scene.material import AlphaMode
-from pica.scene.procedural.placing import move, stretch, turn
-from pica.scene.procedural.primitives import box, plane
+from pica.scenes.basic_meshes import box, plane
+from pica.scenes.placing import move, stretch, turn
 from tests.building import lambert, leaves, placed, scene_of
 from tests.rays import CAMERA, HIT, RAY, SHADOW, SURFACE, RayCaster, fields_of
-from tests.rhi.kernels import read
+from tests.tracing.kernels import read
 
 DOWN, UP = (0.0, -1.0, 0.0), (0.0, 1.0, 0.0)
 
@@ -21,7 +22,7 @@ def above(x, z, height=1.0):
 
 
 def test_rays_and_hits_are_laid_out_as_the_shaders_have_them(device):
-    module = device.handle.load_module("rhi/trace_rays.slang")
+    module = device.handle.load_module("tracing/trace_rays.slang")
     program = device.handle.link_program([module], [module.entry_point("main")])
     layouts = {p.name: p.type_layout.element_type_layout for p in parameters_of(program) if p.name in ("rays", "hits")}
     for name, dtype in (("rays", RAY), ("hits", HIT)):
@@ -78,7 +79,7 @@ def test_records_tell_sections_and_copies_apart(device):
     x, z = np.meshgrid(np.arange(4.0), 2.0 * np.arange(3))
     hits = cast(above(x, z), DOWN)
     records = cast.scene.records[hits["record"]]
-    materials = read(cast.scene.materials.table.buffer, MATERIAL)
+    materials = read(cast.scene.scene.materials.table.buffer, MATERIAL)
     colors = materials["base_color"][records["material"], 0]
     np.testing.assert_allclose(colors, np.tile([0.1, 0.2, 0.3, 0.4], 3), rtol=1e-6)
     np.testing.assert_array_equal(records["instance"], np.repeat([1, 2, 3], 4))
@@ -125,28 +126,13 @@ def test_a_thousand_copies(device):
     np.testing.assert_allclose(hits["distance"], 20 - 0.01 * np.arange(1000), rtol=1e-5)
 
 
-def test_the_previous_top_level_stays_for_a_frame(device):
-    node = placed(plane(2, 2, lambert()))
-    scene = scene_of(placed(plane(1, 1, lambert()), move(0, 0, -9)), node)
-    cast = RayCaster(device, scene)
-
-    def met():
-        """At the old place and at the new one, as things are and as they were."""
-        found = []
-        for structure in (cast.scene.rt_scene.structure, cast.scene.rt_scene.previous):
-            cast.scene.block.bind(tlas=structure)
-            found.append((cast(above([0, 5], 0), DOWN)["distance"] >= 0).tolist())
-        return found
-
-    for _ in range(3):  # both structures take their turns
-        node.transform = move(5, 0, 0)
-        cast.update()
-        assert met() == [[False, True], [True, False]]
-        cast.update()
-        assert met() == [[False, True], [False, True]]
-        node.transform = move(0, 0, 0)
-        cast.update()
-        cast.update()
-    scene.remove(node)
-    cast.update()
-    assert met() == [[False, False], [True, False]]
+def test_builds_share_scratch_in_turn(device):
+    scratch = BuildScratch(device)
+    before, size = device.memory, scratch.size
+    offsets = [scratch.take(4000).offset for _ in range(500)]
+    assert device.memory == before and scratch.size == size, "one buffer, made once"
+    assert not any(offset % 256 for offset in offsets) and max(offsets) + 4000 <= size
+    steps = np.diff(offsets)
+    assert (steps[steps > 0] >= 4000).all() and (steps > 0).sum() > 490, "apart until the last of it is given"
+    assert scratch.take(size + 1).offset + size + 1 <= scratch.size
+    assert device.memory - before == scratch.size - size

@@ -8,7 +8,7 @@ import pytest
 import slangpy as spy
 
 from pica.errors import BindingError
-from tests.rhi.kernels import kernel, read
+from tests.tracing.kernels import kernel, read
 
 SOURCE = """
 StructuredBuffer<float> numbers;
@@ -74,19 +74,19 @@ def test_incomplete_block_is_refused(device):
 
 
 def test_misspelt_field_of_a_block_is_named(device):
-    block = device.parameter_block("shaders/frame.slang", "frame")
+    block = device.parameter_block("frame/constants.slang", "frame")
     with pytest.raises(BindingError, match=r"no parameter 'sized'.*camera, index, jitter"):
         block.bind(sized=spy.uint2(4, 4))
 
 
 def test_unknown_block_is_named(device):
-    with pytest.raises(BindingError, match=r"shaders/frame\.slang: no parameter block 'fame'"):
-        device.parameter_block("shaders/frame.slang", "fame")
+    with pytest.raises(BindingError, match=r"frame/constants\.slang: no parameter block 'fame'"):
+        device.parameter_block("frame/constants.slang", "fame")
 
 
 def test_raster_and_ray_passes_are_checked_too(device):
     from pica.rhi.passes import RasterState
-    from pica.rhi.schedulers import ray_effect
+    from pica.tracing.ray_effect import ray_effect
 
     state = RasterState((spy.Format.rg32_uint,), spy.CullMode.none)
     raster = device.raster("effects/gbuffer/raster.slang", ("vertexMain", "opaqueMain"), state)
@@ -108,7 +108,7 @@ MANY_BLOCKS = """
 import random
 from pica.rhi.device import Device
 device, alive = Device(), []
-blocks = [("shaders/scene.slang", "scene"), ("frame/gbuffer.slang", "gbuffer"), ("shaders/frame.slang", "frame")]
+blocks = [("gpu_scene/scene.slang", "scene"), ("frame/gbuffer.slang", "gbuffer"), ("frame/constants.slang", "frame")]
 for _ in range(1000):
     block = device.parameter_block(*random.choice(blocks))
     assert all(block._cursor[name] for name in block._names)
@@ -119,6 +119,7 @@ print("fine")
 """
 
 
+@pytest.mark.device
 def test_blocks_stay_whole_when_others_go():
     """Slang-RHI knew block layouts by address only; a freed program's address led to a wrong one, or to a crash."""
     done = subprocess.run([sys.executable, "-c", MANY_BLOCKS], capture_output=True, text=True, timeout=120)

@@ -6,6 +6,7 @@ import sys
 import time
 
 import numpy as np
+import pytest
 import slangpy as spy
 
 from pica.rhi.device import cache_folder
@@ -32,6 +33,7 @@ def compile_in(folder):
     return {path: path.stat().st_mtime_ns for path in folder.rglob("*") if path.is_file()} if folder.is_dir() else {}
 
 
+@pytest.mark.device
 def test_compiled_shaders_are_kept_and_used_again(tmp_path):
     first = compile_in(tmp_path / "cache")
     assert any("shaders" in path.parts for path in first) and any("modules" in path.parts for path in first)
@@ -42,6 +44,7 @@ def test_compiled_shaders_are_kept_and_used_again(tmp_path):
     assert {path: second[path] for path in modules} == modules, "nothing was compiled anew"
 
 
+@pytest.mark.device
 def test_a_folder_that_cannot_be_written_is_no_obstacle(tmp_path):
     (tmp_path / "file").write_text("in the way")
     assert compile_in(tmp_path / "file" / "cache") == {}

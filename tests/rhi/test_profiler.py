@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pica.rhi.profiler import FRAMES_IN_FLIGHT, MAX_PASSES, Profiler
-from tests.rhi.kernels import kernel, read
+from tests.tracing.kernels import kernel, read
 
 BUSY = """
 RWStructuredBuffer<uint> sums;

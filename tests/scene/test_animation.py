@@ -9,8 +9,8 @@ from pica.errors import SceneError
 from pica.scene.animation import Animation, Channel, Pose, together
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene, Section
-from pica.scene.procedural.placing import move, stretch, turn
 from pica.scene.skin import Skin, deform
+from pica.scenes.placing import move, stretch, turn
 
 HALF = math.sqrt(0.5)
 ABOUT_Y_90 = (0.0, HALF, 0.0, HALF)

@@ -7,7 +7,7 @@ from pica.errors import SceneError
 from pica.scene.emitter import Emitter
 from pica.scene.model import Mesh, Node
 from pica.scene.particles import Particles, Ribbons, Sprites
-from pica.scene.procedural.primitives import box
+from pica.scenes.basic_meshes import box
 from tests.building import lambert, scene_of
 
 FOUNTAIN = Emitter(50, 2.0, velocity=(0.5, 3, 0), acceleration=(0, -9.81, 0), spread=0.4, seed=3)

@@ -8,11 +8,12 @@ from pica.errors import SceneError
 from pica.scene.gltf import read
 from pica.scene.gltf.accessors import read_accessor, read_floats
 from pica.scene.gltf.container import Document
+from pica.scene.gltf.element import Element
 from tests.scene.gltf_files import TRIANGLE, GltfFile
 
 
 def floats(file: GltfFile, index: int, folder: Path, kind: str) -> NDArray[np.float32]:
-    return read_floats(Document(file.write(folder)), index, "values", (kind,))
+    return read_floats(Document(file.write(folder)), Element({"values": index}), "values", (kind,))
 
 
 @pytest.mark.parametrize(
@@ -65,7 +66,7 @@ def test_matrix_columns_start_at_multiples_of_four_bytes(tmp_path: Path) -> None
     file = GltfFile()
     columns = np.array([[1, 2, 3, 99], [4, 5, 6, 99], [7, 8, 9, 99]], "u1")
     file.add("accessors", bufferView=file.view(columns.tobytes()), componentType=5121, count=1, type="MAT3")
-    values = read_accessor(Document(file.write(tmp_path)), 0, "values", ("MAT3",))
+    values = read_accessor(Document(file.write(tmp_path)), Element({"values": 0}), "values", ("MAT3",))
     np.testing.assert_array_equal(values, [[1, 2, 3, 4, 5, 6, 7, 8, 9]])
 
 
@@ -79,10 +80,10 @@ def test_matrix_columns_start_at_multiples_of_four_bytes(tmp_path: Path) -> None
         ({"type": "VEC5"}, "'VEC5' is not one of SCALAR"),
         ({"type": "SCALAR"}, "must be VEC3, not SCALAR"),
         ({"componentType": 5124}, "5124 is not one of"),
-        ({"bufferView": 1}, r"bufferViews\[1\] does not exist \(1 in the file\)"),
+        ({"bufferView": 1}, r"accessors\[0\].bufferView: 1 is out of range \(count 1\)"),
         ({"bufferView": None, "count": 10**9}, "1000000000 elements without a buffer view are too many"),
         ({"sparse": {"count": 9}}, "sparse.count: 9 is not a whole number from 1 to 3"),
-        ({"sparse": {"count": 1}}, "lacks its indices or its values"),
+        ({"sparse": {"count": 1}}, r"accessors\[0\].sparse.indices: is missing"),
     ],
 )
 def test_faults_are_named(change: dict[str, object], fault: str, tmp_path: Path) -> None:
@@ -95,10 +96,10 @@ def test_faults_are_named(change: dict[str, object], fault: str, tmp_path: Path)
 @pytest.mark.parametrize(
     ("change", "fault"),
     [
-        ({"byteStride": 8}, r"elements of 12 bytes overlap at bufferViews\[0\].byteStride 8"),
-        ({"byteLength": 400}, r"bufferViews\[0\]: reaches past buffers\[0\]"),
+        ({"byteStride": 8}, r"accessors\[0\].bufferView: elements of 12 bytes overlap at a byteStride of 8"),
+        ({"byteLength": 400}, r"bufferViews\[0\]: reaches past its buffer \(bytes 0 to 400 of 36\)"),
         ({"byteOffset": -4}, "byteOffset: -4 is not a whole number"),
-        ({"buffer": 5}, r"buffers\[5\] does not exist"),
+        ({"buffer": 5}, r"bufferViews\[0\].buffer: 5 is out of range \(count 1\)"),
     ],
 )
 def test_faults_of_buffer_views_are_named(change: dict[str, object], fault: str, tmp_path: Path) -> None:
@@ -112,5 +113,5 @@ def test_faults_of_buffer_views_are_named(change: dict[str, object], fault: str,
 def test_positions_that_are_not_finite_are_refused(tmp_path: Path) -> None:
     file = GltfFile()
     file.mesh(file.accessor([[0, 0, 0], [1, np.nan, 0], [0, 1, 0]]))
-    with pytest.raises(SceneError, match="POSITION holds numbers that are not finite"):
+    with pytest.raises(SceneError, match="POSITION: holds numbers that are not finite"):
         read(file.write(tmp_path))

@@ -8,8 +8,8 @@ import pytest
 import pica
 from pica.errors import SceneError
 from pica.scene.landscape import Landscape, patch_triangles
-from pica.scene.procedural.foliage import scatter
-from pica.scene.procedural.terrain import fractal_heights
+from pica.scenes.foliage import scatter
+from pica.scenes.terrain import fractal_heights
 from tests.building import lambert
 
 
@@ -30,11 +30,11 @@ def test_stitched_patches_cover_their_square_once(quads):
         assert area.min() > 0 and area.sum() == pytest.approx(quads * quads), edges
 
 
-def borders(landscape):
+def borders(landscape, levels):
     """Edges of all shown triangles that only one triangle has, as sets of two places."""
     seen = {}
     for node in landscape.node.children:
-        (section,) = node.mesh.sections
+        (section,) = landscape.mesh(node, levels).sections
         for triangle in section.indices:
             corners = [section.positions[corner].tobytes() for corner in triangle]
             for i in range(3):
@@ -46,23 +46,23 @@ def borders(landscape):
 @pytest.mark.parametrize("eye", [(0, 3, 0), (-14, 2, 9), (40, 5, 3)])
 def test_patches_of_different_levels_share_their_borders_to_the_bit(eye):
     landscape = hills()
-    landscape.face(pica.Camera.look_at(eye, (0, -50, 1)))
-    assert eye[0] == 40 or len(np.unique(landscape.chosen)) > 1
-    single, most = borders(landscape)
+    levels = landscape.levels_for(pica.Camera.look_at(eye, (0, -50, 1)))
+    assert eye[0] == 40 or len(np.unique(levels.levels)) > 1
+    single, most = borders(landscape, levels)
     assert most == 2
     for edge in single:
         x, _, z = np.array([np.frombuffer(corner, np.float32) for corner in edge]).T
         assert (np.abs(x) == 16).all() or (np.abs(z) == 16).all(), "only the outer border is open"
 
 
-def test_the_same_camera_gives_the_same_meshes_whatever_came_before():
-    first, second = hills(), hills()
-    for eye in ((0, 3, 0), (12, 3, 12), (-5, 2, 7)):
-        first.face(pica.Camera.look_at(eye, (0, -50, 1)))
-    second.face(pica.Camera.look_at((-5, 2, 7), (0, -50, 1)))
-    for a, b in zip(first.node.children, second.node.children, strict=True):
-        np.testing.assert_array_equal(a.mesh.sections[0].indices, b.mesh.sections[0].indices)
-        np.testing.assert_array_equal(a.mesh.sections[0].positions, b.mesh.sections[0].positions)
+def test_a_mesh_is_shared_while_somebody_holds_it():
+    landscape = hills()
+    near, far = (landscape.levels_for(pica.Camera.look_at(eye, (0, -50, 1))) for eye in ((-14, 2, 9), (-14, 200, 9)))
+    node = landscape.node.children[8]
+    held = landscape.mesh(node, near)
+    assert landscape.mesh(node, near) is held and landscape.mesh(node, far) is not held
+    assert landscape.mesh(node, far) is node.mesh, "the coarsest, which the node has itself"
+    assert landscape.differing(near, near) == [] and node in landscape.differing(near, far)
 
 
 def test_levels_follow_the_distance_in_doublings():
@@ -78,8 +78,7 @@ def test_levels_follow_the_distance_in_doublings():
 def test_a_moved_landscape_takes_levels_by_where_it_is():
     landscape = hills()
     landscape.node.transform = np.array([[1, 0, 0, 100], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
-    landscape.face(pica.Camera.look_at((100, 3, 0), (100, 0, 1)))
-    assert landscape.chosen.min() == 0
+    assert landscape.levels_for(pica.Camera.look_at((100, 3, 0), (100, 0, 1))).levels.min() == 0
 
 
 def test_heights_lie_on_the_surface():

@@ -10,8 +10,8 @@ from pica.scene.camera import Camera
 from pica.scene.light import PointLight, SphereLight
 from pica.scene.material import Material
 from pica.scene.model import Node, Scene
-from pica.scene.procedural.placing import mesh, move, stretch, turn
-from pica.scene.procedural.primitives import box
+from pica.scenes.basic_meshes import box
+from pica.scenes.placing import mesh, move, stretch, turn
 
 
 def cube(name="cube", **parts):

@@ -6,9 +6,9 @@ from scipy.interpolate import BSpline
 
 from pica.errors import SceneError
 from pica.scene.model import Mesh
-from pica.scene.procedural.placing import at, turn
-from pica.scene.procedural.primitives import box, cylinder, pipe
 from pica.scene.spline import Spline, bend
+from pica.scenes.basic_meshes import box, cylinder, pipe
+from pica.scenes.placing import at, turn
 from tests.building import lambert
 
 POINTS = np.array([(-2, 0.3, 0), (-1, 0.5, 1), (0, 0.3, -1), (1, 1, 0), (2, 0.3, 0.5)], float)

@@ -1,4 +1,4 @@
-"""environment.slang and gpu_scene/environment_tables.py: looked up and sampled light from all around."""
+"""environment.slang and gpu_scene/lights/environment_tables.py: looked up and sampled light from all around."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 import slangpy as spy
 from scipy.stats import qmc
 
-from pica.gpu_scene.environment_tables import build_tables
+from pica.gpu_scene.lights.environment_tables import build_tables
 from tests.shaders.chi_squared import assert_fits
 
 SOURCE = """

@@ -1,4 +1,4 @@
-"""lights.slang and gpu_scene/light_table.py: what lights send to a point, sampled and hit."""
+"""lights.slang and gpu_scene/lights/light_rows.py: what lights send to a point, sampled and hit."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 import slangpy as spy
 from scipy.stats import qmc
 
-from pica.gpu_scene.light_table import LIGHT_DTYPE, light_power, pack_light, pack_lights, selection_probabilities
+from pica.gpu_scene.lights.light_rows import LIGHT_DTYPE, light_power, pack_light, pack_lights, selection_probabilities
 from pica.scene.light import (
     DirectionalLight,
     DiskLight,
@@ -36,7 +36,7 @@ FIELDS = {
     "channels": "uint",
 }
 SOURCE = """
-__exported import shaders.lights;
+__exported import gpu_scene.lights.lights;
 
 float4 sampled(StructuredBuffer<Light> lights, float3 position, float2 u)
 {

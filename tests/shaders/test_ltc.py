@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 SOURCE = """
-import shaders.ltc;
+import effects.lighting.ltc;
 
 struct Quad : IOutline
 {

@@ -8,6 +8,7 @@ uint pack(float3 n) { return packNormal(n); }
 float3 unpack(uint bits) { return unpackNormal(bits); }
 uint packHalves(float2 v) { return packHalf2(v); }
 float2 unpackHalves(uint bits) { return unpackHalf2(bits); }
+float3 through21(float3 v) { return unpackFloat21x3(packFloat21x3(v)); }
 """
 
 
@@ -29,3 +30,16 @@ def test_halves_survive(load):
     bits = shader.packHalves(v, _result="numpy")
     np.testing.assert_array_equal(bits, v.astype(np.float16).view(np.uint32)[:, 0])
     np.testing.assert_array_equal(shader.unpackHalves(bits, _result="numpy"), v.astype(np.float16).astype(np.float32))
+
+
+def test_three_wide_floats_survive(load):
+    """Emission in nits: each channel keeps its own relative error, beside others that are a million times as great."""
+    shader = load(SOURCE)
+    v = (10 ** np.random.default_rng(0).uniform(-6, 9, (100_000, 3))).astype(np.float32)
+    back = shader.through21(v, _result="numpy")
+    assert (np.abs(back - v) / v).max() <= 2.0**-16
+    ends = np.float32([[0, 0, 0], [1, 2, 4], [5e11, 3e-8, 0], [1e30, 1e-30, 1]])
+    back = shader.through21(ends, _result="numpy")
+    np.testing.assert_array_equal(back[:2], ends[:2])
+    np.testing.assert_allclose(back[2], ends[2], rtol=2.0**-15)
+    assert back[3, 0] > 5e11 and back[3, 1] == 0

@@ -5,16 +5,27 @@ from typing import Annotated
 import typer
 
 from pica.cli import options
-from pica.cli.report import print_json, print_table
+from pica.cli.report import print_json, print_table, progress
+from pica.cli.view import View, takes_view
 
 
+@takes_view
 def bench(
-    scene: options.SceneName,
+    view: View,
     size: options.Size = "1920x1080",
-    frames: Annotated[int, typer.Option(min=1, metavar="N", help="Frames to measure.")] = 200,
-    warm_up: Annotated[int, typer.Option(min=0, metavar="N", help="Frames before the first one measured.")] = 50,
+    frames: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="Frames to measure; unless told 200, without a graphics card 20."),
+    ] = None,
+    warm_up: Annotated[
+        int | None,
+        typer.Option(
+            min=0, metavar="N", help="Frames before the first one measured; unless told 50, without a graphics card 3."
+        ),
+    ] = None,
     preset: options.Preset = "hybrid",
     values: options.Values = None,
+    device: options.Device = None,
     json: options.Json = False,
 ) -> None:
     """Measure SCENE: GPU milliseconds per pass, host milliseconds per frame, rays per second, memory."""
@@ -23,10 +34,13 @@ def bench(
 
     pixels = options.parse_size(size)
     settings = options.parse_settings(preset, values)
-    renderer = pica.Renderer(options.load_scene(scene), size=pixels, settings=settings)
-    measured = benchmark(renderer, frames=frames, warm_up=warm_up)
-    result = {"scene": scene, "device": renderer.device_name, "size": list(pixels), "frames": frames, **measured}
+    content = view.load()
+    camera = view.camera_in(content)
+    renderer = pica.Renderer(content, size=pixels, settings=settings, device=device)
+    with progress("Measuring") as advance:
+        measured = benchmark(renderer, camera, frames, warm_up, progress=advance)
+    result = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), **measured}
     if json:
         print_json(result)
     else:
-        print_table(scene, result)
+        print_table(view.scene, result)

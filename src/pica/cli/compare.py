@@ -7,20 +7,21 @@ import typer
 
 from pica.cli import options
 from pica.cli.report import print_json, print_table, progress
+from pica.cli.view import View, find_animation, takes_view
 from pica.errors import PicaError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from pica import Scene, Settings
+    from pica import Camera, Renderer
 
-_EFFECTS = ("shadows", "ambient_occlusion")
 _SEQUENCES = ("still", "camera", "objects", "light")
 
 
+@takes_view
 def compare(
-    scene: options.SceneName,
+    view: View,
     size: options.Size = "640x360",
     frames: options.Frames = 64,
     samples: Annotated[
@@ -30,13 +31,14 @@ def compare(
         int | None, typer.Option(min=1, metavar="N", help="Edges of the reference's paths; 2 is direct light only.")
     ] = None,
     effect: Annotated[
-        str | None, typer.Option(metavar="NAME", help=f"Compare one effect's buffer: {' or '.join(_EFFECTS)}.")
+        str | None, typer.Option(metavar="NAME", help="Compare one effect's buffer, such as shadows.")
     ] = None,
     sequence: Annotated[
         str | None, typer.Option(metavar="NAME", help=f"With --effect, what moves: {', '.join(_SEQUENCES)}.")
     ] = None,
     preset: options.Preset = "hybrid",
     values: options.Values = None,
+    device: options.Device = None,
     json: options.Json = False,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Both pictures and the error, a .png.")
@@ -46,72 +48,77 @@ def compare(
 
     With --effect, how far each frame's buffer of one effect is from the same by many rays, and how much it flickers.
     """
+    import pica
+
     if output is not None:
         options.check_output(output, (".png",))
     if effect is None and sequence is not None:
         raise PicaError("--sequence is for --effect")
-    _check("--effect", effect, _EFFECTS)
-    _check("--sequence", sequence, _SEQUENCES)
+    if sequence is not None and sequence not in _SEQUENCES:
+        raise PicaError(f"--sequence {sequence!r} is not one of {', '.join(_SEQUENCES)}")
     if effect is not None and max_depth is not None:
         raise PicaError("--max-depth is for whole pictures, not for --effect")
     settings = options.parse_settings(preset, values)
     pixels = options.parse_size(size)
-    content = options.load_scene(scene)
-    result: dict[str, Any] = {"size": list(pixels), "frames": frames, "samples": samples}
+    content = view.load()
+    # Decided once, so that both pictures look from one place whatever rendering does to the scene.
+    camera = view.camera_in(content) or content.default_camera(pixels[0] / pixels[1])
+    renderer = pica.Renderer(content, size=pixels, settings=settings, device=device)
+    result: dict[str, Any] = {
+        "device": renderer.device_name,
+        "size": list(pixels),
+        "frames": frames,
+        "samples": samples,
+    }
     if effect is None:
-        device, found, page = _whole(content, pixels, settings, frames, samples, max_depth)
+        found, page = _whole(renderer, camera, frames, samples, max_depth)
         result["whole"] = found
+        if settings.rays.opaque_secondary_shadows:
+            result["reference"] = "transparent surfaces are opaque to shadow rays from secondary hits"
     else:
-        device, found, page = _one_effect(content, pixels, settings, frames, samples, effect, sequence or "still")
+        found, page = _one_effect(renderer, view, camera, frames, samples, effect, sequence or "still")
         result |= {"effect": effect, "sequence": sequence or "still", **found}
     if output is not None:
         from pica import pictures
 
         pictures.write_png(output, page)
-    result = {"device": device, **result}
     if json:
         print_json(result)
     else:
-        print_table(scene, {name: value for name, value in result.items() if not name.endswith("by_frame")})
+        print_table(view.scene, {name: value for name, value in result.items() if not name.endswith("by_frame")})
 
 
-_Found = tuple[str, dict[str, Any], "NDArray[np.uint8]"]
-"""Of a comparison: the device, the numbers, and a sheet to look at."""
+_Found = tuple[dict[str, Any], "NDArray[np.uint8]"]
+"""Of a comparison: the numbers, and a sheet to look at."""
 
 
-def _whole(
-    scene: "Scene", size: tuple[int, int], settings: "Settings", frames: int, samples: int, max_depth: int | None
-) -> _Found:
+def _whole(renderer: "Renderer", camera: "Camera", frames: int, samples: int, max_depth: int | None) -> _Found:
     import pica
     from pica import quality
 
-    renderer = pica.Renderer(scene, size=size, settings=settings)
+    # First, as it is an error where nothing traces rays.
+    tracer = pica.PathTracer(renderer.scene, renderer.size, max_depth, renderer.settings, renderer.device)
     with progress("Hybrid") as advance:
-        hybrid = renderer.render(frames=frames, progress=advance)
-    tracer = pica.PathTracer(scene, size=size, max_depth=max_depth)
+        hybrid = renderer.render(frames, camera, advance)
     with progress("Path traced") as advance:
-        reference = tracer.render(samples=samples, progress=advance)
+        reference = tracer.render(samples, camera, advance)
     errors = quality.compare(reference.color, hybrid.color)
     panels = {
         f"hybrid, {frames} frames": quality.exposed(hybrid.color, errors.exposure),
         f"path traced, {samples} samples": quality.exposed(reference.color, errors.exposure),
         f"FLIP {errors.flip:.4f}": errors.flip_map,
     }
-    return renderer.device_name, errors.numbers(), quality.sheet(panels)
+    return errors.numbers(), quality.sheet(panels)
 
 
 def _one_effect(
-    scene: "Scene", size: tuple[int, int], settings: "Settings", frames: int, samples: int, effect: str, sequence: str
+    renderer: "Renderer", view: View, camera: "Camera", frames: int, samples: int, effect: str, motion: str
 ) -> _Found:
-    import pica
     from pica.quality.effects import compare_effect, error_sheet
 
-    renderer = pica.Renderer(scene, size=size, settings=settings)
+    animation = find_animation(renderer.scene, view.animation)
     with progress(effect) as advance:
-        errors = compare_effect(renderer, effect, sequence, frames, samples, progress=advance)
-    return renderer.device_name, errors.numbers(), error_sheet(errors)
-
-
-def _check(option: str, name: str | None, known: tuple[str, ...]) -> None:
-    if name is not None and name not in known:
-        raise PicaError(f"{option} {name!r} is not one of {', '.join(known)}")
+        errors = compare_effect(
+            renderer, effect, motion, frames, samples, camera, False, advance, view.start or 0.0, animation
+        )
+    return errors.numbers(), error_sheet(errors)

@@ -36,7 +36,7 @@ def doctor() -> None:
             missing = ", ".join(device["missing"]) or "nothing"
             table.add_row(device["name"], device["type"], device["driver"] or "?", str(device["tier"]), missing)
         out.print(table)
-        for line in tier_lines(devices):
+        for line in [*tier_lines(devices), *stage_lines(devices)]:
             out.print(line, markup=False, soft_wrap=True)
     if fault:
         out.print(f"looking for devices failed: {fault}", markup=False, soft_wrap=True)
@@ -60,13 +60,31 @@ def probe() -> tuple[list[dict[str, Any]], str]:
 
 def tier_lines(devices: list[dict[str, Any]]) -> list[str]:
     """What each tier that a device here has can trace and what it lacks, and who traces ray buffers."""
-    from pica.rhi import embree
     from pica.rhi.adapters import TIERS
+    from pica.tracing import embree
 
     lines = [f"tier {n}: {TIERS[n][0]}; lacks {TIERS[n][1]}" for n in sorted({device["tier"] for device in devices})]
     missing = embree.missing()
     state = f"not usable, {missing}" if missing else "ready; the default where pica runs on the processor"
     return [*lines, f"Embree (tier 1 on the processor, on any device with rays.tracer=embree): {state}"]
+
+
+def stage_lines(devices: list[dict[str, Any]]) -> list[str]:
+    """What runs on each device here that lacks nothing pica needs."""
+    return [f"{device['name']} runs {_stages(device['tier'])}" for device in devices if not device["missing"]]
+
+
+def _stages(tier: int) -> str:
+    from pica.rhi.adapters import TRACES
+    from pica.tracing import embree
+    from pica.tracing.fallbacks import WITHOUT_RAYS
+
+    if tier >= TRACES:
+        return "every preset and the path tracer"
+    if embree.missing() is None:
+        return "every preset and the path tracer, whose rays Embree traces; they pass through primitives"
+    stages = ", ".join(f"{setting}={value}" for setting, value in WITHOUT_RAYS.items())
+    return f"the preset raster, which others become ({stages}); no path tracer: for rays, {embree.INSTALL}"
 
 
 def advice(devices: list[dict[str, Any]]) -> list[str]:
@@ -77,7 +95,7 @@ def advice(devices: list[dict[str, Any]]) -> list[str]:
     if usable:
         return ["Ready, on the processor alone. With a graphics card: install its maker's Vulkan driver."]
     return [
-        "No device with Vulkan ray tracing pipelines. With a graphics card: install its maker's Vulkan driver.",
+        "No device that pica can use. With a graphics card: install its maker's Vulkan driver.",
         f"Without one, install Mesa's lavapipe, which runs on the processor: {_lavapipe()}",
     ]
 

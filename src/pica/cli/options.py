@@ -9,26 +9,19 @@ import typer
 from pica.errors import PicaError
 
 if TYPE_CHECKING:
-    from pica import Scene, Settings
+    from pica import Settings
 
-BUILT_IN = {
-    "demo": "machine_world",
-    "machine_world": "machine_world",
-    "cornell": "cornell",
-    "sphere_grid": "sphere_grid",
-    "landscape": "landscape",
-}
 MAX_SIDE = 16384
 """Pixels; what graphics devices allow for one picture."""
 
-SceneName = Annotated[
-    str, typer.Argument(metavar="SCENE", help=f"A .gltf or .glb file, or one of {', '.join(BUILT_IN)}.")
-]
 Size = Annotated[str, typer.Option("--size", metavar="WxH", help="Size of the picture in pixels.")]
 Frames = Annotated[int, typer.Option("--frames", min=1, metavar="N", help="Frames to accumulate.")]
-Preset = Annotated[str, typer.Option(metavar="NAME", help="Named settings: hybrid or raster.")]
+Preset = Annotated[str, typer.Option(metavar="NAME", help="Named settings: hybrid, raster, low, medium or high.")]
 Values = Annotated[
     list[str] | None, typer.Option("--set", metavar="GROUP.NAME=VALUE", help="One setting; may be repeated.")
+]
+Device = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Part of the device's name; without it, the best there is.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
@@ -53,21 +46,6 @@ def parse_settings(preset: str, texts: list[str] | None) -> "Settings":
             raise PicaError(f"--set {text!r} is not group.name=value")
     pairs = (text.partition("=") for text in texts or [])
     return pica.Settings.preset(preset).with_values({name.strip(): value.strip() for name, _, value in pairs})
-
-
-def load_scene(name: str, environment: Path | None = None) -> "Scene":
-    """A built-in scene by its word or a file, under the light of an environment picture. Raises SceneError."""
-    import pica
-    from pica.scene.loading import read_environment
-
-    if name in BUILT_IN and not Path(name).exists():
-        scene: Scene = getattr(pica.scenes, BUILT_IN[name])()
-        if environment is not None:
-            scene.environment = read_environment(environment)
-        return scene
-    if not Path(name).suffix and not Path(name).exists():
-        raise PicaError(f"no file and no built-in scene {name!r}; the built-in ones are {', '.join(BUILT_IN)}")
-    return pica.load(name, environment=environment)
 
 
 def check_output(path: Path, suffixes: tuple[str, ...]) -> None:

@@ -8,15 +8,17 @@ import typer
 
 from pica.cli import options
 from pica.cli.report import print_json, progress
-from pica.cli.sequence import FILM, PICTURES, Sequence, find_animation, is_sequence
+from pica.cli.sequence import FILM, PICTURES, Sequence, is_sequence
+from pica.cli.view import View, takes_view
 from pica.errors import PicaError
 
 if TYPE_CHECKING:
-    from pica import Camera, Frame, PathTracer, Renderer, Scene
+    from pica import Camera, Frame, PathTracer, Renderer
 
 
+@takes_view
 def render(
-    scene: options.SceneName,
+    view: View,
     output: Annotated[
         Path,
         typer.Option(
@@ -30,13 +32,6 @@ def render(
     frames: options.Frames = 16,
     preset: options.Preset = "hybrid",
     values: options.Values = None,
-    camera: Annotated[str | None, typer.Option(metavar="NAME", help="A camera of the scene.")] = None,
-    eye: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Where to look from, in metres.")] = None,
-    target: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="What to look at, in metres.")] = None,
-    fov: Annotated[
-        float | None, typer.Option(metavar="DEGREES", help="Vertical field of view, 45 unless told.")
-    ] = None,
-    env: Annotated[Path | None, typer.Option(metavar="FILE", help="Environment picture, .hdr or .exr.")] = None,
     aov: Annotated[
         list[str] | None,
         typer.Option(
@@ -56,16 +51,10 @@ def render(
     fps: Annotated[
         float | None, typer.Option(metavar="N", help="Pictures a second of a sequence, 30 unless told.")
     ] = None,
-    start: Annotated[
-        float | None, typer.Option(metavar="S", help="The time of the (first) picture, 0 unless told.")
-    ] = None,
-    animation: Annotated[
-        str | None, typer.Option(metavar="NAME|N", help="The animation to play; without it, all together.")
-    ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Keep the pictures that a run cut short has made; render those missing.")
     ] = False,
-    device: Annotated[str | None, typer.Option(metavar="NAME", help="Part of the device's name.")] = None,
+    device: options.Device = None,
     json: options.Json = False,
 ) -> None:
     """Render SCENE to a picture file, or its movement to a film or to numbered pictures."""
@@ -74,7 +63,7 @@ def render(
     pixels = options.parse_size(size)
     sequence = None
     if is_sequence(output):
-        sequence = Sequence(output, pixels, start or 0.0, 30.0 if fps is None else fps, seconds, animation)
+        sequence = Sequence(output, pixels, view.start or 0.0, 30.0 if fps is None else fps, seconds, view.animation)
         if sequence.is_film and aov:
             raise PicaError(f"{output}: a film holds no buffers; --aov needs pictures, such as frames/%04d.exr")
     else:
@@ -86,18 +75,16 @@ def render(
         raise PicaError("--samples is for --path-traced; without it, use --frames")
 
     began = time.perf_counter()
-    content = options.load_scene(scene, env)
-    if sequence or start is not None or animation is not None:
-        content.animate(start or 0.0, find_animation(content, animation))
+    content = view.load(moving=sequence is not None)
     times = sequence.times(content) if sequence else []
     missing = sequence.missing(len(times)) if sequence and resume else list(range(len(times)))
     framed = None
 
-    def view() -> "Camera | None":
+    def camera() -> "Camera | None":
         """The camera, where the scene has it at this time."""
-        return choose_camera(content, camera, eye, target, fov) or framed
+        return view.camera_in(content) or framed
 
-    if view() is None and sequence and not content.cameras():
+    if camera() is None and sequence and not content.cameras():
         framed = sequence.framing(content, times)
     loaded = time.perf_counter()
     renderer: Renderer | PathTracer
@@ -108,14 +95,14 @@ def render(
         renderer = pica.Renderer(content, pixels, settings=settings, device=device)
         renderer.debug = any(name.startswith("debug.") for name in aov or [])
         kind, count = "frames", frames
-    result: dict[str, Any] = {"scene": scene, "device": renderer.device_name, "size": list(pixels), kind: count}
+    result: dict[str, Any] = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), kind: count}
     said = f"{'x'.join(map(str, pixels))}, {count} {kind}"
     if sequence:
         result["timings"] = sequence.render(
             content,
             times,
             missing,
-            shoot=lambda whole: renderer.render(count if whole else 1, camera=view()),
+            shoot=lambda whole: renderer.render(count if whole else 1, camera=camera()),
             save=lambda frame, file: save(frame, file, aov),
         )
         result |= {"fps": sequence.fps, "start": sequence.start, "pictures": len(times), "rendered": len(missing)}
@@ -123,7 +110,7 @@ def render(
         files = [output]
     else:
         with progress("Rendering") as advance:
-            frame = renderer.render(count, camera=view(), progress=advance)
+            frame = renderer.render(count, camera=camera(), progress=advance)
         result["timings"] = frame.timings
         files = save(frame, output, aov)
     done = time.perf_counter()
@@ -134,36 +121,6 @@ def render(
         print_json(result)
     else:
         print(f"{', '.join(result['files'])}: {said}, {done - loaded:.1f} s on {renderer.device_name}")
-
-
-def choose_camera(
-    scene: "Scene", name: str | None, eye: str | None, target: str | None, fov: float | None
-) -> "Camera | None":
-    """The camera that the options ask for, None for the scene's own. Raises PicaError."""
-    import pica
-
-    if name is not None:
-        if eye or target or fov is not None:
-            raise PicaError("--camera takes no --eye, --target or --fov beside it")
-        cameras = {camera.name: camera for camera in scene.cameras()}
-        if name not in cameras:
-            raise PicaError(f"no camera {name!r} in the scene; there are {', '.join(map(repr, cameras)) or 'none'}")
-        return cameras[name]
-    if eye is None and target is None and fov is None:
-        return None
-    if eye is None or target is None:
-        raise PicaError("--eye and --target go together; --fov needs both")
-    return pica.Camera.look_at(_point("--eye", eye), _point("--target", target), 45.0 if fov is None else fov)
-
-
-def _point(option: str, text: str) -> tuple[float, ...]:
-    try:
-        point = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        point = ()
-    if len(point) != 3 or not all(abs(part) < 1e9 for part in point):
-        raise PicaError(f"{option} {text!r} is not three numbers X,Y,Z in metres")
-    return point
 
 
 def save(frame: "Frame", output: Path, aovs: list[str] | None) -> list[Path]:

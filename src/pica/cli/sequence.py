@@ -13,6 +13,7 @@ import numpy as np
 
 from pica.cli import options
 from pica.cli.report import progress
+from pica.cli.view import find_animation
 from pica.errors import PicaError
 
 if TYPE_CHECKING:
@@ -171,9 +172,3 @@ class Sequence:
 
             write_video(self.output, pictures(), self.fps)
         shutil.rmtree(self._folder)
-
-
-def find_animation(scene: "Scene", text: str | None) -> int | str | None:
-    """What Scene.animate calls the animation that `text` names or numbers."""
-    names = {animation.name for animation in scene.animations}
-    return int(text) if text is not None and text.isdecimal() and text not in names else text

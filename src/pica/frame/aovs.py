@@ -1,61 +1,100 @@
 """The G-buffer as arrays for people: metres, unit vectors, colours, numbers."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.gpu_scene.scene import GpuScene
+from pica.frame.context import Size
+from pica.frame.effect import Aov
+from pica.gpu_scene.view import SceneView
 from pica.scene.camera import Camera
 
 Array = NDArray[Any]
 
 
-def gbuffer_aovs(
-    textures: Mapping[str, spy.Texture], scene: GpuScene, camera: Camera
-) -> dict[str, Callable[[], Array]]:
-    """Functions that fetch each AOV of a G-buffer; (height, width) or (height, width, channels).
+def gbuffer_aovs(textures: Mapping[str, spy.Texture], scene: SceneView, camera: Camera) -> dict[str, Aov]:
+    """The AOVs of a G-buffer; (height, width) or (height, width, channels).
 
     depth: metres along the view axis, infinity where there is nothing. normal: with normal maps, world space, 0 where
     there is nothing. albedo: base colour. motion: pixels right and down to where the surface was in the previous frame.
     instance: number of the node in the scene's order, from 1; material: number from 1; 0 where there is nothing.
     """
-
-    def fetch(name: str) -> Array:
-        return np.asarray(textures[name].to_numpy())
-
     labels = scene.labels()  # of now: a later frame may have other nodes
 
-    def label(which: int) -> Array:
-        seen = fetch("visibility")[..., 0].astype(np.int64)
-        return np.where(seen > 0, labels[np.maximum(seen - 1, 0), which], 0).astype(np.uint32)
+    def label(which: int) -> Callable[[Array], Array]:
+        def read(visibility: Array) -> Array:
+            seen = visibility[..., 0].astype(np.int64)
+            return np.where(seen > 0, labels[np.maximum(seen - 1, 0), which], 0).astype(np.uint32)
 
-    def depth() -> Array:
-        values = fetch("depth")
+        return read
+
+    def depth(values: Array) -> Array:
         with np.errstate(divide="ignore"):
             if camera.orthographic_height is None:
                 return np.asarray(camera.near / values, np.float32)
         return np.where(values > 0, camera.far - values * (camera.far - camera.near), np.inf).astype(np.float32)
 
+    def of(read: Callable[..., Array], *names: str) -> Aov:
+        return Aov(tuple(textures[name] for name in names), read)
+
     return {
-        "depth": depth,
-        "normal": lambda: _normals(fetch("normals")[..., 1], fetch("visibility")[..., 0] > 0),
-        "geometric_normal": lambda: _normals(fetch("normals")[..., 0], fetch("visibility")[..., 0] > 0),
-        "albedo": lambda: _albedo(fetch("material")),
-        "metallic": lambda: ((fetch("material")[..., 1] >> 16 & 0xFF) / 255).astype(np.float32),
-        "roughness": lambda: ((fetch("material")[..., 2] & 0xFFFF) / 65535).astype(np.float32),
-        "emission": lambda: fetch("emission")[..., :3],
-        "motion": lambda: fetch("motion")[..., :2],
-        "instance": lambda: label(0),
-        "material": lambda: label(1),
+        "depth": of(depth, "depth"),
+        "normal": of(lambda normals, seen: _normals(normals[..., 1], seen[..., 0] > 0), "normals", "visibility"),
+        "geometric_normal": of(
+            lambda normals, seen: _normals(normals[..., 0], seen[..., 0] > 0), "normals", "visibility"
+        ),
+        "albedo": of(_albedo, "material"),
+        "metallic": of(lambda packed: ((packed[..., 1] >> 16 & 0xFF) / 255).astype(np.float32), "material"),
+        "roughness": of(lambda packed: ((packed[..., 2] & 0xFFFF) / 65535).astype(np.float32), "material"),
+        "emission": of(_emission, "emission"),
+        "motion": of(lambda packed: motion_of(packed)[..., :2], "motion"),
+        "instance": of(label(0), "visibility"),
+        "material": of(label(1), "visibility"),
     }
+
+
+def at_size(size: Size, aovs: Mapping[str, Callable[[], Array]]) -> dict[str, Callable[[], Array]]:
+    """The AOVs as pictures of `size`: each pixel has what the nearest sample has, nothing is blended. Motion is in
+    pixels of `size`."""
+
+    def resized(name: str, fetch: Callable[[], Array]) -> Array:
+        array = fetch()
+        width, height = size
+        rows, columns = (
+            (2 * np.arange(wanted) + 1) * there // (2 * wanted)  # the pixel that the centre of each lies in
+            for wanted, there in zip((height, width), array.shape, strict=False)
+        )
+        if name == "motion":
+            array = array * np.array((width / array.shape[1], height / array.shape[0]), np.float32)
+        return array[rows[:, None], columns]
+
+    return {name: partial(resized, name, fetch) for name, fetch in aovs.items()}
 
 
 def _albedo(packed: Array) -> Array:
     channels = np.stack([packed[..., 0] & 0xFFFF, packed[..., 0] >> 16, packed[..., 1] & 0xFFFF], axis=-1)
     return (channels / 65535).astype(np.float32)
+
+
+def _emission(packed: Array) -> Array:
+    """As unpackFloat21x3 in shaders/packing.slang."""
+    low, high = packed[..., 0], packed[..., 1]
+    codes = np.stack([low & 0x1FFFFF, (low >> 21 | high << 11) & 0x1FFFFF, high >> 10 & 0x1FFFFF], axis=-1)
+    values = ((codes << 8) + np.uint32((127 - 25) << 23)).view(np.float32)
+    return np.where(codes > 0, values, np.float32(0))
+
+
+def motion_of(packed: Array) -> Array:
+    """The motion texture (height, width, 2) as float32 (height, width, 3): pixels right and down to where the surface
+    was in the previous frame, and metres that it was farther, NaN where nothing is known of it (frame/motion.slang).
+    """
+    pixels = (packed << 9).view(np.float32)
+    change = ((packed[..., 0] >> 23 | packed[..., 1] >> 23 << 9) << 14).view(np.float32)
+    return np.concatenate([pixels, change[..., None]], axis=-1)
 
 
 def _normals(packed: Array, covered: Array) -> Array:

@@ -2,7 +2,9 @@
 
 import time
 from collections import deque
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.rhi.binding import ParameterBlock
-from pica.rhi.device import Device
+from pica.rhi.device import Device, DeviceRecording
 from pica.rhi.profiler import FRAMES_IN_FLIGHT, Profiler
 from pica.scene.camera import Camera
 
@@ -23,9 +25,11 @@ class FrameContext:
     """What passes need to know of the frame that they work for."""
 
     device: Device
-    encoder: spy.CommandEncoder
-    profiler: Profiler
+    recording: DeviceRecording
     size: Size
+    """At which effects work: the render size, or half of it."""
+    output_size: Size
+    """Of the picture that is shown; antialiasing makes it."""
     index: int
     """Counts frames since the history was dropped; noise depends on it."""
     camera: Camera
@@ -33,27 +37,73 @@ class FrameContext:
     """The constants that shaders read."""
     started: float
     """time.perf_counter() when the frame began."""
-    camera_moved: bool
-    """True in a first frame and whenever the camera differs from the frame before."""
+    changed: bool
+    """Whether the camera or, once it is updated, the scene differs from the frame before; true in a first frame."""
+    half_block: Callable[[], ParameterBlock]
+    """Fills and gives the constants of this frame at half size."""
+    changed_lights: bool = True
+    """Whether what shines does, once the scene is updated."""
+
+    @property
+    def encoder(self) -> spy.CommandEncoder:
+        """What passes record into."""
+        return self.recording.encoder
+
+    @encoder.setter
+    def encoder(self, encoder: spy.CommandEncoder) -> None:
+        self.recording.encoder = encoder
+
+    @property
+    def profiler(self) -> Profiler:
+        """Times the passes."""
+        return self.recording.profiler
 
     @property
     def grid(self) -> tuple[int, int, int]:
-        """One thread a pixel."""
+        """One thread a pixel of `size`."""
         return (*self.size, 1)
+
+    @property
+    def output_grid(self) -> tuple[int, int, int]:
+        """One thread a pixel of `output_size`."""
+        return (*self.output_size, 1)
+
+    @cached_property
+    def _half(self) -> "FrameContext":
+        return replace(self, size=half_size(self.size), block=self.half_block())
+
+    def at_half(self) -> "FrameContext":
+        """This frame at half its width and height, made when first asked for; GBuffer.at_half goes with it.
+
+        One pixel of each 2x2 stands for all four, another in the next frame (frame/half.slang).
+        """
+        return self._half
 
 
 class FrameSequence:
     """Makes one frame after another: numbers them, jitters them, remembers the camera before."""
 
-    def __init__(self, device: Device, size: Size, seed: int) -> None:
-        self._block = device.parameter_block("shaders/frame.slang", "frame")
-        self._device, self._size = device, size
+    def __init__(self, device: Device, output_size: Size, seed: int, upscale: float = 1.0) -> None:
+        """`upscale`: pixels of the output to one of the render size, along each side."""
+        self._block = device.parameter_block("frame/constants.slang", "frame")
+        self._device, self._seed, self._upscale = device, seed, upscale
+        self._half_block: ParameterBlock | None = None
         self._previous: Camera | None = None
+        self._jitter = 0.0, 0.0
         self._index = 0
         self._in_flight: deque[int] = deque()
         self.host_seconds = 0.0
         """What the newest frame took to record and submit."""
-        self._block.bind(size=spy.uint2(*size), seed=seed)
+        self._block.bind(seed=seed)
+        self.resize(output_size)
+
+    def resize(self, output_size: Size) -> None:
+        """Frames of another size, from frame 0."""
+        self.output_size = output_size
+        self.size = render_size(output_size, self._upscale)
+        """At which effects work."""
+        self._block.bind(size=spy.uint2(*self.size), outputSize=spy.uint2(*output_size))
+        self.reset()
 
     def reset(self) -> None:
         """Start again from frame 0."""
@@ -68,28 +118,56 @@ class FrameSequence:
         started = time.perf_counter()
         previous = self._previous or camera
         jitter = (radical_inverse(2, self._index), radical_inverse(3, self._index)) if jittered else (0.0, 0.0)
+        index, size, previous_jitter = self._index, self.size, self._jitter
+        aspect = self.output_size[0] / self.output_size[1]
         self._block.bind(
-            camera=camera_constants(camera, self._size),
-            previousCamera=camera_constants(previous, self._size),
+            camera=camera_constants(camera, size, aspect),
+            previousCamera=camera_constants(previous, size, aspect),
             jitter=spy.float2(*jitter),
-            index=self._index,
+            previousJitter=spy.float2(*previous_jitter),
+            index=index,
         )
         moved = self._previous is None or not same_view(previous, camera)
         self._device.profiler.begin_frame()
         context = FrameContext(
             device=self._device,
-            encoder=self._device.handle.create_command_encoder(),
-            profiler=self._device.profiler,
-            size=self._size,
-            index=self._index,
+            recording=DeviceRecording(self._device.handle.create_command_encoder(), self._device.profiler),
+            size=size,
+            output_size=self.output_size,
+            index=index,
             camera=camera,
             block=self._block,
             started=started,
-            camera_moved=moved,
+            changed=moved,
+            half_block=lambda: self._at_half(camera, previous, size, jitter, previous_jitter, index),
         )
-        self._previous = camera
+        self._previous, self._jitter = camera, jitter
         self._index += 1
         return context
+
+    def _at_half(
+        self,
+        camera: Camera,
+        previous: Camera,
+        size: Size,
+        jitter: tuple[float, float],
+        previous_jitter: tuple[float, float],
+        index: int,
+    ) -> ParameterBlock:
+        if self._half_block is None:
+            self._half_block = self._device.parameter_block("frame/constants.slang", "frame")
+        aspect = self.output_size[0] / self.output_size[1]
+        self._half_block.bind(
+            camera=camera_constants(camera, size, aspect, 2),
+            previousCamera=camera_constants(previous, size, aspect, 2),
+            jitter=_half_jitter(index, jitter),
+            previousJitter=_half_jitter(index - 1, previous_jitter),
+            size=spy.uint2(*half_size(size)),
+            outputSize=spy.uint2(*self.output_size),
+            index=index,
+            seed=self._seed,
+        )
+        return self._half_block
 
     def end(self, frame: FrameContext) -> None:
         """Hand the frame to the GPU, waiting while too many are under way."""
@@ -111,6 +189,28 @@ def radical_inverse(base: int, index: int) -> float:
     return value if value < 0.5 else value - 1.0
 
 
+def render_size(output: Size, upscale: float) -> Size:
+    """The size to render at for a picture of the size `output`, in whole pixels."""
+    return max(1, round(output[0] / upscale)), max(1, round(output[1] / upscale))
+
+
+def half_size(size: Size) -> Size:
+    """Half of it, rounded up."""
+    return (size[0] + 1) // 2, (size[1] + 1) // 2
+
+
+def representative(index: int) -> tuple[int, int]:
+    """Which pixel of each 2x2, (right, down), stands for all in frame `index` at half size; as in frame/half.slang."""
+    turn = index + (index >> 2)
+    return (turn ^ turn >> 1) & 1, turn & 1
+
+
+def _half_jitter(index: int, jitter: tuple[float, float]) -> spy.float2:
+    """A sample is where the pixel that stands for 2x2 has it: halfway between their corner and their middle is .25."""
+    x, y = ((offset + shift - 0.5) / 2 for offset, shift in zip(representative(index), jitter, strict=True))
+    return spy.float2(x, y)
+
+
 def same_view(a: Camera, b: Camera) -> bool:
     """Whether two cameras show the same."""
     return a is b or (
@@ -120,9 +220,15 @@ def same_view(a: Camera, b: Camera) -> bool:
     )
 
 
-def camera_constants(camera: Camera, size: Size) -> dict[str, Any]:
-    """The fields of shaders/camera.slang."""
+def camera_constants(camera: Camera, size: Size, aspect: float | None = None, step: int = 1) -> dict[str, Any]:
+    """The fields of shaders/camera.slang for a picture of `size`, or one whose pixels are `step` of its pixels wide.
+
+    `aspect`: width over height of what the camera shows; None for that of `size`, which rounding may have changed.
+    Where that does not divide the size, the last pixels of the other lie partly beyond the picture.
+    """
     width, height = size
+    # How much farther than this picture the other one reaches, to the right and down.
+    across, down = (-(-length // step) * step / length for length in size)
     orthographic = camera.orthographic_height is not None
     half = camera.orthographic_height / 2 if camera.orthographic_height else np.tan(camera.vertical_fov / 2)
     axes = camera.transform[:3, :3]
@@ -131,10 +237,11 @@ def camera_constants(camera: Camera, size: Size) -> dict[str, Any]:
         "nearPlane": camera.near,
         "forward": _float3(-axes[:, 2]),
         "farPlane": camera.far,
-        "right": _float3(axes[:, 0] * half * width / height),
+        "right": _float3(axes[:, 0] * half * (aspect or width / height) * across),
         "orthographic": int(orthographic),
-        "up": _float3(axes[:, 1] * half),
-        "pixelSize": float(2 * half / height),
+        "up": _float3(axes[:, 1] * half * down),
+        "pixelSize": float(2 * half / height * step),
+        "shift": spy.float2(1 - 1 / across, 1 / down - 1),
     }
 
 

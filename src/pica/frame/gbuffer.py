@@ -2,7 +2,7 @@
 
 import slangpy as spy
 
-from pica.frame.context import Size
+from pica.frame.context import FrameContext, Size, half_size
 from pica.rhi.device import Device
 
 _FORMATS = {
@@ -10,8 +10,8 @@ _FORMATS = {
     "depth": spy.Format.r32_float,
     "normals": spy.Format.rg32_uint,
     "material": spy.Format.rgba32_uint,
-    "emission": spy.Format.rgba32_float,
-    "motion": spy.Format.rgba32_float,
+    "emission": spy.Format.rg32_uint,
+    "motion": spy.Format.rg32_uint,
 }
 _REMEMBERED = ("visibility", "depth", "normals")
 
@@ -26,13 +26,53 @@ class GBuffer:
             more = spy.TextureUsage.render_target if name == "visibility" else spy.TextureUsage.none
             return device.texture(name, _FORMATS[name], size, usage | more)
 
+        self._device, self._size = device, size
+        self._turns = 0
+        self._half: _HalfGBuffer | None = None
         self.textures = {name: make(name) for name in _FORMATS}
         self._previous = {name: make(name) for name in _REMEMBERED}
         self.block = device.parameter_block("frame/gbuffer.slang", "gbuffer")
 
+    def give_back(self) -> None:
+        """Nobody needs these textures any more."""
+        self._device.give_back(*self.textures.values(), *self._previous.values())
+        if self._half is not None:
+            self._half.buffer.give_back()
+
     def turn(self) -> None:
         """Begin a frame: what was written so far is the previous frame's."""
+        self._turns += 1
         for name in _REMEMBERED:
             self.textures[name], self._previous[name] = self._previous[name], self.textures[name]
         previous = {f"previous{name.capitalize()}": texture for name, texture in self._previous.items()}
         self.block.bind(**self.textures, **previous)
+
+    def at_half(self, frame: FrameContext) -> "GBuffer":
+        """The same for `frame.at_half()`; made once a frame, where it is asked for, and then takes a quarter more."""
+        self._half = self._half or _HalfGBuffer(self._device, half_size(self._size))
+        return self._half(frame.at_half(), self, self._turns)
+
+    def forget(self, frame: FrameContext) -> None:
+        """Keep nothing of the previous frame: no shape of now is found in it."""
+        frame.encoder.clear_texture_uint(self._previous["visibility"])
+
+
+class _HalfGBuffer:
+    """Another G-buffer, filled with one pixel of each 2x2 of the full one (frame/half_gbuffer.slang)."""
+
+    def __init__(self, device: Device, size: Size) -> None:
+        self.buffer = GBuffer(device, size)
+        self._pass = device.compute("frame/half_gbuffer.slang")
+        self._filled = 0
+
+    def __call__(self, frame: FrameContext, full: GBuffer, turn: int) -> GBuffer:
+        """`frame`: at half size; `turn`: the number of the frame."""
+        if self._filled == turn:
+            return self.buffer
+        self.buffer.turn()
+        if self._filled != turn - 1:
+            self.buffer.forget(frame)
+        self._filled = turn
+        textures = {f"half{name.capitalize()}": texture for name, texture in self.buffer.textures.items()}
+        self._pass(frame, frame.grid, frame=frame, gbuffer=full, **textures)
+        return self.buffer

@@ -1,11 +1,8 @@
 """Pictures that outlive the frame which made them."""
 
 from collections.abc import Mapping
-from typing import Any
 
-import numpy as np
 import slangpy as spy
-from numpy.typing import NDArray
 
 from pica.errors import PicaError
 from pica.frame.context import Size
@@ -50,8 +47,3 @@ def copies(device: Device, textures: Mapping[str, spy.Texture]) -> dict[str, spy
             )
     device.handle.submit_command_buffer(encoder.finish())
     return kept
-
-
-def rgb(texture: spy.Texture) -> NDArray[Any]:
-    """The first three channels, (height, width, 3)."""
-    return np.ascontiguousarray(texture.to_numpy()[..., :3])

@@ -1,6 +1,5 @@
 """What the raster path draws: one list of indirect draws per kind of section."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -8,8 +7,10 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.gpu_scene.primitives import BOX_INDICES
+from pica.gpu_scene.primitive_buffers import BOX_INDICES
 from pica.rhi.device import Device
+from pica.rhi.passes import Recording
+from pica.rhi.tables import HostTable
 from pica.scene.material import AlphaMode
 from pica.scene.model import Section
 from pica.scene.primitives import Primitives
@@ -59,74 +60,134 @@ class DrawKind:
 
 @dataclass(frozen=True)
 class DrawList:
-    """The draws of one kind, as indirect arguments."""
+    """The draws of one kind, as indirect arguments; some may be of no instances."""
 
     kind: DrawKind
     count: int
     arguments: spy.Buffer
 
 
-@dataclass
-class SectionDraws:
-    """Per placed section: (n,) each."""
-
-    record: NDArray[np.int64]
-    first_index: NDArray[np.uint32]
-    index_count: NDArray[np.uint32]
-    instances: NDArray[np.uint32]
-    """Of boxes; 1 for triangles."""
-    boxes: NDArray[np.bool_]
-    """Whether boxes are drawn, with primitives in them, in place of triangles."""
-    opaque: NDArray[np.bool_]
-    double_sided: NDArray[np.bool_]
-    mirrored: NDArray[np.bool_]
+# What of a section decides about its draws.
+DRAWN_SECTION = np.dtype(
+    [("index_count", "u4"), ("instances", "u4"), ("boxes", "?"), ("opaque", "?"), ("double_sided", "?")]
+)
+NOT_DRAWN = -1
+_KINDS = [DrawKind(opaque, facing) for opaque in (True, False) for facing in Facing]
+"""Opaque ones first, so that they hide what is costlier to shade."""
 
 
-def draw_lists(device: Device, sections: SectionDraws) -> list[DrawList]:
-    """Opaque ones first, so that they hide what is costlier to shade."""
-    arguments = np.zeros(len(sections.first_index), _ARGUMENTS)
-    arguments["index_count"] = sections.index_count
-    arguments["instances"] = sections.instances
-    arguments["first_index"] = sections.first_index
-    arguments["record"] = sections.record
-    selections = {
-        Facing.BOTH: ~sections.boxes & sections.double_sided,
-        Facing.FRONT: ~sections.boxes & ~sections.double_sided & ~sections.mirrored,
-        Facing.FRONT_MIRRORED: ~sections.boxes & ~sections.double_sided & sections.mirrored,
-        Facing.BOXES: sections.boxes & ~sections.mirrored,
-        Facing.BOXES_MIRRORED: sections.boxes & sections.mirrored,
-    }
-    lists = []
-    for opaque in (True, False):
-        for facing, selected in selections.items():
-            chosen = arguments[selected & (sections.opaque == opaque)]
-            if len(chosen):
-                usage = spy.BufferUsage.indirect_argument | spy.BufferUsage.shader_resource
-                buffer = device.buffer("draws", data=chosen.view(np.uint8), usage=usage)
-                lists.append(DrawList(DrawKind(opaque, facing), len(chosen), buffer))
-    return lists
+class DrawLists:
+    """The draws of some records, each in the list of its kind. Costs what came, went or became of another kind.
+
+    A draw that goes leaves a hole in its list, a draw of nothing, until another takes its place.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._lists: dict[int, _Draws] = {}
+        self._kinds = np.full(1, NOT_DRAWN, np.int8)
+        self._rows = np.zeros(1, np.int64)
+        self._touched = np.zeros(1, bool)
+        self._quiet = True
+        """Nothing has been touched since the last `take_touched`."""
+
+    def touch(self, records: NDArray[np.int64]) -> None:
+        """These may have come, gone or become of another kind."""
+        count = int(records.max(initial=-1)) + 1
+        if count > len(self._kinds):
+            more = max(count, 2 * len(self._kinds)) - len(self._kinds)
+            self._kinds = np.append(self._kinds, np.full(more, NOT_DRAWN, np.int8))
+            self._rows = np.append(self._rows, np.zeros(more, np.int64))
+            self._touched = np.append(self._touched, np.zeros(more, bool))
+        self._touched[records] = True
+        self._quiet = False
+
+    def take_touched(self) -> NDArray[np.int64]:
+        """The records that were touched, for `put`."""
+        if self._quiet:
+            return np.zeros(0, np.int64)
+        touched, self._quiet = np.flatnonzero(self._touched), True
+        self._touched[touched] = False
+        return touched
+
+    def put(self, records: NDArray[np.int64], kinds: NDArray[np.int8], arguments: NDArray[np.void]) -> None:
+        """List records (n,) by their kinds, as from `kinds_of`, with the arguments of their draws."""
+        before = self._kinds[records]
+        for kind in np.unique(before[before != NOT_DRAWN]).tolist():
+            self._lists[kind].drop(self._rows[records[before == kind]])
+        for kind in np.unique(kinds[kinds != NOT_DRAWN]).tolist():
+            if kind not in self._lists:
+                self._lists[kind] = _Draws(self._device)
+            chosen = kinds == kind
+            self._rows[records[chosen]] = self._lists[kind].take(arguments[chosen])
+        self._kinds[records] = kinds
+
+    def lists(self, recording: Recording) -> list[DrawList]:
+        """Those that are not empty, opaque ones first; records the upload of what changed."""
+        found = []
+        for kind, draws in sorted(self._lists.items()):
+            draws.table.flush(recording)
+            if draws.used:
+                found.append(DrawList(_KINDS[kind], draws.end, draws.table.buffer))
+        return found
 
 
-def section_draws(
-    records: NDArray[np.int64],
-    rows: NDArray[np.void],
-    sections: Sequence[Section | Primitives],
-    mirrored: NDArray[np.bool_],
-    first_box_index: int,
-) -> SectionDraws:
-    """What raster needs to know of these records: their numbers, RECORD rows and sections, and which are mirrored."""
-    materials = [section.material for section in sections]
-    boxes = rows["shape"] > 0
-    return SectionDraws(
-        record=records,
-        first_index=np.where(boxes, first_box_index, rows["first_index"]),
-        index_count=np.array([BOX_INDICES.size if isinstance(s, Primitives) else s.indices.size for s in sections]),
-        instances=np.array([len(s) if isinstance(s, Primitives) else 1 for s in sections], np.uint32),
-        boxes=boxes,
-        opaque=np.array([m.alpha_mode is AlphaMode.OPAQUE for m in materials], bool),
-        double_sided=np.array([m.double_sided for m in materials], bool),
-        mirrored=mirrored,
-    )
+class _Draws:
+    """One list: rows of arguments, and which of them are holes."""
+
+    def __init__(self, device: Device) -> None:
+        usage = spy.BufferUsage.indirect_argument | spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
+        self.table = HostTable(device, "draws", _ARGUMENTS, usage)
+        self.end = self.used = 0
+        """How many rows there are with the holes, and without them."""
+        self._holes: list[int] = []
+
+    def take(self, arguments: NDArray[np.void]) -> NDArray[np.int64]:
+        """The rows that these arguments take."""
+        again = max(len(self._holes) - len(arguments), 0)
+        holes, self._holes = self._holes[again:], self._holes[:again]
+        end = self.end + len(arguments) - len(holes)
+        rows = np.append(np.array(holes, np.int64), np.arange(self.end, end))
+        self.table.reserve(end)
+        self.table.rows[rows] = arguments
+        self.table.touch(rows)
+        self.end, self.used = end, self.used + len(arguments)
+        return rows
+
+    def drop(self, rows: NDArray[np.int64]) -> None:
+        """Leave holes."""
+        self.table.rows[rows] = 0
+        self.table.touch(rows)
+        self._holes += rows.tolist()
+        self.used -= len(rows)
+
+
+def drawn_section(section: Section | Primitives) -> tuple[int, int, bool, bool, bool]:
+    """A row of DRAWN_SECTION."""
+    boxes = isinstance(section, Primitives)
+    indices = BOX_INDICES.size if isinstance(section, Primitives) else section.indices.size
+    instances = len(section) if isinstance(section, Primitives) else 1
+    material = section.material
+    return indices, instances, boxes, material.alpha_mode is AlphaMode.OPAQUE, material.double_sided
+
+
+def kinds_of(sections: NDArray[np.void], mirrored: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """(n,) numbers of the kinds of DRAWN_SECTION rows, of which some are mirrored."""
+    turned = mirrored.astype(np.int8)
+    facing = np.where(sections["boxes"], 3 + turned, np.where(sections["double_sided"], 0, 1 + turned))
+    return (facing + np.where(sections["opaque"], 0, len(Facing))).astype(np.int8)
+
+
+def draw_arguments(
+    records: NDArray[np.int64], rows: NDArray[np.void], sections: NDArray[np.void], first_box_index: int
+) -> NDArray[np.void]:
+    """(n,) arguments of the draws of records, with their RECORD and DRAWN_SECTION rows."""
+    arguments = np.zeros(len(records), _ARGUMENTS)
+    arguments["index_count"] = sections["index_count"]
+    arguments["instances"] = sections["instances"]
+    arguments["first_index"] = np.where(sections["boxes"], first_box_index, rows["first_index"])
+    arguments["record"] = records
+    return arguments
 
 
 def is_mirrored(transforms: NDArray[np.float32]) -> NDArray[np.bool_]:

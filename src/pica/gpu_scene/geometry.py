@@ -7,17 +7,17 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.errors import SceneError
 from pica.gpu_scene.bounds import object_box
-from pica.gpu_scene.primitives import BOX_INDICES, PlacedPrimitives, PrimitiveBuffers
+from pica.gpu_scene.primitive_buffers import BOX_INDICES, PlacedPrimitives, PrimitiveBuffers
 from pica.rhi.acceleration import ObjectFlags, RtGeometry, RtSection, build_compact
 from pica.rhi.device import Device
-from pica.rhi.tables import DeviceTable
+from pica.rhi.tables import DeviceTable, Runs
 from pica.scene.material import AlphaMode
-from pica.scene.model import Mesh, Node, Section
+from pica.scene.model import Mesh, Section
 
-# shaders/scene_types.slang
+# gpu_scene/scene_types.slang
 NOT_DEFORMED = 0xFFFFFFFF
+OF_VIEW = 0x80000000
 VERTEX = np.dtype([("normal", "u4"), ("tangent", "u4"), ("uv0", "f4", 2), ("uv1", "f4", 2), ("color", "u2", 4)])
 
 
@@ -29,7 +29,7 @@ class PlacedSection:
     first_vertex: int
     first_index: int
     first_previous: int = NOT_DEFORMED
-    """Of its vertices among the previous positions."""
+    """Of its vertices among each view's previous positions; with the bit OF_VIEW among one view's own."""
     box: tuple[NDArray[np.float32], NDArray[np.float32]] = (np.zeros(3, np.float32), np.zeros(3, np.float32))
     """Centre and corner from there, object space, of the box round its vertices as they are without deformation."""
 
@@ -45,16 +45,18 @@ class MeshPart:
     """A material type or, for primitives, "shape/type": entries of a MaterialTypeSet."""
 
 
-@dataclass
+@dataclass(eq=False)
 class GpuMesh:
     """A mesh on the GPU: its sections and then its primitives in the order of their records, its parts, its users."""
 
     mesh: Mesh
+    previous: Runs | None
+    """Where its vertices have numbers for their previous positions; None: it does not deform."""
     sections: list[PlacedSection]
     primitives: list[PlacedPrimitives]
     parts: list[MeshPart]
     users: int = 0
-    """How many nodes show it."""
+    """How many show it: nodes for all views, and nodes for one view each."""
 
     @property
     def placed(self) -> list[PlacedSection | PlacedPrimitives]:
@@ -65,23 +67,23 @@ class GpuMesh:
 class GeometryBuffers:
     """Vertices and indices of every mesh. Indices count from their section's first vertex.
 
-    Nodes that show the same mesh share it; a node that deforms its mesh has vertices and structures of its own.
+    Whoever shows the same mesh shares it; what deforms has vertices and structures of its own. Where those were in the
+    frame before is for each view to know (previous_shapes.py).
     """
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        read_write = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
-        built_from = read_write | spy.BufferUsage.acceleration_structure_build_input
-        self._positions = DeviceTable(device, "positions", 12, built_from)
-        self._vertices = DeviceTable(device, "vertices", VERTEX.itemsize, read_write)
-        self._indices = DeviceTable(device, "indices", 4, built_from | spy.BufferUsage.index_buffer)
-        self._previous = DeviceTable(device, "previous positions", 12, read_write)
+        self._positions = DeviceTable(device, "positions", 12, device.built_from)
+        self._vertices = DeviceTable(device, "vertices", VERTEX.itemsize)
+        self._indices = DeviceTable(device, "indices", 4, device.built_from | spy.BufferUsage.index_buffer)
+        self.previous = Runs()
+        """Numbers of previous positions that mean the same in all views."""
         self.primitives = PrimitiveBuffers(device)
         self.first_box_index = 0
         """Of BOX_INDICES among the indices, where there are primitives."""
         self._has_box_indices = False
         self._meshes: dict[int, GpuMesh] = {}
-        self._shown: dict[Node, int] = {}  # a node may show another mesh by the time that this one is released
+        """Those that do not deform, by their Mesh."""
         self._unbuilt: list[RtGeometry] = []
 
     @property
@@ -99,42 +101,39 @@ class GeometryBuffers:
         """uint32."""
         return self._indices.buffer
 
-    @property
-    def previous_positions(self) -> spy.Buffer:
-        """float32 (vertices of deforming meshes, 3), where they were in the frame before."""
-        return self._previous.buffer
+    def acquire(self, encoder: spy.CommandEncoder, mesh: Mesh, previous: Runs | None = None) -> GpuMesh:
+        """A mesh that somebody shows from now on; recorded for upload unless somebody shows the same one already.
 
-    def mesh(self, node: Node) -> GpuMesh:
-        """The mesh that a node shows, after `acquire`."""
-        return self._meshes[self._shown[node]]
+        `previous`: for one that deforms, what numbers its previous positions: `self.previous`, or one view's own.
+        """
+        found = self._meshes.get(id(mesh)) if previous is None else None
+        if found is None:
+            found = self._upload(encoder, mesh, previous)
+            if previous is None:
+                self._meshes[id(mesh)] = found
+        found.users += 1
+        return found
 
-    def acquire(self, encoder: spy.CommandEncoder, node: Node) -> GpuMesh:
-        """The mesh of a node that comes; recorded for upload when nobody else shows it."""
-        key = self._shown[node] = _key(node)
-        if key not in self._meshes:
-            self._meshes[key] = self._upload(encoder, node)
-        self._meshes[key].users += 1
-        return self._meshes[key]
-
-    def release(self, node: Node) -> None:
-        """The node goes, and with its last node the mesh."""
-        key = self._shown.pop(node)
-        mesh = self._meshes[key]
+    def release(self, mesh: GpuMesh) -> None:
+        """Somebody shows it no more; it goes with the last."""
         mesh.users -= 1
         if mesh.users:
             return
-        del self._meshes[key]
+        if mesh.previous is None:
+            del self._meshes[id(mesh.mesh)]
         for placed in mesh.sections:
             count = len(placed.section.positions)
             self._positions.give_back(placed.first_vertex, count)
             self._vertices.give_back(placed.first_vertex, count)
             self._indices.give_back(placed.first_index, placed.section.indices.size)
-            if placed.first_previous != NOT_DEFORMED:
-                self._previous.give_back(placed.first_previous, count)
+            if mesh.previous is not None:
+                mesh.previous.give_back(placed.first_previous & ~OF_VIEW, count)
         for primitives in mesh.primitives:
             self.primitives.give_back(primitives)
         for part in mesh.parts:
             part.geometry.forget()
+        gone = {part.geometry for part in mesh.parts}
+        self._unbuilt = [geometry for geometry in self._unbuilt if geometry not in gone]
 
     def build(self, encoder: spy.CommandEncoder) -> None:
         """Record the builds of the structures that are new and do not deform."""
@@ -152,29 +151,28 @@ class GeometryBuffers:
     def _corners(self, boxes: bool) -> spy.Buffer:
         return self.primitives.boxes if boxes else self.positions
 
-    def _upload(self, encoder: spy.CommandEncoder, node: Node) -> GpuMesh:
-        assert node.mesh is not None
-        placed = []
-        for section in _ordered(node.mesh):
-            first_vertex = self._positions.take(encoder, section.positions)
-            assert self._vertices.take(encoder, _packed(section)) == first_vertex  # taken and given back alike
-            first_index = self._indices.take(encoder, section.indices)
-            previous = self._previous.take(encoder, section.positions) if node.deforms else NOT_DEFORMED
-            box = object_box(section.positions)
-            placed.append(PlacedSection(section, first_vertex, first_index, previous, box))
-        primitives, parts = self._upload_primitives(encoder, node, len(placed))
-        mesh = GpuMesh(node.mesh, placed, primitives, [*self._parts(placed, node.deforms), *parts])
-        if not node.deforms:
-            self._unbuilt.extend(part.geometry for part in mesh.parts)
-        return mesh
+    def _upload(self, encoder: spy.CommandEncoder, mesh: Mesh, previous: Runs | None) -> GpuMesh:
+        placed = [self._upload_section(encoder, section, previous) for section in _ordered(mesh)]
+        primitives, parts = self._upload_primitives(encoder, mesh, len(placed))
+        made = GpuMesh(mesh, previous, placed, primitives, [*self._parts(placed, previous is not None), *parts])
+        if previous is None:
+            self._unbuilt.extend(part.geometry for part in made.parts)
+        return made
+
+    def _upload_section(self, encoder: spy.CommandEncoder, section: Section, previous: Runs | None) -> PlacedSection:
+        first_vertex = self._positions.take(encoder, section.positions)
+        assert self._vertices.take(encoder, _packed(section)) == first_vertex  # taken and given back alike
+        first_index = self._indices.take(encoder, section.indices)
+        first_previous = NOT_DEFORMED
+        if previous is not None:
+            of_view = 0 if previous is self.previous else OF_VIEW
+            first_previous = previous.take(len(section.positions)) | of_view
+        return PlacedSection(section, first_vertex, first_index, first_previous, object_box(section.positions))
 
     def _upload_primitives(
-        self, encoder: spy.CommandEncoder, node: Node, first_section: int
+        self, encoder: spy.CommandEncoder, mesh: Mesh, first_section: int
     ) -> tuple[list[PlacedPrimitives], list[MeshPart]]:
-        assert node.mesh is not None
-        filled = [primitives for primitives in node.mesh.primitives if len(primitives)]
-        if filled and node.deforms:
-            raise SceneError(f"node {node.name!r}: its mesh has primitives, which cannot be skinned or morphed")
+        filled = [primitives for primitives in mesh.primitives if len(primitives)]
         if filled and not self._has_box_indices:
             self.first_box_index, self._has_box_indices = self._indices.take(encoder, BOX_INDICES), True
         placed = [self.primitives.upload(encoder, primitives) for primitives in filled]
@@ -204,10 +202,6 @@ class GeometryBuffers:
             geometry = RtGeometry(self._device, rt_sections, deforms)
             parts.append(MeshPart(geometry, sections.index(run[0]), flags, material_type))
         return parts
-
-
-def _key(node: Node) -> int:
-    return id(node) if node.deforms else id(node.mesh)
 
 
 def _ordered(mesh: Mesh) -> list[Section]:

@@ -8,15 +8,16 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.programs.library import programs
+from pica.programs.material_types import MAX_PARAMETERS, STANDARD_ONLY, MaterialTypeSet, ShapeOn, TypeEntry, plain
+from pica.programs.shape_types import shapes_of
 from pica.rhi.device import Device
-from pica.rhi.material_types import MAX_PARAMETERS, STANDARD_ONLY, MaterialTypeSet, ShapeOn, TypeEntry, plain
-from pica.rhi.shape_types import shapes_of
 from pica.rhi.tables import HostTable
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
-from pica.scene.material_types import MaterialSource, material_source
-from pica.scene.shape_types import shape_source
+from pica.scene.material_registry import MaterialSource, material_source
+from pica.scene.shape_registry import shape_source
 
-# shaders/scene_types.slang: TextureSlot and Material
+# gpu_scene/scene_types.slang: TextureSlot and Material
 SLOT = np.dtype([("texture", "u8"), ("sampler", "u8"), ("transform", "f4", (2, 3)), ("uv_set", "u4"), ("texels", "f4")])
 _SLOTS = (
     "base_color",
@@ -86,7 +87,7 @@ class MaterialTable:
     def types(self) -> MaterialTypeSet:
         """The material types that programs must know; a type's place is its number in shaders and its hit group.
 
-        Among them what primitives have for hit groups (rhi/shape_types.py)."""
+        Among them what primitives have for hit groups (programs/shape_types.py)."""
         return self._types or STANDARD_ONLY
 
     @property
@@ -131,8 +132,9 @@ class MaterialTable:
         fit the new one.
         """
         replaced = {known.name: known for known in plain(types).values() if known not in self._types}
+        compiled = programs(self._device).material_types
         packed = {
-            row: self._device.material_types[replaced[material.type]].packed(material.name, material.parameters)
+            row: compiled[replaced[material.type]].packed(material.name, material.parameters)
             for row, material in self._materials.values()
             if material.type in replaced
         }
@@ -196,7 +198,7 @@ class MaterialTable:
         if source is None:
             source = material_source(material.type)
             self._types = self.types_with([source])
-        packed["parameters"] = self._device.material_types[source].packed(material.name, material.parameters)
+        packed["parameters"] = programs(self._device).material_types[source].packed(material.name, material.parameters)
         packed["type"] = self.type_number(material.type)
         for slot in _SLOTS:
             texture: Texture | None = getattr(material, f"{slot}_texture")

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.model import Node, Section
-from pica.scene.primitives import Primitives
+from pica.gpu_scene.geometry import GpuMesh
+from pica.scene.model import Node
 
-# shaders/scene_types.slang: SectionRecord and Instance
+# gpu_scene/scene_types.slang: SectionRecord and Instance
 RECORD = np.dtype(
     [
         (name, "u4")
@@ -16,28 +16,21 @@ RECORD = np.dtype(
     ]
     + [("center", "f4", 3), ("extent", "f4", 3)]
 )
-INSTANCE = np.dtype(
-    [
-        ("to_world", "f4", (3, 4)),
-        ("previous_to_world", "f4", (3, 4)),
-        ("node", "u4"),
-        ("first_record", "u4"),
-        ("mask_and_channels", "u4"),
-    ]
-)
+INSTANCE = np.dtype([("to_world", "f4", (3, 4)), ("node", "u4"), ("mask_and_channels", "u4")])
 NOT_EMISSIVE = 0xFFFFFFFF
 
 
-@dataclass
+@dataclass(eq=False)
 class Placement:
-    """Which instances, records and objects belong to a node that shows a mesh."""
+    """Which instances belong to a node that shows a mesh, and which records and objects show it in all views."""
 
     instances: range
-    records: range
-    objects: range
-    sections: list[Section | Primitives]
     identities: NDArray[np.int64] | None
     """Of the instances as they were last placed."""
+    mesh: GpuMesh | None = None
+    """None: each view shows it in its own way (view_geometry.py)."""
+    records: range = range(0)
+    objects: range = range(0)
 
     def have_come(self, node: Node) -> NDArray[np.bool_]:
         """(instances,) which of them show something else than before; asking again gives none."""

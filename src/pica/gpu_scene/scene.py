@@ -1,259 +1,256 @@
-"""A scene's copy on the GPU: built once, then told what moved."""
+"""A scene's copy on a device: made once, shared by all views, and told what moved."""
 
-from functools import cached_property
-from weakref import WeakKeyDictionary
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary, WeakSet, WeakValueDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pica.gpu_scene.arrivals import Arrivals
-from pica.gpu_scene.bounds import joined, world_box
-from pica.gpu_scene.deformation import Deformation
-from pica.gpu_scene.draws import DrawList, draw_lists, is_mirrored, section_draws
-from pica.gpu_scene.environment import environment_map
+from pica.errors import SceneError, SettingsError
+from pica.gpu_scene.bounds import joined, object_box, world_box
+from pica.gpu_scene.deformation.deformation import Deformation, check_deformer, deform_all, deformation_of
+from pica.gpu_scene.draws import is_mirrored
 from pica.gpu_scene.geometry import GeometryBuffers
-from pica.gpu_scene.lights import EmissiveSection, LightTable
-from pica.gpu_scene.masks import SEEN_BY_CAMERA, SEEN_BY_SURFACES, instance_mask, is_masked, mask_and_channels
+from pica.gpu_scene.lights.emissive_triangles import EmissiveTriangles
+from pica.gpu_scene.lights.environment_map import environment_map
+from pica.gpu_scene.lights.light_table import LightTable
+from pica.gpu_scene.lights.placed_lights import PlacedLights
+from pica.gpu_scene.masks import instance_mask, is_masked, mask_and_channels
 from pica.gpu_scene.materials import MaterialTable, average_emission
-from pica.gpu_scene.placement import INSTANCE, NOT_EMISSIVE, RECORD, Placement, rows_of_runs
-from pica.rhi.acceleration import RtObject, RtScene
+from pica.gpu_scene.pending_nodes import PendingNodes
+from pica.gpu_scene.placement import INSTANCE, RECORD, Placement, rows_of_runs
+from pica.gpu_scene.record_set import RecordSet
+from pica.rhi.acceleration import RtScene
 from pica.rhi.device import Device
-from pica.rhi.material_types import MaterialTypeSet
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
-from pica.scene.camera import Camera
 from pica.scene.changes import Changes
-from pica.scene.model import Node, Scene, Section
-from pica.scene.primitives import Primitives
+from pica.scene.dynamic_vertices import DynamicVertices
+from pica.scene.model import Node, Scene
+from pica.scene.skin import deformed_positions
+
+if TYPE_CHECKING:
+    from pica.gpu_scene.view import SceneView
+
+_NOTHING = np.zeros(0, np.int64)
 
 
 class GpuScene:
-    """Everything that shaders know of a scene, in one parameter block.
+    """What all views of a scene have in common on a device: geometry, materials, lights, and where things are.
 
-    Nodes that come, go, move or deform cost what they are; those that stand still cost nothing but the top level.
+    Nodes that come, go, move or deform cost what they are; those that stand still cost nothing. Nodes that follow the
+    camera have an instance here, and what shows them is each view's own. It goes with its last view.
     """
 
-    def __init__(self, device: Device, scene: Scene, rebuild_at: float, transparent_shadows: bool = True) -> None:
-        """`rebuild_at`: GeometrySettings.rebuild_at; `transparent_shadows`: ShadowsSettings.transparent."""
-        self.source = scene
-        self._device, self._rebuild_at = device, rebuild_at
-        self._transparent_shadows = transparent_shadows
+    def __init__(self, device: Device, scene: Scene, rebuild_at: float) -> None:
+        """Use GpuScene.of. `rebuild_at`: GeometrySettings.rebuild_at."""
+        self.source, self.rebuild_at = scene, rebuild_at
+        self._device = device
+        self.views: WeakSet[SceneView] = WeakSet()
         self._changes = scene.subscribe()
+        self._due: Changes | None = None
         self.geometry = GeometryBuffers(device)
         self.materials = MaterialTable(device)
-        self._arrivals = Arrivals(device, self.materials)
-        self._due: Changes | None = None
-        self._instances = HostTable(device, "instances", INSTANCE)
-        self._records = HostTable(device, "records", RECORD)
+        self.instance_table = HostTable(device, "instances", INSTANCE)
+        self.record_table = HostTable(device, "records", RECORD)
+        self.records = self.record_set()
         self.rt_scene = RtScene(device)
-        self._deformations: dict[Node, Deformation] = {}
-        self._placements: dict[Node, Placement] = {}
-        self._record_sections: dict[int, Section | Primitives] = {}
+        self._pending_nodes = PendingNodes(device, self.materials)
+        self.placements: dict[Node, Placement] = {}
+        """Of all nodes that are shown."""
+        self.deformations: dict[Node, Deformation] = {}
+        """Of those whose meshes deform for all views alike."""
         self.bounds = scene.bounds()
-        """Lowest and highest corner (3,) of a box round all that has been shown so far: it grows, and never shrinks."""
+        """Lowest and highest corner (3,) of a box round all that has been shown so far: it never shrinks."""
         self.revision = 0
-        """Counts the updates that changed anything but the camera."""
+        """Counts the updates that changed anything."""
+        self.lights_revision = 0
+        """Counts those that changed what shines."""
+        self.lights_made = self.lights_moved = 0
+        """Count how often `lights` was made anew, and how often only its rows were set."""
+        self.placed_lights = PlacedLights()
+        self._lights_for = (0, 0)
         self._masked: set[Node] = set()
         self._numbers: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
         self._node_count = 0
-        self._facing: dict[Node, None] = {}
-        self._just_moved: list[Node] = []
-        self._just_deformed: list[Node] = []
-        self.lights = LightTable(device, scene, [])
-        self.block = device.parameter_block("shaders/scene.slang", "scene")
-        self.block.bind(environment=environment_map(device, scene.environment))
+        self.environment = environment_map(device, scene.environment)
+        self.lights = self.light_table()
         with device.record() as recording:
             for node in scene.nodes():
                 self._add(recording, node)
+                self.placed_lights.follow(node)
         self.geometry.build_compact()
         with device.record() as recording:
-            self._deform_all(recording, list(self._deformations))
-            self._place_objects(list(self._placements))
+            deform_all(recording, list(self.deformations.values()))
+            self._place_objects(list(self.placements))
             self._make_lights()
-            self._flush(recording)
+            self.flush(recording)
+            self.rt_scene.build(recording)
 
-    @property
-    def records(self) -> NDArray[np.void]:
-        """RECORD rows; the G-buffer's ids count them."""
-        return self._records.rows
+    @staticmethod
+    def of(device: Device, scene: Scene, rebuild_at: float) -> "GpuScene":
+        """The copy that the device has of a scene; made where there is none.
 
-    @property
-    def instances(self) -> NDArray[np.void]:
-        """INSTANCE rows, by a record's `instance`."""
-        return self._instances.rows
+        Raises SettingsError when a view that is there already wants another `rebuild_at`, for they share structures.
+        """
+        copies = device.shared(_Copies).by_scene
+        found = copies.get(id(scene))
+        if found is None:
+            found = copies[id(scene)] = GpuScene(device.part(), scene, rebuild_at)
+        elif found.rebuild_at != rebuild_at:
+            found.check_rebuild_at(rebuild_at, None)
+            found.set_rebuild_at(rebuild_at)
+        return found
 
-    @property
-    def material_types(self) -> MaterialTypeSet:
-        """The material types in use; programs that evaluate materials are built for them."""
-        return self.materials.types
+    def check_rebuild_at(self, rebuild_at: float, view: "SceneView | None") -> None:
+        """Raises SettingsError when another view than this one keeps the structures by another `rebuild_at`."""
+        if rebuild_at != self.rebuild_at and any(other is not view for other in self.views):
+            raise SettingsError(
+                f"setting geometry.rebuild_at {rebuild_at:g}: another renderer of scene {self.source.name!r} keeps the "
+                f"structures that they share at {self.rebuild_at:g}; give both the same, or close the other"
+            )
+
+    def set_rebuild_at(self, rebuild_at: float) -> None:
+        """Keep structures by another GeometrySettings.rebuild_at."""
+        self.rebuild_at = rebuild_at
+        for deformation in self.deformations.values():
+            deformation.rebuild_at = rebuild_at
+
+    def record_set(self) -> RecordSet:
+        """Records of the scene's for somebody to fill."""
+        return RecordSet(self._device, self.record_table, self.instance_table, self.geometry, self.materials)
 
     @property
     def pending_programs(self) -> int:
         """How many programs are still to be made for material types on their way."""
-        return self._arrivals.pending
+        return self._pending_nodes.pending
 
     @property
-    def transparent(self) -> bool:
-        """Whether shadow rays go on through some surfaces; otherwise they only ask whether something is there."""
-        return self._transparent_shadows and bool(self.materials.transparent)
+    def masked(self) -> bool:
+        """Whether some light does not reach some mesh, or shadow rays and surface rays differ about one."""
+        return bool(self._masked)
 
-    def labels(self) -> NDArray[np.uint32]:
-        """(records, 2) the node and the material of each record as they are now, both counted from 1."""
-        records = self.records
-        return np.stack([self.instances["node"][records["instance"]], records["material"] + 1], axis=1)
-
-    @cached_property
-    def draws(self) -> list[DrawList]:
-        """What the camera's raster draws; made when first asked for after a change."""
-        every = self._every_record()
-        masks = self.instances["mask_and_channels"][self.records["instance"][every]]
-        return self._drawn(every[masks & SEEN_BY_CAMERA != 0])
-
-    @cached_property
-    def casters(self) -> list[DrawList]:
-        """Triangles that may throw a shadow, whatever their masks: likewise."""
-        every = self._every_record()
-        return self._drawn(every[self.records["shape"][every] == 0])
-
-    def admit(self, wait: bool = True, camera: Camera | None = None) -> None:
-        """Take in what changed, before a frame begins. Without `wait`, nodes of new material types stay out until
-        their programs are made (arrivals.py). What faces the camera is told it first; None leaves it as it was.
+    def admit(self, wait: bool = True) -> None:
+        """Take in what changed, before a frame of some view begins. Without `wait`, nodes of new material types stay
+        out until their programs are made (pending_nodes.py).
 
         Raises MaterialTypeError for a type with a fault; frames can go on without what has it.
         """
-        if camera is not None:
-            for node in (*self._facing, *self._changes.added, *self._arrivals.waiting):
-                if node.faces_camera is not None:
-                    node.faces_camera.face(camera)
         changes = self._changes.take()
-        self._arrivals.forget(changes.removed)
-        self._arrivals.expect(changes.added)
-        if self._due is not None:  # a fault has kept these from their frame
+        self._pending_nodes.forget(changes.removed)
+        self._pending_nodes.expect(changes.added)
+        if self._due is not None:  # a fault has kept these from their frame, or another view's frame has not begun
             changes = self._due.then(changes)
         self._due = changes
         if wait:
-            self._arrivals.finish()
+            self._pending_nodes.finish()
         else:
-            self._arrivals.step()
+            self._pending_nodes.step()
 
-    def update(self, recording: Recording, camera: Camera | None = None) -> bool:
-        """Upload what changed since the last frame and rebuild the top level; True when anything did.
-
-        Takes in what changed, with `camera`, unless `admit` did.
-        What moved or deformed in the frame before is brought up to date once more, as it stands still now.
-        """
+    def update(self, recording: Recording) -> None:
+        """Record the upload of what changed since the last frame of any view. Admits it, unless `admit` did."""
         if self._due is None:
-            self.admit(camera=camera)
+            self.admit()
         assert self._due is not None
         changes, self._due = self._due, None
-        come, switched = self._arrivals.take()
+        self._update(recording, changes)
+
+    def _update(self, recording: Recording, changes: Changes) -> None:
+        come, switched = self._pending_nodes.take()
         for node in changes.removed:
             self._remove(node)
         added = [node for node in come if self._add(recording, node)]
         self.geometry.build(recording.encoder)
-        moved = [node for node in changes.moved if node in self._placements]
-        self._move([node for node in dict.fromkeys((*self._just_moved, *moved)) if node in self._placements])
-        deformed = [node for node in changes.deformed if node in self._deformations]
-        deformed += [node for node in added if node in self._deformations]
-        again = dict.fromkeys((*self._just_deformed, *deformed))
-        self._deform_all(recording, [node for node in again if node in self._deformations])
+        moved = [node for node in changes.moved if node in self.placements]
+        self._move(moved)
+        deformed = self._deform(recording, dict.fromkeys((*changes.deformed, *added)))
         self._place_objects(added)
         masked = [node for node in changes.altered if self._mask(node)]
-        come_or_gone = (*come, *changes.removed, *masked)
-        lights_differ = any(node.light is not None or _shines(node) for node in come_or_gone)
-        lights_differ |= any(self.lights.has(node) != (node.light is not None) for node in changes.altered)
-        lights_moved = any(node.light is not None for node in (*changes.moved, *changes.altered))
+        lights_moved = self._follow_lights(come, changes)
+        lights_differ = self._lights_for != (self.placed_lights.revision, self.records.emissive.revision)
         if lights_differ:
             self._make_lights()
         elif lights_moved:
-            self.lights.update(recording.encoder)
-        drawn = bool(changes.removed or added or moved or masked or lights_differ or lights_moved or switched)
-        if drawn or self._just_moved or again:
-            self._flush(recording)
-        self._just_moved, self._just_deformed = moved, deformed
-        changed = drawn or bool(deformed)
-        self.revision += changed
-        return changed
+            self.lights.update(recording.encoder, self.placed_lights)
+            self.lights_moved += 1
+        if changes.removed or added or moved or masked or lights_differ or lights_moved or switched or deformed:
+            self.revision += 1
+            self.flush(recording)
+        shines = any(_shines(node) for node in (*moved, *deformed))
+        self.lights_revision += lights_differ or lights_moved or shines
+
+    def flush(self, recording: Recording) -> None:
+        """Record the upload of the tables."""
+        for table in (self.instance_table, self.record_table, self.materials.table):
+            table.flush(recording)
 
     def _add(self, recording: Recording, node: Node) -> bool:
         """Upload what a node shows; its objects follow once its structures are recorded. False: it shows nothing."""
         if node not in self._numbers:
             self._node_count += 1
             self._numbers[node] = self._node_count
-        if node.faces_camera is not None:
-            self._facing[node] = None
         if node.mesh is None or not (node.mesh.sections or node.mesh.primitives) or not len(node.instance_transforms()):
             return False
-        mesh = self.geometry.acquire(recording.encoder, node)
+        if node.deforms and any(len(primitives) for primitives in node.mesh.primitives):
+            raise SceneError(f"node {node.name!r}: its mesh has primitives, which cannot be skinned or morphed")
+        check_deformer(node)
         transforms = node.instance_transforms()[:, :3]
-        count, sections = len(transforms), len(mesh.placed)
-        first_instance = self._instances.take(count)
-        first_record = self._records.take(count * sections)
-        first_object = self.rt_scene.slots.take(count * len(mesh.parts))
-        materials = [self.materials.acquire(placed.section.material) for placed in mesh.placed]
-        shapes = [self.materials.shape_number(placed.hit_group) for placed in mesh.primitives]
-        rows = self._instances.rows[first_instance : first_instance + count]
-        rows["to_world"] = rows["previous_to_world"] = transforms
-        rows["node"] = self._numbers[node]
-        rows["first_record"] = first_record + sections * np.arange(count)
+        first = self.instance_table.take(len(transforms))
+        instances = range(first, first + len(transforms))
+        rows = self.instance_table.rows[instances.start : instances.stop]
+        rows["to_world"], rows["node"] = transforms, self._numbers[node]
         rows["mask_and_channels"] = mask_and_channels(node)
-        records = self._records.rows[first_record : first_record + count * sections].reshape(count, sections)
-        records["instance"] = first_instance + np.arange(count)[:, None]
-        records["material"] = materials
-        records["first_emissive"] = NOT_EMISSIVE
-        for name in ("first_index", "first_vertex", "first_previous"):
-            records[name] = [getattr(placed, name) for placed in mesh.placed]
-        records["shape"] = [0] * len(mesh.sections) + shapes
-        boxes = np.array([placed.box for placed in mesh.placed], np.float32).reshape(sections, 2, 3)
-        records["center"], records["extent"] = boxes[:, 0], -boxes[:, 1] if node.deforms else boxes[:, 1]
-        placement = self._placements[node] = Placement(
-            instances=range(first_instance, first_instance + count),
-            records=range(first_record, first_record + count * sections),
-            objects=range(first_object, first_object + count * len(mesh.parts)),
-            sections=[placed.section for placed in mesh.placed],
-            identities=node.identities,
-        )
+        placement = self.placements[node] = Placement(instances, node.identities)
+        if not node.follows_camera:
+            self._show(recording, node, placement)
+        for view in self.views:
+            view.come(node, placement)
         self._note_masked(node)
-        for index, record in enumerate(placement.records):
-            self._record_sections[record] = placement.sections[index % sections]
-        if node.deforms:
-            self._deformations[node] = Deformation(self._device, node, self.geometry, self._rebuild_at)
-        self._forget_draws()
-        self._grow_bounds([placement])
+        self._grow_bounds([node])
         return True
 
+    def _show(self, recording: Recording, node: Node, placement: Placement) -> None:
+        assert node.mesh is not None
+        previous = self.geometry.previous if node.deforms else None
+        mesh = placement.mesh = self.geometry.acquire(recording.encoder, node.mesh, previous)
+        placement.records = self.records.add(mesh, placement.instances)
+        objects = len(placement.instances) * len(mesh.parts)
+        first = self.rt_scene.slots.take(objects)
+        placement.objects = range(first, first + objects)
+        if node.deforms:
+            self.deformations[node] = deformation_of(self._device, node, self.geometry, mesh, self.rebuild_at)
+
     def _remove(self, node: Node) -> None:
-        self._facing.pop(node, None)
-        placement = self._placements.pop(node, None)
+        placement = self.placements.pop(node, None)
         if placement is None:
             return
+        for view in self.views:
+            view.gone(node, placement)
         self._masked.discard(node)
-        self.rt_scene.remove(placement.objects)
-        self._instances.give_back(placement.instances.start, len(placement.instances))
-        self._records.give_back(placement.records.start, len(placement.records))
-        for record in placement.records:
-            del self._record_sections[record]
-        for section in placement.sections:
-            self.materials.release(section.material)
-        if node in self._deformations:
-            self._deformations.pop(node).forget()
-        self.geometry.release(node)
-        self._forget_draws()
+        self.instance_table.give_back(placement.instances.start, len(placement.instances))
+        if placement.mesh is not None:
+            self.rt_scene.remove(placement.objects)
+            self.records.remove(placement.mesh, placement.records)
+            if node in self.deformations:
+                self.deformations.pop(node).forget()
+            self.geometry.release(placement.mesh)
 
     def _mask(self, node: Node) -> bool:
         """Upload who sees a node and its lighting channels; False: they are as they were, or it shows nothing."""
-        placement = self._placements.get(node)
+        placement = self.placements.get(node)
         if placement is None:
             return False
         instances, now = np.array(placement.instances), mask_and_channels(node)
-        before = int(self.instances["mask_and_channels"][instances[0]])
+        rows = self.instance_table.rows["mask_and_channels"]
+        before = int(rows[instances[0]])
         if now == before:
             return False
-        self.instances["mask_and_channels"][instances] = now
-        self._instances.touch(instances)
-        self.rt_scene.mask(placement.objects, instance_mask(node))
-        if (now ^ before) & SEEN_BY_CAMERA:
-            self._forget_draws()
+        rows[instances] = now
+        self.instance_table.touch(instances)
+        if placement.mesh is not None:
+            self.rt_scene.mask(placement.objects, instance_mask(node))
+            self.records.renew(placement.mesh, placement.records)
+        else:
+            self._tell([node])
         self._note_masked(node)
         return True
 
@@ -262,7 +259,7 @@ class GpuScene:
 
     def _move(self, nodes: list[Node]) -> None:
         """All at once: a hundred small NumPy calls cost more than their arithmetic."""
-        placements = [self._placements[node] for node in nodes]
+        placements = [self.placements[node] for node in nodes]
         if not placements:
             return
         now = np.concatenate([node.instance_transforms()[:, :3] for node in nodes]).astype(np.float32)
@@ -270,104 +267,110 @@ class GpuScene:
         parts = np.array([len(p.objects) for p in placements]) // np.maximum(counts, 1)
         instances = rows_of_runs(np.array([p.instances.start for p in placements]), counts)
         objects = rows_of_runs(np.array([p.objects.start for p in placements]), counts * parts)
-        before = self.instances["to_world"][instances]
-        self.instances["previous_to_world"][instances] = before
-        self.instances["to_world"][instances] = now
-        for placement, node in zip(placements, nodes, strict=True):
-            if placement.identities is not None or node.identities is not None:
-                rows = placement.instances.start + np.flatnonzero(placement.have_come(node))
-                self.instances["previous_to_world"][rows] = self.instances["to_world"][rows]
-        self._instances.touch(instances)
-        self._grow_bounds(placements)
-        self.rt_scene.move(objects, np.repeat(now, np.repeat(parts, counts), axis=0))
-        if (is_mirrored(before) != is_mirrored(now)).any():
-            self._forget_draws()
+        to_world = self.instance_table.rows["to_world"]
+        before = to_world[instances]
+        to_world[instances] = now
+        identified = [
+            placement.instances.start + np.flatnonzero(placement.have_come(node))
+            for placement, node in zip(placements, nodes, strict=True)
+            if placement.identities is not None or node.identities is not None
+        ]
+        come = np.concatenate(identified) if identified else _NOTHING
+        for view in self.views:
+            view.places.note(instances, come)
+        self.instance_table.touch(instances)
+        self._grow_bounds(nodes)
+        if len(objects):
+            self.rt_scene.move(objects, np.repeat(now, np.repeat(parts, counts), axis=0))
+        turned = is_mirrored(before) != is_mirrored(now)
+        for index in np.unique(np.repeat(np.arange(len(placements)), counts)[turned]).tolist():
+            placement = placements[index]
+            if placement.mesh is not None:
+                self.records.renew(placement.mesh, placement.records)
+        self._tell(nodes)
 
-    def _grow_bounds(self, placements: list[Placement]) -> None:
+    def _tell(self, nodes: list[Node]) -> None:
+        """Something about these is new; views show those that follow the camera."""
+        followers = [node for node in nodes if self.placements[node].mesh is None]
+        if followers:
+            for view in self.views:
+                view.own.touch(followers)
+
+    def _grow_bounds(self, nodes: list[Node]) -> None:
         """Take in where these are now."""
+        placements = [self.placements[node] for node in nodes]
         starts, counts = np.array([(p.records.start, len(p.records)) for p in placements]).T
-        records = self.records[rows_of_runs(starts, counts)]
-        if not len(records):
-            return
-        box = world_box(self.instances["to_world"][records["instance"]], records["center"], abs(records["extent"]))
-        self.bounds = joined(self.bounds, box)
+        records = self.record_table.rows[rows_of_runs(starts, counts)]
+        to_world = self.instance_table.rows["to_world"]
+        if len(records):
+            box = world_box(to_world[records["instance"]], records["center"], abs(records["extent"]))
+            self.bounds = joined(self.bounds, box)
+        for node, placement in zip(nodes, placements, strict=True):
+            moves_freely = placement.mesh is None or isinstance(node.deformer, DynamicVertices)
+            if moves_freely and node.mesh is not None:
+                placed = to_world[placement.instances.start : placement.instances.stop]
+                for section in node.mesh.sections:
+                    positions = deformed_positions(section, node) if node.deforms else section.positions
+                    center, extent = object_box(positions.astype(np.float32))
+                    box = world_box(placed, np.tile(center, (len(placed), 1)), np.tile(extent, (len(placed), 1)))
+                    self.bounds = joined(self.bounds, box)
 
     def _place_objects(self, nodes: list[Node]) -> None:
         for node in nodes:
-            placement, parts = self._placements[node], self.geometry.mesh(node).parts
-            for index, slot in enumerate(placement.objects):
-                instance = self._instances.rows[placement.instances.start + index // len(parts)]
-                part = parts[index % len(parts)]
-                placed = RtObject(
-                    part.geometry,
-                    int(instance["first_record"]) + part.first_section,
-                    self.materials.type_number(part.hit_group),
-                    part.flags,
-                )
-                self.rt_scene.place(slot, placed, instance["to_world"], instance_mask(node))
+            placement = self.placements[node]
+            if placement.mesh is None:
+                continue
+            objects = self.records.objects(placement.mesh, placement.records)
+            parts, mask = len(placement.mesh.parts), instance_mask(node)
+            for index, (slot, placed) in enumerate(zip(placement.objects, objects, strict=True)):
+                row = self.instance_table.rows[placement.instances.start + index // parts]
+                self.rt_scene.place(slot, placed, row["to_world"], mask)
 
-    def _deform_all(self, recording: Recording, nodes: list[Node]) -> None:
-        """All vertices first, then all structures: one wait between the two, not one a node."""
-        for node in nodes:
-            self._deformations[node](recording)
-        if nodes:
-            recording.profiler.begin(recording.encoder, "bottom level")
-            for node in nodes:
-                self._deformations[node].update_structures(recording)
-            recording.profiler.end(recording.encoder)
+    def _deform(self, recording: Recording, nodes: dict[Node, None]) -> list[Node]:
+        """Write the vertices of those of the nodes that deform, and give these and those that views write."""
+        deformations = [self.deformations[node] for node in nodes if node in self.deformations]
+        for view in self.views:
+            view.positions.before_deforming(recording.encoder, [d.mesh for d in deformations])
+        deform_all(recording, deformations)
+        if deformations:
+            self.rt_scene.changed()
+        set_anew = [n for n in nodes if n in self.placements and isinstance(n.deformer, DynamicVertices)]
+        if set_anew:
+            self._grow_bounds(set_anew)
+        followers = [node for node in nodes if node in self.placements and self.placements[node].mesh is None]
+        self._tell(followers)
+        return [*(node for node in nodes if node in self.deformations), *followers]
 
-    def _forget_draws(self) -> None:
-        for lists in ("draws", "casters"):
-            for draws in self.__dict__.pop(lists, ()):
-                self._device.give_back(draws.arguments)
+    def _follow_lights(self, come: list[Node], changes: Changes) -> bool:
+        """Take the nodes' lights as they are now; False: of those that stay, none has moved or was set."""
+        for node in changes.removed:
+            self.placed_lights.remove(node)
+        for node in come:
+            self.placed_lights.follow(node)
+        stay = [node for node in (*changes.moved, *changes.altered) if self.placed_lights.has(node) or node.light]
+        for node in dict.fromkeys(stay):
+            self.placed_lights.follow(node)
+        return bool(stay)
+
+    def light_table(self, own: EmissiveTriangles | None = None) -> LightTable:
+        """All that shines, with the triangles that shine in one view after those of all views."""
+        triangles = [self.records.emissive] if own is None else [self.records.emissive, own]
+        low, high = self.bounds
+        radius = float(np.linalg.norm(high - low)) / 2
+        return LightTable(self._device, self.placed_lights, triangles, self.source.environment, radius)
 
     def _make_lights(self) -> None:
-        shining = [
-            (
-                EmissiveSection(record, section, instance["to_world"]),
-                bool(instance["mask_and_channels"] & SEEN_BY_SURFACES),
-            )
-            for record, section in self._record_sections.items()
-            if isinstance(section, Section) and average_emission(section.material) > 0
-            for instance in [self.instances[self.records[record]["instance"]]]
-        ]
         self._device.give_back(*self.lights.buffers())
-        self.lights = LightTable(self._device, self.source, [emissive for emissive, seen in shining if seen])
-        for emissive, _ in shining:
-            first = self.lights.first_emissive.get(emissive.record, NOT_EMISSIVE)
-            self._records.rows[emissive.record]["first_emissive"] = first
-            self._records.touch(np.array([emissive.record]))
+        self._lights_for = self.placed_lights.revision, self.records.emissive.revision
+        self.lights = self.light_table()
+        self.lights_made += 1
 
-    def _flush(self, recording: Recording) -> None:
-        """Upload the tables, build the top level, and let the block know where everything is now."""
-        for table in (self._instances, self._records, self.materials.table):
-            table.flush(recording)
-        self.rt_scene.build(recording)
-        self.block.bind(
-            tlas=self.rt_scene.structure,
-            previousTlas=self.rt_scene.previous,
-            positions=self.geometry.positions,
-            previousPositions=self.geometry.previous_positions,
-            vertices=self.geometry.vertices,
-            indices=self.geometry.indices,
-            boxes=self.geometry.primitives.boxes,
-            shapeNumbers=self.geometry.primitives.numbers,
-            records=self._records.buffer,
-            instances=self._instances.buffer,
-            materials=self.materials.table.buffer,
-            masked=int(bool(self._masked) or self.lights.masked),
-            transparent=int(self.transparent),
-            **self.lights.parameters,
-        )
 
-    def _every_record(self) -> NDArray[np.int64]:
-        return np.fromiter(self._record_sections, np.int64, len(self._record_sections))
+class _Copies:
+    """The copies that a device has, by the scene's id: a copy keeps its scene."""
 
-    def _drawn(self, records: NDArray[np.int64]) -> list[DrawList]:
-        sections = [self._record_sections[record] for record in records.tolist()]
-        rows = self.records[records]
-        mirrored = is_mirrored(self.instances["to_world"])[rows["instance"]]
-        return draw_lists(self._device, section_draws(records, rows, sections, mirrored, self.geometry.first_box_index))
+    def __init__(self, device: Device) -> None:
+        self.by_scene: WeakValueDictionary[int, GpuScene] = WeakValueDictionary()
 
 
 def _shines(node: Node) -> bool:

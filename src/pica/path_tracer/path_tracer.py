@@ -7,26 +7,28 @@ import slangpy as spy
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError
-from pica.frame.aovs import gbuffer_aovs
+from pica.frame.closing import Closing
 from pica.frame.context import FrameSequence, Size
-from pica.frame.snapshot import checked_size, copies, rgb
-from pica.gpu_scene.scene import GpuScene
+from pica.frame.effect import Aov, kept
+from pica.frame.snapshot import checked_size
+from pica.gpu_scene.view import SceneView
 from pica.output import Frame
-from pica.rhi.device import Device
-from pica.rhi.schedulers import ray_effect
-from pica.rhi.tracers import choose_tracer
+from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.settings import Settings
+from pica.tracing.fallbacks import check_traces, runnable
+from pica.tracing.ray_effect import ray_effect
+from pica.tracing.tracers import choose_tracer
 
 NO_LIMIT = 0
 
 
-class PathTracer:
+class PathTracer(Closing):
     """Unidirectional path tracing with next-event estimation; box pixel filter, no clamping.
 
     `max_depth` counts path edges: 1 shows emission only, 2 adds direct light, None sets no limit. Other parameters
-    and errors as Renderer's; SettingsError for a depth below 1.
+    and errors as Renderer's; SettingsError for a depth below 1, DeviceError where nothing traces rays.
     """
 
     def __init__(
@@ -40,12 +42,14 @@ class PathTracer:
         if max_depth is not None and max_depth < 1:
             raise SettingsError(f"max_depth {max_depth}: must be 1 or more, or None for no limit")
         self.size = size = checked_size(size)
-        self.settings = settings = settings or Settings()
-        self.device = device = device if isinstance(device, Device) else Device(device)
+        self.device = open_device(device)
+        device = self.device.part()
+        check_traces(device, "path tracing")
+        self.settings = settings = runnable(device, settings or Settings())
         self.scene = scene
         self._max_depth = max_depth or NO_LIMIT
-        self._gpu_scene = GpuScene(device, scene, settings.geometry.rebuild_at, settings.shadows.transparent)
-        tracer = choose_tracer(device, settings.rays, self._gpu_scene)
+        self.view = SceneView(device, scene, settings)
+        tracer = choose_tracer(device, settings.rays, self.view)
         self._frames = FrameSequence(device, size, settings.seed)
         self._sum = device.texture("radiance sum", spy.Format.rgba32_float, size)
         self._mean = device.texture("radiance", spy.Format.rgba32_float, size)
@@ -63,22 +67,24 @@ class PathTracer:
         self, samples: int = 1024, camera: Camera | None = None, progress: Callable[[int, int], None] | None = None
     ) -> Frame:
         """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each."""
+        self.check_open()
         camera = camera or self.scene.default_camera(self.size[0] / self.size[1])
         self._frames.rewind()
         samples = max(samples, 1)
         for done in range(samples):
             frame = self._frames.begin(camera, jittered=False)
-            self._gpu_scene.update(frame, frame.camera)
+            self.view.update(frame, frame.camera)
             if done == 0:
                 frame.encoder.clear_texture_float(self._sum)
-                gbuffer = self._gbuffer(frame, self._gpu_scene)
+                self._gbuffer(frame, self.view)
             self._trace(
                 frame,
                 frame.size,
                 frame=frame,
-                scene=self._gpu_scene,
+                scene=self.view,
                 accumulated=self._sum,
                 maxDepth=self._max_depth,
+                opaqueSecondaryShadows=int(self.settings.rays.opaque_secondary_shadows),
             )
             if done + 1 == samples:
                 self._average(frame, frame.grid, frame=frame, accumulated=self._sum, radiance=self._mean)
@@ -86,10 +92,8 @@ class PathTracer:
             self._frames.end(frame)
             if progress is not None:
                 progress(done + 1, samples)
-        kept = copies(self.device, {**gbuffer.textures, "color": self._mean, "display": display})
-        return Frame(
-            color=lambda: rgb(kept["color"]),
-            display=lambda: rgb(kept["display"]),
-            aovs=gbuffer_aovs(kept, self._gpu_scene, camera),
-            timings=self.device.profiler.flush(),
-        )
+        pictures = {"color": self._mean, "display": display}
+        rgb = {name: Aov((texture,), lambda values: values[..., :3]) for name, texture in pictures.items()}
+        found = kept(self.device, {**rgb, **self._gbuffer.aovs()})
+        timings = self.device.profiler.flush()
+        return Frame(found.pop("color"), found.pop("display"), found, timings)

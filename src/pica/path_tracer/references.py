@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from pica.frame.context import Size
 from pica.rhi.device import Device
-from pica.rhi.schedulers import Tracer, Wants, ray_effect
+from pica.tracing.hit_groups import HitDetail
+from pica.tracing.ray_buffers import Tracer
+from pica.tracing.ray_effect import ray_effect
 
 _SAMPLES_PER_RUN = 256
 """No single dispatch may take so long that a driver stops it."""
@@ -18,11 +20,11 @@ class CountedShare:
     """The share of a pixel's rays that arrive: a ray effect that counts both (width, height, rg32)."""
 
     def __init__(
-        self, device: Device, size: Size, module: str, effect: str, wants: Wants, tracer: Tracer | None
+        self, device: Device, size: Size, module: str, effect: str, detail: HitDetail, tracer: Tracer | None
     ) -> None:
         self._device, self._size = device, size
         self._counted = device.texture("counted rays", spy.Format.rg32_float, size)
-        self._trace = ray_effect(device, f"path_tracer/{module}.slang", effect, wants, tracer)
+        self._trace = ray_effect(device, module, effect, detail, tracer)
 
     def __call__(self, samples: int, **inputs: Any) -> NDArray[np.float32]:
         """(height, width) from `samples` rays a pixel, NaN where a pixel has none. Waits for the device."""

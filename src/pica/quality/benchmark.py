@@ -1,44 +1,52 @@
 """How fast a renderer is: GPU time per pass, host time, rays per second, memory."""
 
+from collections.abc import Callable
 from statistics import median
 from typing import Any
-
-import numpy as np
 
 from pica.renderer import Renderer
 from pica.scene.camera import Camera
 
+_HARDWARE, _SOFTWARE = (200, 50), (20, 3)
+"""Frames and frames of warm-up; on the processor, where a frame can take seconds, as few as a median needs."""
 
-def benchmark(renderer: Renderer, camera: Camera | None = None, frames: int = 200, warm_up: int = 50) -> dict[str, Any]:
+
+def benchmark(
+    renderer: Renderer,
+    camera: Camera | None = None,
+    frames: int | None = None,
+    warm_up: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Any]:
     """Medians over `frames` frames of a still camera after `warm_up` frames.
 
-    gpu_ms: milliseconds by pass, and "frame" for their sum; host_ms: to record and submit a frame; rays: traced in
-    one frame, by pass; rays_per_second: likewise; peak_gpu_memory: bytes.
+    None: 200 frames after 50, on a software device 20 after 3. `progress(done, warm_up + frames)` is called after each.
+    frames, warm_up: how many; gpu_ms: milliseconds by pass, and "frame" for their sum; host_ms: to record and submit a
+    frame; rays: traced in one frame, by pass; rays_per_second: likewise; peak_gpu_memory: bytes.
     """
     camera = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
-    for _ in range(warm_up):
-        renderer.advance(camera)
+    usual = _SOFTWARE if renderer.device.is_software else _HARDWARE
+    frames = usual[0] if frames is None else frames
+    warm_up = usual[1] if warm_up is None else warm_up
     profiler = renderer.device.profiler
-    profiler.flush()
-    profiler.finished.clear()
     host = []
-    for _ in range(frames):
-        buffers = renderer.advance(camera)
-        host.append(renderer.host_seconds * 1e3)
+    for done in range(warm_up + frames):
+        if done == warm_up:
+            profiler.flush()
+            profiler.finished.clear()
+        renderer.advance(camera)
+        if done >= warm_up:
+            host.append(renderer.host_seconds * 1e3)
+        if progress is not None:
+            progress(done + 1, warm_up + frames)
     profiler.flush()
     measured = list(profiler.finished)
     gpu = {name: median(times[name] for times in measured if name in times) for name in measured[-1]}
     gpu["frame"] = median(sum(times.values()) for times in measured)
-    rays = {}
-    if "primary_rays" in gpu:
-        rays["primary_rays"] = renderer.size[0] * renderer.size[1]
-    if "occlusion_rays" in gpu:
-        covered = int(np.count_nonzero(buffers["visibility"].to_numpy()[..., 0]))
-        rays["occlusion_rays"] = covered * renderer.settings.ambient_occlusion.rays
-    if "shadows" in buffers:
-        traced = np.asarray(buffers["shadows"].to_numpy())[..., 1]
-        rays["shadow_rays"] = int(np.unpackbits(np.ascontiguousarray(traced).view(np.uint8)).sum())
+    rays = {name: count for effect in renderer.effects for name, count in effect.ray_counts().items()}
     return {
+        "frames": frames,
+        "warm_up": warm_up,
         "gpu_ms": gpu,
         "host_ms": median(host),
         "rays": rays,

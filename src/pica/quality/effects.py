@@ -1,20 +1,14 @@
-"""One effect's buffer against what it should be, frame by frame of a sequence.
+"""One effect's buffer against what it should be (Effect.reference), frame by frame of a sequence."""
 
-A new effect adds itself to EFFECTS: how its buffer is read, and a reference made from the same G-buffer.
-"""
-
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.effects.ambient_occlusion.views import open_share
-from pica.effects.shadows.shadows import visibility_layers
 from pica.errors import SettingsError
+from pica.frame.effect import Effect, Reference
 from pica.path_tracer.references import CountedShare
 from pica.quality.sequences import sequence
 from pica.quality.sheet import sheet
@@ -25,83 +19,37 @@ Layers = dict[str, NDArray[np.float32]]
 """(height, width) by name; NaN where there is nothing to compare."""
 
 
-class MeasuredEffect(ABC):
-    """Reads an effect's buffer of the newest frame, and makes its reference."""
+class MeasuredEffect:
+    """Reads an effect's result of the newest frame, and makes its reference from the same G-buffer."""
 
-    def __init__(self, renderer: Renderer) -> None:
-        self.renderer = renderer
+    def __init__(self, renderer: Renderer, name: str) -> None:
+        """`name`: of an effect that has a reference. Raises SettingsError when the renderer has none of that name."""
+        self._renderer = renderer
+        found = {effect.name: effect for effect in renderer.effects if type(effect).reference is not Effect.reference}
+        if name not in found:
+            known = ", ".join(found) or "none"
+            raise SettingsError(f"compare --effect {name}: it is off or only seen in whole pictures; there are {known}")
+        self._effect = found[name]
+        self._count: CountedShare | None = None
 
-    @abstractmethod
-    def result(self, buffers: dict[str, spy.Texture]) -> Layers:
-        """What the effect gave in the frame whose buffers these are."""
+    def result(self) -> Layers:
+        """What the effect gave in the newest frame."""
+        return {name: layer.result.fetch() for name, layer in self._reference().layers.items()}
 
-    @abstractmethod
     def reference(self, samples: int) -> Layers:
-        """The same from `samples` rays a pixel."""
-
-
-class MeasuredShadows(MeasuredEffect):
-    """The visibility of each single light."""
-
-    def __init__(self, renderer: Renderer) -> None:
-        super().__init__(renderer)
-        if renderer.shadows is None:
-            raise SettingsError("compare --effect shadows: setting shadows.mode is off, so there is nothing to compare")
-        self._visibility = CountedShare(
-            renderer.device, renderer.size, "light_visibility", "LightVisibility", "surface", renderer.tracer
+        """The same from `samples` rays a pixel; NaN where there is nothing to compare."""
+        renderer, reference = self._renderer, self._reference()
+        self._count = self._count or CountedShare(
+            renderer.device, renderer.render_size, reference.module, reference.effect, reference.detail, renderer.tracer
         )
+        inputs = {name: renderer.effect_inputs[name] for name in reference.inputs}
+        layers = reference.layers.items()
+        return {name: self._count(samples, **inputs, **layer.parameters) for name, layer in layers}
 
-    def _slots(self) -> dict[str, int]:
-        return {f"{name or 'light'} {slot}": slot for slot, name in enumerate(self.renderer.single_lights)}
-
-    def result(self, buffers: dict[str, spy.Texture]) -> Layers:
-        """One layer a light."""
-        slots = self._slots()
-        layers = visibility_layers(buffers["shadows"].to_numpy(), len(slots))
-        found = {name: layers[..., slot] for name, slot in slots.items()}
-        shadows = self.renderer.shadows
-        filtered = shadows.debug_views().get("filtered") if shadows else None
-        if filtered is not None:
-            for name in list(found)[: filtered.array_length]:
-                found[name] = np.asarray(filtered.to_numpy(layer=slots[name]), np.float32)[..., :3].mean(-1)
-        return found
-
-    def reference(self, samples: int) -> Layers:
-        """One layer a light; NaN where no sample of the light can bring light."""
-        return {
-            name: self._visibility(samples, slot=slot, **self.renderer.seen) for name, slot in self._slots().items()
-        }
-
-
-class MeasuredOcclusion(MeasuredEffect):
-    """The open share of the surroundings."""
-
-    def __init__(self, renderer: Renderer) -> None:
-        super().__init__(renderer)
-        if renderer.ambient_occlusion is None:
-            raise SettingsError(
-                "compare --effect ambient_occlusion: setting ambient_occlusion.mode is off, so nothing can be compared"
-            )
-        self._open = CountedShare(
-            renderer.device, renderer.size, "ambient_visibility", "AmbientVisibility", "hit", renderer.tracer
-        )
-
-    def result(self, buffers: dict[str, spy.Texture]) -> Layers:
-        """One layer."""
-        return {"open": open_share(buffers["ambient_occlusion"])}
-
-    def reference(self, samples: int) -> Layers:
-        """One layer; NaN where there is no surface."""
-        settings = self.renderer.settings.ambient_occlusion
-        seen = {name: self.renderer.seen[name] for name in ("frame", "gbuffer", "scene")}
-        lengths = {"minDistance": settings.min_distance, "maxDistance": settings.max_distance}
-        return {"open": self._open(samples, **seen, **lengths)}
-
-
-EFFECTS: dict[str, Callable[[Renderer], MeasuredEffect]] = {
-    "shadows": MeasuredShadows,
-    "ambient_occlusion": MeasuredOcclusion,
-}
+    def _reference(self) -> Reference:
+        reference = self._effect.reference()
+        assert reference is not None  # after a frame
+        return reference
 
 
 @dataclass
@@ -137,21 +85,24 @@ def compare_effect(
     camera: Camera | None = None,
     jittered: bool = False,
     progress: Callable[[int, int], None] | None = None,
+    start: float = 0.0,
+    animation: int | str | None = None,
 ) -> EffectErrors:
-    """Render `frames` frames of a sequence (`sequences.SEQUENCES`) and compare one effect (`EFFECTS`) in each.
+    """Render `frames` frames of a sequence (`sequences.SEQUENCES`) and compare one effect in each.
 
     `jittered`: False looks through the pixels' centres. With jitter each frame shows other places, so that a history
     is right about the pixel and wrong about the place: the difference is antialiasing. References take `samples` rays a
-    pixel and light. Raises SettingsError when the renderer does not have the effect.
+    pixel and light. `start` seconds and `animation`: for moving objects, as `sequence` has them. Raises
+    SettingsError when the renderer does not have the effect.
     """
-    measured = EFFECTS[effect](renderer)
+    measured = MeasuredEffect(renderer, effect)
     camera = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
-    play = sequence(motion, renderer.scene, camera)
+    play = sequence(motion, renderer.scene, camera, start, animation)
     errors, before = EffectErrors(), None
     for frame in range(frames):
-        buffers = renderer.advance(play(frame), jittered)
+        renderer.advance(play(frame), jittered)
         # No frame is skipped: flicker counts every one.
-        result, expected = measured.result(buffers), measured.reference(samples)
+        result, expected = measured.result(), measured.reference(samples)
         squares = {name: _squared_error(result[name], expected[name]) for name in expected}
         errors.psnr.append(_decibels(np.concatenate(list(squares.values()))))
         for name, square in squares.items():

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pica.scene.camera import Camera
 from pica.scene.model import Node, Scene
-from pica.scene.procedural.placing import move, turn
+from pica.scenes.placing import move, turn
 
 Sequence = Callable[[int], Camera]
 """Puts the scene into the state of a frame, counted from 0, and gives the camera of that frame."""
@@ -24,8 +24,13 @@ _GROUND = 0.5
 """Of the scene's diagonal; what is larger stays where it is."""
 
 
-def sequence(name: str, scene: Scene, camera: Camera) -> Sequence:
-    """One of SEQUENCES, about the scene as it stands now."""
+def sequence(
+    name: str, scene: Scene, camera: Camera, start: float = 0.0, animation: int | str | None = None
+) -> Sequence:
+    """One of SEQUENCES, about the scene as it stands now. `start` seconds and `animation`: where moving objects begin,
+    and what they play, as Scene.animate has it."""
+    if name == "objects" and scene.animations:
+        return _animated(scene, camera, start, animation)
     return SEQUENCES[name](scene, camera)
 
 
@@ -45,15 +50,18 @@ def _camera(scene: Scene, camera: Camera) -> Sequence:
     )
 
 
+def _animated(scene: Scene, camera: Camera, start: float, animation: int | str | None) -> Sequence:
+    """The animation at 60 frames a second."""
+
+    def play(frame: int) -> Camera:
+        scene.animate(start + frame / 60, animation)
+        return camera
+
+    return play
+
+
 def _objects(scene: Scene, camera: Camera) -> Sequence:
-    """The animation at 60 frames a second; without one, what is small sways, each with a phase of its own."""
-    if scene.animations:
-
-        def play(frame: int) -> Camera:
-            scene.animate(frame / 60)
-            return camera
-
-        return play
+    """What is small sways, each with a phase of its own."""
     diagonal = _diagonal(scene)
     swaying = [node for node in scene.nodes() if node.mesh is not None and _node_diagonal(node) < _GROUND * diagonal]
     return _swing(swaying, diagonal, camera)

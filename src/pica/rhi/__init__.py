@@ -1,1 +1,1 @@
-"""The thin layer over SlangPy: devices, acceleration structures, pipelines, ray effects, the profiler."""
+"""The thin layer over SlangPy: devices, passes, tables, acceleration structures, the profiler."""

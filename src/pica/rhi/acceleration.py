@@ -1,9 +1,10 @@
-"""Acceleration structures as seed 000, 19.2 splits them: RtGeometry, RtObject, RtScene."""
+"""Acceleration structures as RTG 19, 19.2 splits them: RtGeometry, RtObject, RtScene."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import IntFlag
 from typing import Any
+from weakref import WeakSet
 
 import numpy as np
 import slangpy as spy
@@ -17,6 +18,8 @@ from pica.rhi.tables import HostTable
 INSTANCE = np.dtype([("transform", "f4", (3, 4)), ("id_and_mask", "u4"), ("group_and_flags", "u4"), ("handle", "u8")])
 
 _BOX = 24  # bytes
+_SCRATCH = 1 << 20  # bytes, to begin with
+_SCRATCH_ALIGNMENT = 256  # the most that Vulkan lets a device ask for (minAccelerationStructureScratchOffsetAlignment)
 _BOTTOM = spy.AccelerationStructureKind.bottom_level
 
 
@@ -53,12 +56,40 @@ class RtBoxes:
     opaque: bool
 
 
+class BuildScratch:
+    """Memory that builds and refits of bottom levels need while they run: one buffer a device, handed out in turn.
+
+    With the last of it given, the next begins anew: Slang-RHI waits between two builds that are given one buffer.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device, self._used = device, 0
+        self._buffer = device.buffer("build scratch", size=_SCRATCH)
+
+    @property
+    def size(self) -> int:
+        """Bytes."""
+        return self._buffer.size
+
+    def take(self, size: int) -> spy.BufferOffsetPair:
+        """At least `size` bytes for a build that is recorded next."""
+        if size > self.size:
+            self._device.give_back(self._buffer)
+            self._buffer = self._device.buffer("build scratch", size=2 * size)
+        offset = self._used if self._used + size <= self.size else 0
+        self._used = -(-(offset + size) // _SCRATCH_ALIGNMENT) * _SCRATCH_ALIGNMENT
+        return spy.BufferOffsetPair(self._buffer, offset)
+
+
 class RtGeometry:
     """One bottom-level structure, made of sections that index shared vertex and index buffers.
 
     Or of boxes, which index a buffer of (low, high) corners that stands in for that of the vertices.
 
     A deforming one can be refitted: the same tree with new boxes, several times faster than a build.
+
+    On a device that does not trace rays nothing is built: it only tells tracers outside of shaders (Embree) what there
+    is and when it changes.
     """
 
     def __init__(self, device: Device, sections: Sequence[RtSection | RtBoxes], deforms: bool = False) -> None:
@@ -70,16 +101,13 @@ class RtGeometry:
         self.builds = self.refits = 0
         """How many were recorded."""
         self._descs: list[spy.AccelerationStructureBuildDesc] = []
-        self._scratch: spy.Buffer | None = None
-        self._size = 0
-        self._pair: list[spy.AccelerationStructure] = []
-        """Of equal size; builds take turns."""
-        self._gone: list[RtObject] = []
-        self._gone_before: list[RtObject] = []
+        self._size = self._scratch_size = 0
         self.structure: spy.AccelerationStructure
-        self.previous: spy.AccelerationStructure
-        """As it was before the newest build: where objects were in the frame before. Those that deform have their new
-        form in it, as their bottom levels are updated in place."""
+
+    @property
+    def handle(self) -> int:
+        """The structure as a driver's record has it; 0 where nothing is built."""
+        return _handle(self.structure) if self._device.traces_rays else 0
 
     @property
     def has_boxes(self) -> bool:
@@ -96,28 +124,28 @@ class RtGeometry:
         """Record a build from the vertices as they are; the first one must come before any refit."""
         self._use(positions, indices)
         self.builds += 1
+        if not self._device.traces_rays:
+            return
         if not self._size:
             sizes = self._device.handle.get_acceleration_structure_sizes(self._descs[0])
             self._size = sizes.acceleration_structure_size
-            scratch = max(sizes.scratch_size, sizes.update_scratch_size, 4)
-            self._scratch = self._device.buffer("geometry scratch", size=scratch)
+            self._scratch_size = max(sizes.scratch_size, sizes.update_scratch_size)
             self._device.count_memory(self._size)
             self.structure = self._device.handle.create_acceleration_structure(kind=_BOTTOM, size=self._size)
-        assert self._scratch is not None
+        scratch = self._device.shared(BuildScratch).take(self._scratch_size)
         encoder.build_acceleration_structure(
-            desc=self._descs[0], dst=self.structure, src=None, scratch_buffer=self._scratch, queries=queries or []
+            desc=self._descs[0], dst=self.structure, src=None, scratch_buffer=scratch, queries=queries or []
         )
-        if not self.deforms:
-            self._device.give_back(self._scratch)
-            self._scratch = None
 
     def refit(self, encoder: spy.CommandEncoder, positions: spy.Buffer, indices: spy.Buffer) -> None:
         """Record a refit to the vertices as they are."""
         self._use(positions, indices)
         self.refits += 1
-        assert self._scratch is not None
+        if not self._device.traces_rays:
+            return
+        scratch = self._device.shared(BuildScratch).take(self._scratch_size)
         encoder.build_acceleration_structure(
-            desc=self._descs[1], dst=self.structure, src=self.structure, scratch_buffer=self._scratch
+            desc=self._descs[1], dst=self.structure, src=self.structure, scratch_buffer=scratch
         )
 
     def compact(self, encoder: spy.CommandEncoder, size: int) -> None:
@@ -135,13 +163,13 @@ class RtGeometry:
     def forget(self) -> None:
         """Book the memory as given back; the structure goes when its last user does."""
         self._device.count_memory(-self._size)
-        if self._scratch is not None:
-            self._device.give_back(self._scratch)
 
     def _use(self, positions: spy.Buffer, indices: spy.Buffer) -> None:
         if self.buffers is not None and self.buffers[0] is positions and self.buffers[1] is indices:
             return
         self.buffers = positions, indices
+        if not self._device.traces_rays:
+            return
         inputs = _inputs(positions, indices, self.sections)
         modes = spy.AccelerationStructureBuildMode
         self._descs = [
@@ -153,6 +181,10 @@ class RtGeometry:
 def build_compact(device: Device, geometries: list[RtGeometry], positions: spy.Buffer, indices: spy.Buffer) -> None:
     """Build structures that will not change and move each into as little memory as it needs. Waits for the GPU."""
     if not geometries:
+        return
+    if not device.traces_rays:
+        for geometry in geometries:
+            geometry.build(device.handle.create_command_encoder(), positions, indices)
         return
     pool = device.handle.create_query_pool(spy.QueryType.acceleration_structure_compacted_size, len(geometries))
     pool.reset()
@@ -215,59 +247,75 @@ class RtObject:
     flags: ObjectFlags = ObjectFlags.NONE
 
 
+class SlotWatcher:
+    """Gathers the slots that are filled, moved or emptied, for somebody who follows them."""
+
+    def __init__(self, slots: Iterable[int]) -> None:
+        self._slots = set(slots)
+
+    def add(self, slots: Iterable[int]) -> None:
+        """Something has become of these."""
+        self._slots.update(slots)
+
+    def take(self) -> set[int]:
+        """Those since the last call."""
+        taken, self._slots = self._slots, set()
+        return taken
+
+
 class RtScene:
-    """The top-level structure over all objects, kept in numbered slots. Empty slots are met by no ray."""
+    """Objects in numbered slots and the top-level structure over them. Empty slots are met by no ray.
+
+    Some slots may be those of one view: its own top level (RtView) shows them, this one does not. On a device that does
+    not trace rays there is no structure, only the slots.
+    """
 
     def __init__(self, device: Device) -> None:
-        self._device = device
-        usage = spy.BufferUsage.unordered_access | spy.BufferUsage.acceleration_structure_build_input
-        self.slots = HostTable(device, "rt objects", INSTANCE, usage)
+        self.slots = HostTable(device, "rt objects", INSTANCE, device.built_from)
         self.objects: dict[int, RtObject] = {}  # a top level does not keep its parts alive
-        self._watchers: list[set[int]] = []
+        self.revision = 0
+        """Counts what makes a new top level necessary."""
+        self._watchers: WeakSet[SlotWatcher] = WeakSet()
         self._with_boxes: set[int] = set()
-        self._built: tuple[spy.Buffer, spy.AccelerationStructureBuildDesc, spy.Buffer] | None = None
-        self._size = 0
-        self._pair: list[spy.AccelerationStructure] = []
-        """Of equal size; builds take turns."""
-        self._gone: list[RtObject] = []
-        self._gone_before: list[RtObject] = []
-        self.structure: spy.AccelerationStructure
-        self.previous: spy.AccelerationStructure
-        """As it was before the newest build: where objects were in the frame before. Those that deform have their new
-        form in it, as their bottom levels are updated in place."""
+        self._top = TopLevel(device)
+        self._built = -1
+
+    @property
+    def structure(self) -> spy.AccelerationStructure:
+        """The top level over what all views show, after `build`."""
+        return self._top.structure
 
     @property
     def has_boxes(self) -> bool:
         """Whether any object is made of boxes, which only intersection shaders can look into."""
         return bool(self._with_boxes)
 
-    def watch(self) -> set[int]:
-        """A set that gathers the slots which are filled, moved or emptied; whoever asked for it takes them out."""
-        self._watchers.append(set(self.objects))
-        return self._watchers[-1]
+    def watch(self) -> SlotWatcher:
+        """Somebody who is told of the slots from now on, and of those that are filled."""
+        watcher = SlotWatcher(self.objects)
+        self._watchers.add(watcher)
+        return watcher
 
-    def _tell(self, slots: Iterable[int]) -> None:
+    def changed(self, slots: Iterable[int] = ()) -> None:
+        """A new top level is due: these slots are not what they were, or something in them was built anew."""
+        self.revision += 1
         for watcher in self._watchers:
-            watcher.update(slots)
+            watcher.add(slots)
 
     def place(self, slot: int, placed: RtObject, transform: NDArray[Any], mask: int = 0xFF) -> None:
         """Put an object into a slot, (3, 4) object to world; `mask` as for `mask`."""
-        row = self.slots.rows[slot]
-        row["id_and_mask"] = placed.first_record | mask << 24
-        row["group_and_flags"] = placed.hit_group | int(placed.flags) << 24
-        row["handle"] = _handle(placed.geometry.structure)
-        row["transform"] = transform
+        self.slots.rows[slot] = row_of(placed, transform, mask, placed.geometry.handle)
         self.objects[slot] = placed
         if placed.geometry.has_boxes:
             self._with_boxes.add(slot)
-        self._tell([slot])
         self.slots.touch(np.array([slot]))
+        self.changed([slot])
 
     def move(self, slots: NDArray[np.int64], transforms: NDArray[Any]) -> None:
         """Place the objects of slots anew, (n, 3, 4) object to world; takes effect with the next `build`."""
         self.slots.rows["transform"][slots] = transforms
         self.slots.touch(slots)
-        self._tell(slots.tolist())
+        self.changed(slots.tolist())
 
     def mask(self, slots: range, mask: int) -> None:
         """Only rays whose mask has one of these 8 bits meet the objects of slots, from the next `build` on."""
@@ -275,60 +323,73 @@ class RtScene:
         ids = self.slots.rows["id_and_mask"][numbers] & np.uint32(0xFFFFFF)
         self.slots.rows["id_and_mask"][numbers] = ids | np.uint32(mask << 24)
         self.slots.touch(numbers)
-        self._tell(slots)
+        self.changed(slots)
 
     def remove(self, slots: range) -> None:
         """Empty slots and give them back."""
-        self._tell(slots)
-        self._gone += [self.objects.pop(slot) for slot in slots]
+        for slot in slots:
+            self.objects.pop(slot, None)
         self._with_boxes.difference_update(slots)
         self.slots.give_back(slots.start, len(slots))
+        self.changed(slots)
 
     def build(self, recording: Recording) -> None:
-        """Record the upload of what changed and the build of the top level; `structure` may be a new one after it."""
+        """Record the upload of what changed and the build of the top level, where one is due."""
+        if self._built == self.revision:
+            return
+        self._built = self.revision
         self.slots.flush(recording)
-        if self._built is None or self._built[0] is not self.slots.buffer:
-            self._prepare()
-        first = not hasattr(self, "structure")
-        self._pair.reverse()
-        self.previous, self.structure = self._pair[0] if first else self.structure, self._pair[0]
-        self._gone_before, self._gone = self._gone, []  # the previous top level still shows them
-        assert self._built is not None
+        self._top.build(recording, self.slots.buffer, len(self.slots.rows))
+
+
+def row_of(placed: RtObject, transform: NDArray[Any], mask: int, handle: int) -> NDArray[np.void]:
+    """The driver's record of a placed object; handle 0 makes it one that no ray meets."""
+    row = np.zeros((), INSTANCE)
+    row["id_and_mask"] = placed.first_record | mask << 24
+    row["group_and_flags"] = placed.hit_group | int(placed.flags) << 24
+    row["handle"] = handle
+    row["transform"] = transform
+    return row
+
+
+class TopLevel:
+    """A top-level structure and what its builds need; nothing on a device that does not trace rays."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._prepared: tuple[spy.Buffer, spy.AccelerationStructureBuildDesc, spy.Buffer] | None = None
+        self._size = 0
+        self.structure: spy.AccelerationStructure
+
+    def build(self, recording: Recording, instances: spy.Buffer, count: int) -> None:
+        """Record a build over a buffer of INSTANCE rows; `structure` may be a new one after it."""
+        if not self._device.traces_rays:
+            return
+        if self._prepared is None or self._prepared[0] is not instances:
+            self._prepare(instances, count)
+        assert self._prepared is not None
+        _, desc, scratch = self._prepared
         recording.profiler.begin(recording.encoder, "top level")
-        recording.encoder.build_acceleration_structure(
-            desc=self._built[1], dst=self.structure, src=None, scratch_buffer=self._built[2]
-        )
+        recording.encoder.build_acceleration_structure(desc=desc, dst=self.structure, src=None, scratch_buffer=scratch)
         recording.profiler.end(recording.encoder)
 
-    def _prepare(self) -> None:
+    def _prepare(self, instances: spy.Buffer, count: int) -> None:
         # As many instances as the buffer holds: rows that nobody uses are zero, which Vulkan counts as inactive.
-        desc = spy.AccelerationStructureBuildDesc(
-            {
-                "inputs": [
-                    spy.AccelerationStructureBuildInputInstances(
-                        {
-                            "instance_buffer": self.slots.buffer,
-                            "instance_stride": INSTANCE.itemsize,
-                            "instance_count": len(self.slots.rows),
-                        }
-                    )
-                ]
-            }
+        inputs = spy.AccelerationStructureBuildInputInstances(
+            {"instance_buffer": instances, "instance_stride": INSTANCE.itemsize, "instance_count": count}
         )
+        desc = spy.AccelerationStructureBuildDesc({"inputs": [inputs]})
         sizes = self._device.handle.get_acceleration_structure_sizes(desc)
-        if self._built is not None:
-            self._device.count_memory(-2 * self._size)
-            self._device.give_back(self._built[2])
+        if self._prepared is not None:
+            self._device.count_memory(-self._size)
+            self._device.give_back(self._prepared[2])
         scratch = self._device.buffer("rt scene scratch", size=max(sizes.scratch_size, 4))
         self._size = sizes.acceleration_structure_size
-        self._device.count_memory(2 * self._size)
-        self._pair = [
-            self._device.handle.create_acceleration_structure(
-                kind=spy.AccelerationStructureKind.top_level, size=self._size
-            )
-            for _ in range(2)
-        ]
-        self._built = self.slots.buffer, desc, scratch
+        self._device.count_memory(self._size)
+        self.structure = self._device.handle.create_acceleration_structure(
+            kind=spy.AccelerationStructureKind.top_level, size=self._size
+        )
+        self._prepared = instances, desc, scratch
 
 
 def _handle(structure: spy.AccelerationStructure) -> int:

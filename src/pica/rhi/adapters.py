@@ -1,6 +1,7 @@
 """Which graphics devices there are, what each can do, and which one to use."""
 
 import json
+import os
 import subprocess
 import sys
 from dataclasses import asdict, dataclass
@@ -10,16 +11,16 @@ import slangpy as spy
 
 from pica.errors import DeviceError
 
-_WANTED = {
+_NEEDED = {
     spy.Feature.bindless: "bindless resources",
     spy.Feature.parameter_block: "parameter blocks",
     spy.Feature.rasterization: "rasterization",
     spy.Feature.timestamp_query: "timestamp queries",
-    spy.Feature.acceleration_structure: "acceleration structures",
-    spy.Feature.ray_tracing: "ray tracing pipelines",
 }
+HIDE_RAY_TRACING = "PICA_HIDE_RAY_TRACING"
+"""Environment variable: where it is set, every device is taken for one without ray tracing."""
 TIERS = {
-    0: ("no ray tracing", "acceleration structures, without which pica does not run"),
+    0: ("raster only", "ray tracing, where Embree on the processor can stand in"),
     1: (
         "a buffer of rays in, a buffer of hits out",
         "ray generation and hit shaders: effects are compute around a tracer",
@@ -27,7 +28,9 @@ TIERS = {
     2: ("ray tracing pipelines", "recursion, which pica does not use"),
     3: ("ray tracing pipelines with recursion", "nothing"),
 }
-"""What a device of each tier traces, and what it lacks (seed 000, 19.2.2)."""
+"""What a device of each tier traces, and what it lacks (RTG 19, 19.2.2)."""
+TRACES = 2
+"""The first tier whose devices trace rays by themselves."""
 HELP = "run `pica doctor` to see what is missing and how to install it"
 
 
@@ -41,17 +44,16 @@ class DeviceInfo:
     driver: str
     """The driver's version where it can be told, else an empty string."""
     tier: int
-    """What it can trace (seed 000, 19.2.2): 0 nothing, 1 buffers of rays, 2 ray generation shaders, 3 recursion."""
+    """What it can trace (RTG 19, 19.2.2): 0 nothing, 1 buffers of rays, 2 ray generation shaders, 3 recursion."""
     missing: list[str]
-    """What pica wants and this device lacks, in words."""
+    """What pica cannot do without and this device lacks, in words."""
 
 
 def tier_of(device: spy.Device) -> int:
-    """The ray tracing tier of an open device, 0 to 3."""
-    if not device.has_feature(spy.Feature.acceleration_structure):
-        return 0
+    """The ray tracing tier of an open device: 3 or 0, as pica traces through pipelines or not at all."""
+    features = spy.Feature.acceleration_structure, spy.Feature.ray_tracing
     # Every Vulkan driver with ray tracing pipelines that pica has met allows recursion.
-    return 3 if device.has_feature(spy.Feature.ray_tracing) else 1
+    return 3 if HIDE_RAY_TRACING not in os.environ and all(map(device.has_feature, features)) else 0
 
 
 def _driver_version(adapter: spy.AdapterInfo) -> str:
@@ -71,7 +73,7 @@ def describe(device: spy.Device, adapter: spy.AdapterInfo) -> DeviceInfo:
         type="software" if device.has_feature(spy.Feature.software_device) else "hardware",
         driver=_driver_version(adapter),
         tier=tier_of(device),
-        missing=[words for feature, words in _WANTED.items() if not device.has_feature(feature)],
+        missing=[words for feature, words in _NEEDED.items() if not device.has_feature(feature)],
     )
 
 

@@ -2,31 +2,29 @@
 
 import os
 import sys
-import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
+from weakref import finalize
 
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.errors import DeviceError
-from pica.rhi.adapters import HELP, DeviceInfo, choose, describe
-from pica.rhi.background import Compiler
+from pica.rhi.adapters import HELP, TRACES, DeviceInfo, choose, describe
 from pica.rhi.binding import ParameterBlock
-from pica.rhi.material_types import STANDARD_ONLY, MaterialTypes, MaterialTypeSet
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
-from pica.rhi.programs import ComputeRecipe, ForTypes, RasterRecipe, Recipe, linked
-from pica.rhi.shape_types import ShapeTypes
+from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
 
 T = TypeVar("T")
 PACKAGE = Path(__file__).resolve().parents[1]
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
+_BUILD_INPUT = spy.BufferUsage.acceleration_structure_build_input
 _TEXTURE = spy.TextureUsage.shader_resource | spy.TextureUsage.unordered_access
 
 
@@ -49,8 +47,25 @@ class DeviceRecording:
     profiler: Profiler
 
 
+@dataclass(eq=False)
+class _Memory:
+    """Bytes booked as taken and not given back, and the most that they have been."""
+
+    now: int = 0
+    peak: int = 0
+
+    def count(self, size: int) -> None:
+        self.now += size
+        self.peak = max(self.peak, self.now)
+
+    def settle(self, part: "_Memory") -> None:
+        """A part is gone, and with it what it had taken."""
+        self.now -= part.now
+
+
 class Device:
-    """A graphics device with ray tracing pipelines.
+    """A graphics device; `open_device` shares one in a process. One without ray tracing pipelines rasterizes
+    (docs/tiers.md).
 
     `name`: part of the adapter's name; None takes hardware before software. Raises DeviceError when there
     is no such device or it lacks what pica needs.
@@ -58,7 +73,8 @@ class Device:
 
     def __init__(self, name: str | None = None) -> None:
         adapter = choose(name)
-        self._cache = cache = cache_folder().resolve()
+        self.cache = cache = cache_folder().resolve()
+        """Where compiled shaders are kept."""
         try:
             cache.mkdir(parents=True, exist_ok=True)
             caches: dict[str, Any] = {"shader_cache_path": cache / "shaders", "module_cache_path": cache / "modules"}
@@ -77,18 +93,26 @@ class Device:
             raise DeviceError(
                 f"device {adapter.name!r} cannot be opened: {str(error).splitlines()[0]}; {HELP}"
             ) from None
+        self.key = bytes(adapter.luid)
+        """Tells adapters apart."""
         self._block_programs: dict[str, spy.ShaderProgram] = {}
-        self._kept: dict[tuple[Recipe[Any], MaterialTypeSet], Any] = {}
-        self._linked: dict[tuple[Recipe[Any], MaterialTypeSet], Any] = {}
-        self.for_types: weakref.WeakSet[ForTypes[Any, Any]] = weakref.WeakSet()
-        """The passes on this device that follow the material types in use."""
+        self._kept: dict[tuple[Recipe[Any], Hashable], Any] = {}
+        self._linked: dict[tuple[Recipe[Any], Hashable], Any] = {}
+        self._shared: dict[Callable[[Device], Any], Any] = {}
         self.info: DeviceInfo = describe(self.handle, adapter)
         if self.info.missing:
             raise DeviceError(f"device {self.name!r} lacks {', '.join(self.info.missing)}; {HELP}")
-        self.memory = 0
-        """Bytes of device memory in the buffers, textures and structures that pica made and keeps."""
-        self.peak_memory = 0
-        """The most that `memory` has been."""
+        self.profiler = Profiler(self.handle)
+        """GPU times of the passes on this device."""
+        self._memory = _Memory()
+        self._taken = _Memory()
+        """Of `_memory`, what was taken by way of this object; see `part`."""
+        self._whole: Device | None = None
+
+    def close(self) -> None:
+        """Wait for the device and let go of it; nothing that was made on it can be used any more."""
+        _OPEN.pop(self.key, None)
+        self.handle.close()
 
     @property
     def name(self) -> str:
@@ -97,39 +121,30 @@ class Device:
 
     @property
     def tier(self) -> int:
-        """What the device can trace, 1 to 3 (seed 000, 19.2.2)."""
+        """What the device can trace, 0 to 3 (RTG 19, 19.2.2)."""
         return self.info.tier
+
+    @property
+    def traces_rays(self) -> bool:
+        """Whether it has ray tracing pipelines; without, there are no acceleration structures on it."""
+        return self.tier >= TRACES
+
+    @property
+    def built_from(self) -> spy.BufferUsage:
+        """Usage of buffers that acceleration structures are built from."""
+        return _READ_WRITE | _BUILD_INPUT if self.traces_rays else _READ_WRITE
 
     @property
     def is_software(self) -> bool:
         """True for a driver that runs on the CPU."""
         return self.info.type == "software"
 
-    @cached_property
-    def profiler(self) -> Profiler:
-        """GPU times of the passes on this device."""
-        return Profiler(self.handle)
-
-    @cached_property
-    def material_types(self) -> MaterialTypes:
-        """The material types that this device has compiled."""
-        return MaterialTypes(self.handle)
-
-    @cached_property
-    def shape_types(self) -> ShapeTypes:
-        """The shapes that this device has compiled."""
-        return ShapeTypes(self.handle)
-
-    def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
-        """What to link with a program so that it knows these material types and the shapes among them."""
-        return [*self.material_types.linked(types), *self.shape_types.linked(types)]
-
-    @cached_property
-    def compiler(self) -> Compiler:
-        """The process that compiles what comes to a running renderer."""
-        compiler = Compiler(self.name, self._cache)
-        weakref.finalize(self, compiler.close)
-        return compiler
+    def shared(self, kind: "Callable[[Device], T]") -> T:
+        """What layers above keep once a device: `kind(device)`, made when first asked for."""
+        if kind not in self._shared:
+            self._shared[kind] = kind(self._whole or self)
+        found: T = self._shared[kind]
+        return found
 
     @contextmanager
     def record(self) -> Iterator[DeviceRecording]:
@@ -138,15 +153,34 @@ class Device:
         yield recording
         self.handle.submit_command_buffer(recording.encoder.finish())
 
-    @cached_property
+    @property
     def scatter(self) -> ComputePass:
         """Writes rows to their places in tables (tables.py)."""
-        return self.compute("rhi/scatter.slang")
+        return self.shared(_scatter)
+
+    def part(self) -> "Device":
+        """The same device with an account of its own: once nobody has the part any more, what was taken by way of it
+        and not given back counts as given back. So what is dropped together is made with one part."""
+        part = copy(self)
+        part._whole = self._whole or self
+        part._taken = _Memory()
+        finalize(part, self._memory.settle, part._taken).atexit = False
+        return part
+
+    @property
+    def memory(self) -> int:
+        """Bytes of device memory in the buffers, textures and structures that pica made and keeps."""
+        return self._memory.now
+
+    @property
+    def peak_memory(self) -> int:
+        """The most that `memory` has been."""
+        return self._memory.peak
 
     def count_memory(self, size: int) -> None:
         """Book `size` bytes taken (or, negative, given back)."""
-        self.memory += size
-        self.peak_memory = max(self.peak_memory, self.memory)
+        self._memory.count(size)
+        self._taken.count(size)
 
     def give_back(self, *resources: spy.Buffer | spy.Texture) -> None:
         """Book resources as no longer needed; each goes when its last user does."""
@@ -203,54 +237,58 @@ class Device:
         """A sampler; keywords as slangpy.SamplerDesc."""
         return self.handle.create_sampler(**description)
 
-    def kept(self, recipe: Recipe[T], types: MaterialTypeSet) -> T:
-        """What the recipe makes for these material types, made once a device."""
-        key = recipe, types
+    def kept(self, recipe: Recipe[T], variant: Hashable = ()) -> T:
+        """What the recipe makes for a variant, made once a device."""
+        key = recipe, variant
         if key not in self._kept:
-            self.link(recipe, types)
+            self.link(recipe, variant)
             self._kept[key] = recipe.make(self, self._linked.pop(key))
         found: T = self._kept[key]
         return found
 
-    def link(self, recipe: Recipe[T], types: MaterialTypeSet) -> None:
+    def link(self, recipe: Recipe[T], variant: Hashable = ()) -> None:
         """The first part of what `kept` does, for it to find."""
-        key = recipe, types
+        key = recipe, variant
         if key not in self._kept and key not in self._linked:
-            self._linked[key] = recipe.link(self, types)
+            self._linked[key] = recipe.link(self, variant)
 
-    def retire(self, types: MaterialTypeSet) -> None:
-        """Forget the programs for these types, unless a pass still uses them."""
-        if types != STANDARD_ONLY and not any(types == user.types for user in self.for_types):
-            self._kept = {key: made for key, made in self._kept.items() if key[1] != types}
-            self._linked = {key: linked for key, linked in self._linked.items() if key[1] != types}
+    def forget(self, variant: Hashable) -> None:
+        """Let go of what was made for a variant."""
+        for made in (self._kept, self._linked):
+            for key in [key for key in made if key[1] == variant]:
+                del made[key]
 
     def parameter_block(self, module: str, name: str) -> ParameterBlock:
         """The block `name` that `module` (a path below the package) declares."""
         # Slang-RHI remembers a block's layout by its address, which another program's may take once this one is freed.
         if module not in self._block_programs:
-            self._block_programs[module] = linked(self, module, [], STANDARD_ONLY)
+            self._block_programs[module] = linked(self, module, [])
         return ParameterBlock(self.handle, self._block_programs[module], module, name)
 
     def compute(self, module: str, entry: str = "main", name: str | None = None) -> ComputePass:
         """A compute pass from a file below the package; `name` is what the profiler calls it."""
-        made = self.kept(ComputeRecipe(module, entry), STANDARD_ONLY)
+        made = self.kept(ComputeRecipe(module, entry))
         return ComputePass(self.handle, name or Path(module).stem, *made)
-
-    def compute_for_types(
-        self, module: str, entry: str = "main", name: str | None = None
-    ) -> ForTypes[tuple[spy.ShaderProgram, spy.ComputePipeline], ComputePass]:
-        """As `compute`, for a pass that evaluates materials: call what this gives with the types in use."""
-        label = name or Path(module).stem
-        return ForTypes(self, ComputeRecipe(module, entry), lambda made: ComputePass(self.handle, label, *made))
 
     def raster(self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None) -> RasterPass:
         """A raster pass from the vertex and, if any, fragment entry points of a file."""
-        made = self.kept(RasterRecipe(module, entries, state), STANDARD_ONLY)
+        made = self.kept(RasterRecipe(module, entries, state))
         return RasterPass(self.handle, name or Path(module).stem, *made)
 
-    def raster_for_types(
-        self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None
-    ) -> ForTypes[tuple[spy.ShaderProgram, spy.RenderPipeline], RasterPass]:
-        """As `raster`, for a pass that evaluates materials: call what this gives with the types in use."""
-        label = name or Path(module).stem
-        return ForTypes(self, RasterRecipe(module, entries, state), lambda made: RasterPass(self.handle, label, *made))
+
+def _scatter(device: Device) -> ComputePass:
+    return device.compute("rhi/scatter.slang")
+
+
+_OPEN: dict[bytes, Device] = {}
+
+
+def open_device(device: Device | str | None = None) -> Device:
+    """The device that a process has open for an adapter, opened when it is asked for first; it stays open until the
+    process ends or `Device.close`. `device`: as Device's name; a Device is taken as it is."""
+    if isinstance(device, Device):
+        return device
+    key = bytes(choose(device).luid)
+    if key not in _OPEN:
+        _OPEN[key] = Device(device)
+    return _OPEN[key]

@@ -13,7 +13,10 @@ class Recording(Protocol):
     """What a pass records into: the frame's command encoder and the profiler."""
 
     encoder: spy.CommandEncoder
-    profiler: Profiler
+
+    @property
+    def profiler(self) -> Profiler:
+        """Times the passes."""
 
 
 class ComputePass:

@@ -1,5 +1,6 @@
 """Buffers that grow and are handed out in runs, so that things can come and go without moving the others."""
 
+from bisect import bisect
 from typing import Any
 
 import numpy as np
@@ -35,73 +36,39 @@ class Runs:
 
     def give_back(self, first: int, count: int) -> None:
         """These numbers are free again."""
-        merged: list[tuple[int, int]] = []
-        for start, length in sorted([*self._free, (first, count)]):
-            if merged and merged[-1][0] + merged[-1][1] == start:
-                merged[-1] = merged[-1][0], merged[-1][1] + length
-            else:
-                merged.append((start, length))
-        self._free = [run for run in merged if run[1]]
+        if not count:
+            return
+        place = bisect(self._free, (first, count))
+        if place < len(self._free) and self._free[place][0] == first + count:
+            count += self._free.pop(place)[1]
+        if place and sum(self._free[place - 1]) == first:
+            first, before = self._free.pop(place - 1)
+            place, count = place - 1, before + count
+        self._free.insert(place, (first, count))
 
 
-class HostTable:
-    """Rows of a structured buffer that the host keeps a copy of; what was touched is uploaded by `flush`."""
+class RowUpload:
+    """Uploads rows to their places in a buffer: neighbours together, and many that lie apart by a shader."""
 
-    def __init__(self, device: Device, label: str, row: np.dtype[Any], usage: spy.BufferUsage = _READ_WRITE) -> None:
-        self._device, self._label, self._usage = device, label, usage
-        self._runs = Runs()
-        self._touched: list[NDArray[np.int64]] = []
+    def __init__(self, device: Device) -> None:
+        self._device = device
         self._staging: tuple[spy.Buffer, spy.Buffer] | None = None
-        self.rows: NDArray[Any] = np.zeros(1, row)
-        self.buffer = device.structured(label, self.rows, usage)
 
-    @property
-    def count(self) -> int:
-        """Rows in use, holes included."""
-        return self._runs.end
-
-    def take(self, count: int) -> int:
-        """The first of `count` new rows, which are zero."""
-        first = self._runs.take(count)
-        if first + count > len(self.rows):
-            more = np.zeros(max(first + count, 2 * len(self.rows)) - len(self.rows), self.rows.dtype)
-            self.rows = np.concatenate([self.rows, more])
-        self.rows[first : first + count] = 0
-        self.touch(np.arange(first, first + count))
-        return first
-
-    def give_back(self, first: int, count: int) -> None:
-        """Free rows; they become zero."""
-        self.rows[first : first + count] = 0
-        self.touch(np.arange(first, first + count))
-        self._runs.give_back(first, count)
-
-    def touch(self, rows: NDArray[np.int64]) -> None:
-        """These rows have changed."""
-        self._touched.append(rows)
-
-    def flush(self, recording: Recording) -> None:
-        """Upload what changed; a table that has outgrown its buffer gets a new one."""
-        if not self._touched:
+    def __call__(
+        self, recording: Recording, buffer: spy.Buffer, places: NDArray[np.int64], rows: NDArray[np.void]
+    ) -> None:
+        """Record the upload of `rows` (n,), a multiple of 4 bytes each, to `places` (n,), which ascend."""
+        raw = rows.view(np.uint8).reshape(len(rows), rows.dtype.itemsize)
+        starts = np.flatnonzero(np.diff(places, prepend=-2) > 1)
+        if len(starts) >= _MANY_RUNS:  # an upload costs the host more than a few rows
+            self._scatter(recording, buffer, places, raw)
             return
-        rows = np.unique(np.concatenate(self._touched))
-        self._touched = []
-        size = self.rows.dtype.itemsize
-        if len(self.rows) * size > self.buffer.size:
-            self._device.give_back(self.buffer)
-            self.buffer = self._device.structured(self._label, self.rows, self._usage)
-            return
-        raw = self.rows.view(np.uint8).reshape(len(self.rows), size)
-        # An upload costs the host more than a few rows: neighbours go together, and many far apart by a shader.
-        splits = np.flatnonzero(np.diff(rows) > 1024 // size) + 1
-        if len(splits) >= _MANY_RUNS:
-            self._scatter(recording, rows, raw[rows])
-            return
-        for run in np.split(rows, splits):
-            first, end = int(run[0]), int(run[-1]) + 1
-            recording.encoder.upload_buffer_data(self.buffer, first * size, raw[first:end])
+        for start, end in zip(starts, [*starts[1:], len(rows)], strict=True):
+            recording.encoder.upload_buffer_data(buffer, int(places[start]) * rows.dtype.itemsize, raw[start:end])
 
-    def _scatter(self, recording: Recording, rows: NDArray[np.int64], content: NDArray[np.uint8]) -> None:
+    def _scatter(
+        self, recording: Recording, buffer: spy.Buffer, rows: NDArray[np.int64], content: NDArray[np.uint8]
+    ) -> None:
         if self._staging is None or self._staging[0].size < content.nbytes:
             self._device.give_back(*(self._staging or ()))
             self._staging = (
@@ -117,37 +84,106 @@ class HostTable:
             (words, 1, 1),
             source=source,
             places=places,
-            table=self.buffer,
+            table=buffer,
             wordsPerRow=content.shape[1] // 4,
             wordCount=words,
         )
 
 
-class DeviceTable:
-    """Rows of a structured buffer that lives on the device alone."""
+class HostTable:
+    """Rows of a structured buffer that the host keeps a copy of; what was touched is uploaded by `flush`."""
+
+    def __init__(self, device: Device, label: str, row: np.dtype[Any], usage: spy.BufferUsage = _READ_WRITE) -> None:
+        self._device, self._label, self._usage = device, label, usage
+        self._runs = Runs()
+        self._touched: list[NDArray[np.int64]] = []
+        self._upload = RowUpload(device)
+        self.rows: NDArray[Any] = np.zeros(1, row)
+        self.buffer = device.structured(label, self.rows, usage)
+
+    @property
+    def count(self) -> int:
+        """Rows in use, holes included."""
+        return self._runs.end
+
+    def take(self, count: int) -> int:
+        """The first of `count` new rows, which are zero."""
+        first = self._runs.take(count)
+        self.reserve(first + count)
+        self.rows[first : first + count] = 0
+        self.touch(np.arange(first, first + count))
+        return first
+
+    def reserve(self, count: int) -> None:
+        """Have at least `count` rows, by numbers that somebody else hands out; those that come are zero."""
+        if count > len(self.rows):
+            more = np.zeros(max(count, 2 * len(self.rows)) - len(self.rows), self.rows.dtype)
+            self.rows = np.concatenate([self.rows, more])
+
+    def give_back(self, first: int, count: int) -> None:
+        """Free rows; they become zero."""
+        self.rows[first : first + count] = 0
+        self.touch(np.arange(first, first + count))
+        self._runs.give_back(first, count)
+
+    def touch(self, rows: NDArray[np.int64]) -> None:
+        """These rows have changed."""
+        if len(rows):
+            self._touched.append(rows)
+
+    def flush(self, recording: Recording) -> None:
+        """Upload what changed; a table that has outgrown its buffer gets a new one."""
+        if not self._touched:
+            return
+        rows = np.unique(np.concatenate(self._touched))
+        self._touched = []
+        if self.rows.nbytes > self.buffer.size:
+            self._device.give_back(self.buffer)
+            self.buffer = self._device.structured(self._label, self.rows, self._usage)
+        else:
+            self._upload(recording, self.buffer, rows, self.rows[rows])
+
+
+class GrowingBuffer:
+    """Rows of a structured buffer on the device alone, by numbers that somebody else hands out."""
 
     def __init__(self, device: Device, label: str, stride: int, usage: spy.BufferUsage = _READ_WRITE) -> None:
         self._device, self._label, self._stride, self._usage = device, label, stride, usage
-        self._runs = Runs()
         self.buffer = device.buffer(label, size=stride, struct_size=stride, usage=usage)
 
-    def take(self, encoder: spy.CommandEncoder, rows: NDArray[Any]) -> int:
-        """The first of new rows with this content."""
-        count = rows.nbytes // self._stride
-        first = self._runs.take(count)
-        self._grow(encoder, first + count)
-        encoder.upload_buffer_data(self.buffer, first * self._stride, np.ascontiguousarray(rows).view(np.uint8).ravel())
-        return first
-
-    def give_back(self, first: int, count: int) -> None:
-        """Free rows."""
-        self._runs.give_back(first, count)
-
-    def _grow(self, encoder: spy.CommandEncoder, count: int) -> None:
+    def reserve(self, encoder: spy.CommandEncoder, count: int) -> None:
+        """Have at least `count` rows; what is in those that there were stays."""
         if count * self._stride <= self.buffer.size:
             return
         old = self.buffer
         size = max(count * self._stride, 2 * old.size)
         self.buffer = self._device.buffer(self._label, size=size, struct_size=self._stride, usage=self._usage)
-        encoder.copy_buffer(self.buffer, 0, old, 0, old.size)
         self._device.give_back(old)
+        encoder.copy_buffer(self.buffer, 0, old, 0, old.size)
+
+
+class DeviceTable:
+    """Rows of a structured buffer that lives on the device alone, handed out in runs."""
+
+    def __init__(self, device: Device, label: str, stride: int, usage: spy.BufferUsage = _READ_WRITE) -> None:
+        self._stride = stride
+        self._runs = Runs()
+        self._rows = GrowingBuffer(device, label, stride, usage)
+
+    @property
+    def buffer(self) -> spy.Buffer:
+        """The rows; another one after the table has grown."""
+        return self._rows.buffer
+
+    def take(self, encoder: spy.CommandEncoder, rows: NDArray[Any]) -> int:
+        """The first of new rows with this content."""
+        count = rows.nbytes // self._stride
+        first = self._runs.take(count)
+        self._rows.reserve(encoder, first + count)
+        content = np.ascontiguousarray(rows).view(np.uint8).ravel()
+        encoder.upload_buffer_data(self.buffer, first * self._stride, content)
+        return first
+
+    def give_back(self, first: int, count: int) -> None:
+        """Free rows."""
+        self._runs.give_back(first, count)

@@ -1,4 +1,4 @@
-"""Lighting channels: which lights and which meshes have to do with each other (seed 000, 19.2.1.8)."""
+"""Lighting channels: which lights and which meshes have to do with each other (RTG 19, 19.2.1.8)."""
 
 from collections.abc import Iterable
 from operator import index

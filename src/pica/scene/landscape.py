@@ -1,4 +1,4 @@
-"""Heightfield landscapes: a grid of patches, each as fine as the camera's distance asks for (seed 000, 19.2.1.3).
+"""Heightfield landscapes: a grid of patches, each as fine as the camera's distance asks for (RTG 19, 19.2.1.3).
 
 Where patches of different levels meet, the finer one leaves out the border vertices that the coarser one does not have
 (stitching). So neighbours share their border's vertices, to the bit, and nothing shows between them, for rays no less
@@ -6,7 +6,9 @@ than for raster. Skirts would hang walls there, which rays find from either side
 them the bottom-level structures, of all patches with every step of the camera.
 """
 
+from dataclasses import dataclass
 from functools import cache
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,12 +23,23 @@ Edges = tuple[int, int, int, int]
 """Every how many vertices a patch has one on its borders towards -X, +X, -Z and +Z."""
 
 
-class Landscape:
-    """A heightfield round the origin of `node`, in XZ. A patch's mesh is made when it is first wanted.
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """How fine each patch is shown to a camera."""
 
-    With each camera every patch takes a level: 0, the finest, within `full_detail` metres, and one more, with half as
-    many quads along a side, each time that the distance doubles. The same camera gives the same levels, whatever came
-    before. A patch whose level or border changes gets another mesh; the others cost nothing.
+    levels: NDArray[np.int64]
+    """(patches along Z, along X) 0 is the finest."""
+    edges: NDArray[np.int64]
+    """(patches along Z, along X, 4) every how many of the heights a patch has a vertex on each border, as Edges."""
+
+
+class Landscape:
+    """A heightfield round the origin of `node`, in XZ.
+
+    For the camera of each view every patch has a level: 0, the finest, within `full_detail` metres, and one more, with
+    half as many quads along a side, each time that the distance doubles. It follows from the camera alone. A patch
+    whose level or border changes is shown by another mesh, made when it is first wanted; the others cost nothing.
+    The nodes themselves have the coarsest meshes.
     """
 
     def __init__(
@@ -56,29 +69,41 @@ class Landscape:
         self._vertices = self._made()
         self._shape = (rows - 1) // patch, (columns - 1) // patch
         self._boxes = self._bounds()
-        self.chosen = np.full(self._shape, levels - 1)
-        """(patches along Z, along X) level of each patch."""
-        self._edges = self._borders(self.chosen)
+        self._meshes: WeakValueDictionary[tuple[int, ...], Mesh] = WeakValueDictionary()
         self.node = Node(name)
-        self.node.faces_camera = self
-        self._patches = [
-            [self.node.add(Node(f"{name} {z} {x}", mesh=self._mesh(z, x))) for x in range(self._shape[1])]
-            for z in range(self._shape[0])
-        ]
+        self._places: dict[Node, tuple[int, int]] = {}
+        coarsest = self._with_edges(np.full(self._shape, levels - 1))
+        for z, x in np.ndindex(self._shape):
+            patch_node = self.node.add(Node(f"{name} {z} {x}"))
+            self._places[patch_node] = z, x
+            patch_node.mesh = self.mesh(patch_node, coarsest)
+            patch_node.detail = self
 
-    def face(self, camera: Camera) -> None:
-        """Take levels for a camera, and other meshes where they differ."""
+    def levels_for(self, camera: Camera) -> Levels:
+        """What a camera asks for; the coarsest levels where the node is flat and nothing is to be seen."""
         world = self.node.world
         if not np.linalg.det(world):
-            return
-        chosen = self.levels_from((np.linalg.inv(world) @ camera.transform[:, 3])[:3])
-        if np.array_equal(chosen, self.chosen):
-            return
-        edges = self._borders(chosen)
-        differs = (chosen != self.chosen) | (edges != self._edges).any(-1)
-        self.chosen, self._edges = chosen, edges
-        for z, x in np.argwhere(differs):
-            self._patches[z][x].show(self._mesh(int(z), int(x)))
+            return self._with_edges(np.full(self._shape, self.levels - 1))
+        return self._with_edges(self.levels_from((np.linalg.inv(world) @ camera.transform[:, 3])[:3]))
+
+    def differing(self, levels: Levels, before: Levels) -> list[Node]:
+        """The patches' nodes that show another mesh at `levels` than they did before."""
+        differs = (levels.levels != before.levels) | (levels.edges != before.edges).any(-1)
+        nodes = list(self._places)
+        return [nodes[place] for place in np.flatnonzero(differs)]
+
+    def mesh(self, node: Node, levels: Levels) -> Mesh:
+        """What a patch's node shows at these levels; the same Mesh as long as somebody holds it."""
+        z, x = self._places[node]
+        step = 2 ** int(levels.levels[z, x])
+        edges = tuple(int(edge) // step for edge in levels.edges[z, x])
+        key = z, x, step, *edges
+        found = self._meshes.get(key)
+        if found is None:
+            indices = patch_triangles(self.patch // step, edges)
+            section = self._section(self._rows(z, step), self._rows(x, step), indices)
+            found = self._meshes[key] = Mesh([section], node.name)
+        return found
 
     def levels_from(self, eye: Floats) -> NDArray[np.int64]:
         """(patches along Z, along X) levels for an eye, (3,) in the node's space, by its distance to their boxes."""
@@ -134,20 +159,14 @@ class Landscape:
             lows[z, x], highs[z, x] = there.min(0), there.max(0)
         return lows, highs
 
-    def _borders(self, chosen: NDArray[np.int64]) -> NDArray[np.int64]:
-        """(patches along Z, along X, 4) Edges of each patch: the coarser one of the two levels that meet there."""
-        padded = np.pad(chosen, 1)
+    def _with_edges(self, levels: NDArray[np.int64]) -> Levels:
+        """On each border the coarser one of the two levels that meet there."""
+        padded = np.pad(levels, 1)
         beside = [padded[1:-1, :-2], padded[1:-1, 2:], padded[:-2, 1:-1], padded[2:, 1:-1]]
-        return 2 ** np.maximum(np.stack(beside, -1), chosen[..., None])
+        return Levels(levels, 2 ** np.maximum(np.stack(beside, -1), levels[..., None]))
 
     def _rows(self, patch: int, step: int) -> slice:
         return slice(patch * self.patch, (patch + 1) * self.patch + 1, step)
-
-    def _mesh(self, z: int, x: int) -> Mesh:
-        step = 2 ** int(self.chosen[z, x])
-        edges: Edges = tuple(int(edge) // step for edge in self._edges[z, x])
-        indices = patch_triangles(self.patch // step, edges)
-        return Mesh([self._section(self._rows(z, step), self._rows(x, step), indices)], f"{self.node.name} {z} {x}")
 
     def _section(self, rows: slice, columns: slice, indices: NDArray[np.uint32]) -> Section:
         used = {name: np.ascontiguousarray(values[rows, columns]) for name, values in self._vertices.items()}

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.scene.light import WHITE, Color
-from pica.scene.material_types import STANDARD
+from pica.scene.material_registry import STANDARD
 
 
 class AlphaMode(Enum):

@@ -6,6 +6,7 @@ World matrices are float64, right-handed, +Y up, metres; column vectors: world =
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,13 +16,16 @@ from pica.scene.animation import Animation, Pose, together
 from pica.scene.camera import Camera
 from pica.scene.changes import ChangeSet, Listeners
 from pica.scene.channels import ALL_CHANNELS, checked_channels
-from pica.scene.deformer import CameraFacing, Deformer, FacesCamera
+from pica.scene.deformer import CameraFacing, Deformer
 from pica.scene.environment import Environment
 from pica.scene.light import Light
 from pica.scene.material import Material
 from pica.scene.primitives import Primitives
-from pica.scene.skin import Skin, deform
-from pica.scene.watched import Watched
+from pica.scene.skin import Skin, deformed_positions
+from pica.scene.tracked_field import TrackedField
+
+if TYPE_CHECKING:
+    from pica.scene.landscape import Landscape
 
 
 @dataclass(eq=False)
@@ -59,9 +63,12 @@ class Section:
     morph_tangents: NDArray[np.float32] | None = None
     """(targets, vertices, 3) offsets to the tangents' directions; None: they stay."""
 
+    rows: NDArray[np.uint32] | None = None
+    """(vertices,) which rows of a deformer's arrays the vertices take; None: no deformer has an array for them."""
+
     def take(self, vertices: NDArray[np.intp], indices: NDArray[np.uint32]) -> "Section":
         """The section with only the given vertices, (count,), in that order; `indices` (triangles, 3) count in them."""
-        per_vertex = {name: getattr(self, name) for name in ("joints", "weights")}
+        per_vertex = {name: getattr(self, name) for name in ("joints", "weights", "rows")}
         per_target = {name: getattr(self, name) for name in ("morph_positions", "morph_normals", "morph_tangents")}
         return replace(
             self,
@@ -97,26 +104,26 @@ class Node:
 
     name: str = ""
     mesh: Mesh | None = None
-    light: Watched[Light | None] = Watched(None)
+    light: TrackedField[Light | None] = TrackedField(None)
     """Lights are immutable: set another one, such as `dataclasses.replace(node.light, intensity=3.0)`."""
     camera: Camera | None = None
     """Its own transform is ignored: the node's world matrix places it."""
     instances: NDArray[np.float64] | None = None
     """(count, 4, 4) copies of the mesh relative to this node (EXT_mesh_gpu_instancing); None: one, at the node."""
     extras: dict[str, object] = field(default_factory=dict)
-    visible_to_camera: Watched[bool] = Watched(True)
+    visible_to_camera: TrackedField[bool] = TrackedField(True)
     """Whether the camera sees the mesh. This and what follows is about the node's own mesh, not about its children."""
-    visible_to_reflections: Watched[bool] = Watched(True)
+    visible_to_reflections: TrackedField[bool] = TrackedField(True)
     """Whether rays for reflected light meet it; if not, its emission lights nothing."""
-    casts_shadows: Watched[bool] = Watched(True)
+    casts_shadows: TrackedField[bool] = TrackedField(True)
     """Whether it hides lights of its channels, and the environment."""
-    lighting_channels: Watched[frozenset[int]] = Watched(ALL_CHANNELS, checked_channels)
+    lighting_channels: TrackedField[frozenset[int]] = TrackedField(ALL_CHANNELS, checked_channels)
     """Of 0 to 5: lights reach meshes in one of their channels, and these alone hide them. The mesh's own emission
     reaches those in one of its channels. SceneError for other numbers."""
     pose: Pose | None = None
     """What a file or an animation made `transform` from; None: a matrix, and animations cannot place the node."""
-    faces_camera: FacesCamera | None = None
-    """Told the camera before each picture; set before the node comes into a scene."""
+    detail: "Landscape | None" = None
+    """What gives the meshes that the node shows to each camera instead of its own; set before it comes into a scene."""
     identities: NDArray[np.int64] | None = None
     """(count,) which thing each instance shows: where that changes, it has come, not moved. None: always the same."""
     children: list["Node"] = field(default_factory=list)
@@ -186,14 +193,17 @@ class Node:
         if deformer.node is not None:
             raise SceneError(f"node {self.name!r}: its deformer belongs to node {deformer.node.name!r} already")
         self._deformer, deformer.node = deformer, self
-        if isinstance(deformer, CameraFacing):
-            self.faces_camera = deformer
 
     @property
     def deforms(self) -> bool:
         """Whether the mesh has a shape of its own at this node, by a skin, by weights or by a deformer."""
         own = self._skin is not None or self._weights is not None or self._deformer is not None
         return self.mesh is not None and own
+
+    @property
+    def follows_camera(self) -> bool:
+        """Whether each view shows the node in its own way, by where its camera is."""
+        return self.detail is not None or isinstance(self._deformer, CameraFacing)
 
     def tell_deformed(self) -> None:
         """The mesh's vertices are to be written anew."""
@@ -364,7 +374,7 @@ class Scene:
 def _corners(node: Node, mesh: Mesh) -> NDArray[np.float64]:
     """(8, 3) corners of the box round what the node's mesh shows; (0, 3) when that is nothing."""
     used = [
-        (deform(section, node)[0] if node.deforms else section.positions)[np.unique(section.indices)]
+        (deformed_positions(section, node) if node.deforms else section.positions)[np.unique(section.indices)]
         for section in mesh.sections
         if len(section.indices)
     ]

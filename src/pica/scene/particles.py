@@ -1,4 +1,4 @@
-"""Particles: rows of arrays, shown as camera-facing sprites, as ribbons or as copies of a mesh (seed 000, 19.2.1.3)."""
+"""Particles: rows of arrays, shown as camera-facing sprites, as ribbons or as copies of a mesh (RTG 19, 19.2.1.3)."""
 
 from dataclasses import dataclass, field
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError
-from pica.scene.deformer import CameraFacing, Floats, unit
+from pica.scene.deformer import FROM_THE_FRONT, CameraFacing, Eye, Floats, unit
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Section
 
@@ -66,14 +66,13 @@ class Particles:
 
 
 class Sprites(CameraFacing):
-    """Quads that turn towards the camera, one a particle; `node` shows them. Set `particles` to move them.
+    """Quads that turn towards the camera of each view, one a particle; `node` shows them. Set `particles` to move them.
 
     Second texture coordinates are (age, 0). Use a masked or a blended material, visible from both sides.
     """
 
     def __init__(self, capacity: int, material: Material, name: str = "sprites") -> None:
         """`capacity`: the most particles there will be. Raises SceneError below 1."""
-        super().__init__()
         if capacity < 1:
             raise SceneError(f"sprites {name!r}: capacity {capacity} must be 1 or more")
         self.capacity = capacity
@@ -102,19 +101,19 @@ class Sprites(CameraFacing):
         self.version += 1
         self.changed()
 
-    def deform(self, section: Section) -> tuple[Floats, Floats, Floats]:
+    def deform(self, section: Section, eye: Eye = FROM_THE_FRONT) -> tuple[Floats, Floats, Floats]:
         """As Deformer. Quads without a particle are points."""
         particles = self._particles
         rest = section.positions.astype(np.float64)
         count = len(particles.positions)
         if not count:
-            return _pointing(np.zeros((len(rest), 3)), self.to_eye(np.zeros((len(rest), 3))), self.up)
+            return _pointing(np.zeros((len(rest), 3)), eye.direction_from(np.zeros((len(rest), 3))), eye.up)
         number = rest[:, 2].astype(np.intp)
         row = np.minimum(number, count - 1)
         center, angle = particles.positions[row], particles.rotations[row][:, None]
         size = np.broadcast_to(particles.sizes.reshape(count, -1), (count, 2))[row] * (number < count)[:, None]
-        forward = self.to_eye(center)
-        _, _, tangents = _pointing(center, forward, self.up)
+        forward = eye.direction_from(center)
+        _, _, tangents = _pointing(center, forward, eye.up)
         right = tangents[:, :3]
         up = np.cross(forward, right)
         turned = np.cos(angle) * right + np.sin(angle) * up
@@ -131,7 +130,6 @@ class Ribbons(CameraFacing):
 
     def __init__(self, strands: int, points: int, material: Material, name: str = "ribbons") -> None:
         """Room for `strands` strands of `points` points each. Raises SceneError for fewer than 1 and 2."""
-        super().__init__()
         if strands < 1 or points < 2:
             raise SceneError(f"ribbons {name!r}: {strands} strands of {points} points; needs 1 of 2 at least")
         self.strands, self.points = strands, points
@@ -172,7 +170,7 @@ class Ribbons(CameraFacing):
         self.version += 1
         self.changed()
 
-    def deform(self, section: Section) -> tuple[Floats, Floats, Floats]:
+    def deform(self, section: Section, eye: Eye = FROM_THE_FRONT) -> tuple[Floats, Floats, Floats]:
         """As Deformer. The tangent is across the ribbon."""
         rest = section.positions.astype(np.float64)
         strand, point = rest[:, 2].astype(np.intp), rest[:, 1].astype(np.intp)
@@ -180,7 +178,7 @@ class Ribbons(CameraFacing):
         after = self.positions[strand, np.minimum(point + 1, self.points - 1)]
         before = self.positions[strand, np.maximum(point - 1, 0)]
         along = unit(after - before, np.array([0.0, 1.0, 0.0]))
-        view = self.to_eye(center)
+        view = eye.direction_from(center)
         sideways = unit(np.cross(along, np.eye(3)[np.argmin(np.abs(along), axis=1)]), np.array([1.0, 0.0, 0.0]))
         side = unit(np.cross(along, view), sideways)
         places = center + side * (rest[:, :1] * self.widths[strand, point][:, None])

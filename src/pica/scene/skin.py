@@ -89,6 +89,11 @@ def deform(section: "Section", node: "Node") -> tuple[Floats, Floats, Floats]:
     return positions, normals, np.column_stack([tangents, section.tangents[:, 3]])
 
 
+def deformed_positions(section: "Section", node: "Node") -> Floats:
+    """(vertices, 3) as `deform` has them."""
+    return deform(section, node)[0] if node.deformer is None else node.deformer.positions_of(section)
+
+
 def _line(node: "Node") -> list["Node"]:
     """The node's ancestors from the top, and the node."""
     line = [node]

@@ -1,4 +1,4 @@
-"""Meshes bent along a cubic B-spline (seed 000, 19.2.1.3: spline meshes).
+"""Meshes bent along a cubic B-spline (RTG 19, 19.2.1.3: spline meshes).
 
 The curve is the uniform cubic B-spline over the control points (de Boor 1978, "A Practical Guide to Splines", chapter
 IX). One more point beyond either end, P[-1] = 2 P[0] - P[1] and likewise at the other, makes it begin and end at the

@@ -6,11 +6,11 @@ import pytest
 import pica
 from pica.errors import SettingsError
 from pica.quality.effects import compare_effect
-from pica.rhi import embree
 from pica.scene.camera import Camera
 from pica.scene.material import Material
-from pica.scene.procedural.placing import move, turn
-from pica.scene.procedural.primitives import box, plane
+from pica.scenes.basic_meshes import box, plane
+from pica.scenes.placing import move, turn
+from pica.tracing import embree
 from tests.building import CAMERA, lambert, orthographic, placed, scene_of, settings, still_life, uniform
 
 SIZE = (64, 48)

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 import pica
-from pica.effects.shadows.views import shadow_views
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, PointLight, RectangleLight, SphereLight
-from pica.scene.procedural.placing import aim, move, turn
-from pica.scene.procedural.primitives import box, plane, sphere
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import aim, move, turn
 from tests.building import lambert, orthographic, placed, scene_of, settings, shining
 
 SIZE = (96, 64)
@@ -59,8 +58,8 @@ def truth(device):
             weighted = 0
             for _ in range(600):
                 renderer.advance(VIEW)
-                textures = renderer.shadows.debug_views()
-                weighted = weighted + textures["samples"].to_numpy().astype(np.float64)
+                (samples,) = renderer.shadows.debug_aovs()["raw"].textures
+                weighted = weighted + samples.to_numpy().astype(np.float64)
             kept[name] = weighted[..., 0] / np.maximum(weighted[..., 3], 1e-9), weighted[..., 3] > 600 * 0.05
         return kept[name]
 
@@ -202,8 +201,8 @@ def test_a_sharp_shadow_is_no_change(device):
     for _ in range(12):
         elsewhere.transform = move(1e-3, 0, 0) @ elsewhere.transform
         buffers = renderer.advance(VIEW, jittered=False)
-    views = shadow_views(renderer.shadows.debug_views(), 0)
-    shadow, history = (views[f"debug.shadows.{name}"]()[..., 0] for name in ("filtered", "history"))
+    views = renderer.shadows.debug_aovs()
+    shadow, history = (views[name].fetch()[..., 0] for name in ("filtered", "history"))
     floor = buffers["visibility"].to_numpy()[..., 0] == 1
     edges = (np.abs(np.diff(shadow, axis=1)) > 0.2) & floor[:, 1:] & floor[:, :-1]
     assert edges.sum() > 20

@@ -7,12 +7,12 @@ import pytest
 
 import pica
 from pica.quality.effects import compare_effect
-from pica.rhi import embree
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, SphereLight
 from pica.scene.material import Image, Material, Sampler, Texture
-from pica.scene.procedural.placing import aim, move, turn
-from pica.scene.procedural.primitives import box, plane, sphere
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import aim, move, turn
+from pica.tracing import embree
 from tests.building import lambert, orthographic, placed, render, scene_of, settings, shining, trace, uniform
 
 PIPELINE = {"rays.scheduler": "pipeline"}

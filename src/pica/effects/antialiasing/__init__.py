@@ -1,1 +1,1 @@
-"""Antialiasing: several jittered frames make one picture."""
+"""Antialiasing: several jittered frames make one picture, of the output's size."""

@@ -1,1 +1,1 @@
-"""Primary visibility and material resolve (seed 001, 25.1, step 3)."""
+"""Primary visibility and material resolve (RTG 25, 25.1, step 3)."""

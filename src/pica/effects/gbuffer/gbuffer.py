@@ -4,14 +4,19 @@ from typing import Any, Literal
 
 import slangpy as spy
 
+from pica.frame.aovs import gbuffer_aovs
 from pica.frame.context import FrameContext, Size
+from pica.frame.effect import Aov, Effect
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.draws import CULL, FRONT, DrawKind, Facing
-from pica.gpu_scene.scene import GpuScene
+from pica.gpu_scene.view import SceneView
+from pica.programs.library import programs
+from pica.programs.recipes import ForTypes
 from pica.rhi.device import Device
 from pica.rhi.passes import RasterPass, RasterState
-from pica.rhi.programs import ForTypes
-from pica.rhi.schedulers import Tracer, ray_effect
+from pica.scene.camera import Camera
+from pica.tracing.ray_buffers import Tracer
+from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/gbuffer"
 _BOXES = Facing.BOXES, Facing.BOXES_MIRRORED
@@ -35,10 +40,11 @@ class RasterVisibility:
             {"viewports": [spy.Viewport.from_size(*size)], "scissor_rects": [spy.ScissorRect.from_size(*size)]}
         )
         self._state.index_format = spy.IndexFormat.uint32
+        self._device = device
         self._targets: dict[spy.Texture, spy.RenderPassDesc] = {}
         self._views: list[spy.TextureView] = []
 
-    def __call__(self, frame: FrameContext, scene: GpuScene, visibility: spy.Texture) -> None:
+    def __call__(self, frame: FrameContext, scene: SceneView, visibility: spy.Texture) -> None:
         """Fill `visibility` (width, height, rg32_uint)."""
         if visibility not in self._targets:
             self._targets[visibility] = self._render_targets(visibility)
@@ -46,13 +52,18 @@ class RasterVisibility:
         for kind, for_types in self._passes.items():
             if kind.facing not in _BOXES:  # so that the first triangles of a kind find its pipeline made
                 for_types(scene.material_types)
+        drawn = scene.draws(frame)
         frame.profiler.begin(frame.encoder, "raster")
         with frame.encoder.begin_render_pass(self._targets[visibility]) as encoder:
-            for draws in scene.draws:
+            for draws in drawn:
                 self._passes[draws.kind](scene.material_types).bind(encoder, scene=scene, frame=frame)
                 encoder.set_render_state(self._state)
                 encoder.draw_indexed_indirect(draws.count, draws.arguments)
         frame.profiler.end(frame.encoder)
+
+    def give_back(self) -> None:
+        """Nobody needs the depth buffer any more."""
+        self._device.give_back(self._depth)
 
     def _render_targets(self, visibility: spy.Texture) -> spy.RenderPassDesc:
         target, depth = visibility.create_view(), self._depth.create_view()
@@ -73,11 +84,13 @@ class RasterVisibility:
         if kind.facing in _BOXES:
             file, shaders = "raster_primitives.slang", ("vertexMain", "fragmentMain")
         state = RasterState((spy.Format.rg32_uint,), CULL[kind.facing], FRONT[kind.facing])
-        return device.raster_for_types(f"{_FOLDER}/{file}", shaders, state)
+        return programs(device).raster(f"{_FOLDER}/{file}", shaders, state)
 
 
-class GBufferEffect:
+class GBufferEffect(Effect):
     """Fills a GBuffer once a frame."""
+
+    name = "gbuffer"
 
     def __init__(
         self,
@@ -86,24 +99,43 @@ class GBufferEffect:
         primary: Literal["auto", "raster", "rays"],
         tracer: Tracer | None = None,
     ) -> None:
-        """`primary`: "auto" rasterizes on the CPU and traces on GPUs, as measured in docs/performance.md."""
-        self._buffer = GBuffer(device, size)
-        self.primary = primary if primary != "auto" else ("raster" if device.is_software else "rays")
-        self._raster = RasterVisibility(device, size) if self.primary == "raster" else None
+        """`primary`: "auto" rasterizes on the CPU and traces on GPUs that can, as measured in docs/performance.md."""
+        self._device = device
+        self.primary = primary
+        if primary == "auto":
+            self.primary = "rays" if device.traces_rays and not device.is_software else "raster"
         self._rays = (
             ray_effect(device, f"{_FOLDER}/primary_rays.slang", "PrimaryRays", "hit", tracer)
             if self.primary == "rays"
             else None
         )
-        self._resolve = device.compute_for_types(f"{_FOLDER}/resolve.slang")
+        self._resolve = programs(device).compute(f"{_FOLDER}/resolve.slang")
+        self._shown: tuple[SceneView, Camera] | None = None
+        self._allocate(size)
 
-    @property
-    def names(self) -> list[str]:
-        """What the textures of the G-buffer are called."""
-        return list(self._buffer.textures)
+    def _allocate(self, size: Size) -> None:
+        self._buffer = GBuffer(self._device, size)
+        self._raster = RasterVisibility(self._device, size) if self.primary == "raster" else None
 
-    def __call__(self, frame: FrameContext, scene: GpuScene) -> GBuffer:
+    def resize(self, size: Size) -> None:
+        """As Effect."""
+        self._buffer.give_back()
+        if self._raster is not None:
+            self._raster.give_back()
+        self._allocate(size)
+
+    def aovs(self) -> dict[str, Aov]:
+        """See gbuffer_aovs."""
+        return {} if self._shown is None else gbuffer_aovs(self._buffer.textures, *self._shown)
+
+    def ray_counts(self) -> dict[str, int]:
+        """One a pixel, where rays find what the camera sees."""
+        depth = self._buffer.textures["depth"]
+        return {} if self._rays is None else {"primary_rays": depth.width * depth.height}
+
+    def __call__(self, frame: FrameContext, scene: SceneView) -> GBuffer:
         """The G-buffer of this frame."""
+        self._shown = scene, frame.camera
         self._buffer.turn()
         textures = self._buffer.textures
         if self._raster is not None:

@@ -2,21 +2,26 @@
 
 import slangpy as spy
 
-from pica.effects.lighting.light_slots import LightSlots
 from pica.effects.lighting.ltc_tables import LtcTables
 from pica.effects.lighting.prefiltered import PrefilteredEnvironment
-from pica.effects.shadows.shadows import ShadowTextures
 from pica.frame.context import FrameContext, Size
+from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.scene import GpuScene
+from pica.gpu_scene.view import SceneView
+from pica.light_sampling.light_slots import LightSlots
+from pica.light_sampling.shadow_textures import ShadowTextures
+from pica.programs.library import programs
 from pica.rhi.device import Device
 from pica.settings import LightingSettings
 
 
-class DirectLighting:
+class DirectLighting(Effect):
     """Radiance towards the camera from emission and direct light (width, height, rgba32_float), nits."""
 
-    def __init__(self, device: Device, size: Size, scene: GpuScene, settings: LightingSettings) -> None:
+    name = "lighting"
+
+    def __init__(self, device: Device, size: Size, scene: SceneView, settings: LightingSettings) -> None:
+        self._device = device
         self._radiance = device.texture("radiance", spy.Format.rgba32_float, size)
         self._no_shadows = device.texture("no shadows", spy.Format.rg32_uint, (1, 1))
         self._not_filtered = device.texture("no filtered shadows", spy.Format.rgba16_float, (1, 1), layers=1)
@@ -26,13 +31,18 @@ class DirectLighting:
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
         self._use_prefiltered = settings.environment == "prefiltered"
         self._prefiltered = PrefilteredEnvironment(device, scene, wanted=self._use_prefiltered)
-        self._direct = device.compute_for_types("effects/lighting/direct.slang", name="lighting")
+        self._direct = programs(device).compute("effects/lighting/direct.slang", name="lighting")
+
+    def resize(self, size: Size) -> None:
+        """As Effect."""
+        self._device.give_back(self._radiance)
+        self._radiance = self._device.texture("radiance", spy.Format.rgba32_float, size)
 
     def __call__(
         self,
         frame: FrameContext,
         gbuffer: GBuffer,
-        scene: GpuScene,
+        scene: SceneView,
         slots: LightSlots,
         shadows: ShadowTextures | None,
         occlusion: spy.Texture | None,
@@ -40,8 +50,8 @@ class DirectLighting:
     ) -> spy.Texture:
         """The lit picture of this frame; without `shadows` nothing casts any.
 
-        `noisy`: where the light of noisy slots goes (SharedLight.samples); it is not in the picture then. None where
-        there are none.
+        `noisy`: where the light of noisy slots goes (StochasticLightDenoiser.samples); it is not in the picture then.
+        None where there are none.
 
         `occlusion`: the open share of each pixel's surroundings, which dims the prefiltered environment, the only light
         here that has no shadows of its own.

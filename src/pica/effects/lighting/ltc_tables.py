@@ -5,7 +5,7 @@ import slangpy as spy
 
 from pica.rhi.device import PACKAGE, Device
 
-TABLE = PACKAGE / "shaders" / "ltc_ggx.npy"
+TABLE = PACKAGE / "effects" / "lighting" / "ltc_ggx.npy"
 """(roughness, view, 6) float16: four entries of the inverse matrix, two albedos."""
 
 

@@ -2,7 +2,7 @@
 
 import slangpy as spy
 
-from pica.gpu_scene.scene import GpuScene
+from pica.gpu_scene.view import SceneView
 from pica.rhi.device import Device
 
 LEVELS = 8  # prefiltered.slang: levelCount
@@ -14,7 +14,7 @@ _SMALLEST_ALPHA = 0.01
 class PrefilteredEnvironment:
     """Radiance by direction and roughness, and irradiance. Where it is not wanted, one black texel stands in."""
 
-    def __init__(self, device: Device, scene: GpuScene, wanted: bool) -> None:
+    def __init__(self, device: Device, scene: SceneView, wanted: bool) -> None:
         size = _SIZE if wanted else (1, 1)
         usage = spy.TextureUsage.shader_resource | spy.TextureUsage.unordered_access
         self._levels = device.handle.create_texture(

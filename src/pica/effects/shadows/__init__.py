@@ -1,1 +1,1 @@
-"""Ray traced shadows (seed 001, 25.2.1), and the shadow maps that they replace."""
+"""Ray traced shadows (RTG 25, 25.2.1)."""

@@ -1,16 +1,17 @@
 """Filters of shadow samples: a history in time, then a filter in the picture, one for each light."""
 
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.effects.lighting.light_slots import LightSlots
 from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.scene import GpuScene
+from pica.frame.history import History, accumulate_grid
+from pica.frame.reprojection import Reprojection
+from pica.gpu_scene.view import SceneView
+from pica.light_sampling.light_slots import LightSlots
 from pica.rhi.device import Device
 from pica.scene.light import DirectionalLight
 from pica.scene.model import Node
@@ -20,14 +21,10 @@ _STEPS = (1, 2, 4, 8, 16)
 """Pixels between the taps of SVGF's five passes."""
 _MOST_LIGHTS = 16
 """ShadowsSettings.denoised_lights has no more."""
-_GROUP = 16
-"""shadow_history.slang: GROUP."""
+_REMEMBERED = {"signal": spy.Format.rgba16_float, "moments": spy.Format.rgba16_float}
+"""shadow_history.slang has what they hold."""
 _TILE = 8
 """penumbra_tiles.slang: GROUP."""
-_STILL = 256.0
-"""Samples that a history holds while nothing moves."""
-_CLAMP_WIDTH = 2.0
-"""Standard errors of a frame's 5x5 mean by which the history may differ while something moves."""
 
 
 class ShadowDenoiser:
@@ -37,7 +34,8 @@ class ShadowDenoiser:
         """`history`: ShadowsSettings.history."""
         self._device, self._size, self._remembered = device, size, history
         folder = "effects/shadows"
-        self._history = device.compute(f"{folder}/shadow_history.slang")
+        self._history: History | None = None
+        self._accumulate = device.compute(f"{folder}/shadow_history.slang")
         # A pass whose parameters differ from dispatch to dispatch is bound anew each time; five passes are not.
         self._svgf = [device.compute(f"{folder}/svgf.slang") for _ in _STEPS]
         self._tiles = device.compute(f"{folder}/penumbra_tiles.slang")
@@ -54,11 +52,17 @@ class ShadowDenoiser:
         """Drop the history."""
         self._lights = []
 
-    def debug_views(self) -> dict[str, spy.Texture]:
+    def resize(self, size: Size) -> None:
+        """Work at another size; drops the history."""
+        self._size, self._layers = size, 0
+        self.reset()
+
+    def debug_textures(self) -> dict[str, spy.Texture]:
         """What the newest frame left behind, by name: see views.py."""
+        assert self._history is not None
         return {
             "filtered": self._filtered[0],
-            "moments": self._moments[1],
+            "moments": self._history.current["moments"],
             "deviation": self._deviation[0],
             "filtered deviation": self._deviation[1],
             "footprints": self._footprints,
@@ -68,51 +72,47 @@ class ShadowDenoiser:
         self,
         frame: FrameContext,
         gbuffer: GBuffer,
-        scene: GpuScene,
+        scene: SceneView,
         slots: LightSlots,
         samples: spy.Texture,
         slopes: spy.Texture,
-        moved: bool,
+        reprojection: Reprojection,
     ) -> spy.Texture:
         """(width, height, denoised slots, rgba16_float) the share of each slot's light that arrives.
 
-        `samples` and `slopes`: as shadow_rays.slang writes them. `moved`: something differs from the frame before.
+        `samples` and `slopes`: as shadow_rays.slang writes them.
         """
         layers = len(slots.denoised)
-        self._allocate(layers)
-        remembered = self._remembered if moved or self._remembered == 1 else _STILL
+        history = self._allocate(layers)
+        textures = history.turn(frame)
+        if history.empty:
+            self._lights = []
         shift = int(self._follow(frame, slots.denoised, slots.svgf))
         if slots.svgf < layers:
             self._find_footprints(frame, gbuffer, scene, slots, slopes, shift)
-        self._history(
+        self._accumulate(
             frame,
-            (self._size[0] + _GROUP, self._size[1] + _GROUP, layers),
+            accumulate_grid(self._size, layers),
             frame=frame,
             gbuffer=gbuffer,
+            reprojection=reprojection,
             samples=samples,
-            previousSignal=self._signal[1],
-            previousMoments=self._moments[1],
-            signal=self._signal[0],
-            moments=self._moments[0],
             deviation=self._deviation[0],
             footprints=self._footprints,
             firstFootprint=slots.svgf,
             shifts=self._shifts,
             shadowsShift=shift,
             sourceLayers=self._source_layers(slots.denoised),
-            remembered=float(remembered),
-            clampWidth=_CLAMP_WIDTH if moved else 0.0,
+            remembered=float(self._remembered),
+            **textures,
         )
         if slots.svgf:
-            self._filter_by_variance(frame, gbuffer, slots.svgf)
+            self._filter_by_variance(frame, gbuffer, history.current["signal"], slots.svgf)
         if slots.svgf < layers:
-            self._filter_by_footprint(frame, gbuffer, slots)
-        self._signal.reverse()
-        self._moments.reverse()
+            self._filter_by_footprint(frame, gbuffer, history, slots)
         return self._filtered[0]
 
-    def _filter_by_variance(self, frame: FrameContext, gbuffer: GBuffer, layers: int) -> None:
-        source = self._signal[0]
+    def _filter_by_variance(self, frame: FrameContext, gbuffer: GBuffer, source: spy.Texture, layers: int) -> None:
         for number, step in enumerate(_STEPS):
             target = self._filtered[number % 2]
             self._svgf[number](
@@ -133,7 +133,7 @@ class ShadowDenoiser:
         self,
         frame: FrameContext,
         gbuffer: GBuffer,
-        scene: GpuScene,
+        scene: SceneView,
         slots: LightSlots,
         slopes: spy.Texture,
         shift: int,
@@ -158,10 +158,10 @@ class ShadowDenoiser:
             firstLayer=first,
         )
 
-    def _filter_by_footprint(self, frame: FrameContext, gbuffer: GBuffer, slots: LightSlots) -> None:
+    def _filter_by_footprint(self, frame: FrameContext, gbuffer: GBuffer, history: History, slots: LightSlots) -> None:
         first, layers = slots.svgf, len(slots.denoised) - slots.svgf
         grid = (*self._size, layers)
-        chain = self._signal[0], self._filtered[1], self._filtered[0]
+        chain = history.current["signal"], self._filtered[1], self._filtered[0]
         for axis, (source, target) in enumerate(pairwise(chain)):
             self._anisotropic[axis](
                 frame,
@@ -170,33 +170,34 @@ class ShadowDenoiser:
                 gbuffer=gbuffer,
                 signal=source,
                 footprints=self._footprints,
-                moments=self._moments[0],
+                moments=history.current["moments"],
                 deviation=self._deviation[0],
                 filtered=target,
                 axis=axis,
                 firstLayer=first,
             )
 
-    def _allocate(self, layers: int) -> None:
-        if layers <= self._layers:
-            return
+    def _allocate(self, layers: int) -> History:
+        """The history, with room for so many lights."""
+        if self._history is not None and layers <= self._layers:
+            return self._history
         self._device.give_back(*self._textures)
         self._layers, self._lights, self._textures = layers, [], []
+        if self._history is None:
+            self._history = History(self._device, "shadow", _REMEMBERED, self._size, layers)
+        else:
+            self._history.resize(self._size, layers)
 
-        def pair(label: str, texture_format: spy.Format) -> list[spy.Texture]:
-            made = [self._device.texture(label, texture_format, self._size, layers=layers) for _ in range(2)]
-            self._textures += made
-            return made
+        def make(label: str, texture_format: spy.Format, size: Size) -> spy.Texture:
+            self._textures.append(self._device.texture(label, texture_format, size, layers=layers))
+            return self._textures[-1]
 
-        self._signal = pair("shadow signal", spy.Format.rgba16_float)
-        self._moments = pair("shadow moments", spy.Format.rg16_float)
-        self._deviation = pair("shadow deviation", spy.Format.r16_float)
-        self._filtered = pair("filtered shadows", spy.Format.rgba16_float)
-        make = partial(self._device.texture, layers=layers)
+        self._deviation = [make("shadow deviation", spy.Format.r16_float, self._size) for _ in range(2)]
+        self._filtered = [make("filtered shadows", spy.Format.rgba16_float, self._size) for _ in range(2)]
         self._footprints = make("shadow footprints", spy.Format.rgba16_float, self._size)
         self._tile_slopes = make("tiles of slopes", spy.Format.rg16_float, _tiles_of(self._size))
         self._shifts = make("shadow shifts", spy.Format.rg16_float, self._size)
-        self._textures += [self._footprints, self._tile_slopes, self._shifts]
+        return self._history
 
     def _follow(self, frame: FrameContext, lights: list[Node], first: int) -> bool:
         """Note how far the lights from `first` on have come since the frame before; whether any has."""

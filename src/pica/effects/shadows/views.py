@@ -7,47 +7,45 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.frame.effect import Aov
+
 Array = NDArray[Any]
 _SPACING = 24
 """Pixels between the drawn footprints."""
 
 
-def shadow_views(textures: Mapping[str, spy.Texture], svgf: int) -> dict[str, Callable[[], Array]]:
-    """Functions that fetch the views of `Shadows.debug_views`, with the denoised slots last: (height, width, slots).
+def shadow_views(textures: Mapping[str, spy.Texture], svgf: int) -> dict[str, Aov]:
+    """Views of a denoiser's textures, with the denoised slots last: (height, width, slots).
 
-    debug.shadows.raw: this frame's samples, 0 to 1. .filtered: what the lighting uses. .history: samples in the mean.
-    .variance: of the mean, after the filter for the first `svgf` slots. .footprint: (height, width, 3) the shadow of
-    the first anisotropic slot with the ellipses of its filter at some pixels in green, as in figure 19-5 of seed 000;
-    only where there is such a slot.
+    raw: this frame's samples, 0 to 1; filtered: what the lighting uses; history: samples in the mean; variance: of the
+    mean, after the filter for the first `svgf` slots; footprint: (height, width, 3) the shadow of the first anisotropic
+    slot with the ellipses of its filter at some pixels in green (RTG 19, figure 19-5), where there is such a slot.
     """
 
-    def layers(name: str) -> Array:
-        """(slots, height, width, channels)"""
-        texture = textures[name]
-        values = np.stack([texture.to_numpy(layer=layer) for layer in range(texture.array_length)]).astype(np.float32)
-        return values if values.ndim == 4 else values[..., None]
+    def of(read: Callable[..., Array], *names: str) -> Aov:
+        return Aov(tuple(textures[name] for name in names), read)
 
-    def last(values: Array) -> Array:
-        return np.ascontiguousarray(np.moveaxis(values, 0, -1))
-
-    def raw() -> Array:
-        samples = layers("samples")
-        return last(samples[..., :3].mean(-1) / np.maximum(samples[..., 3], 1e-6))
-
-    def variance() -> Array:
-        before, after = layers("deviation")[..., 0], layers("filtered deviation")[..., 0]
-        return last(np.concatenate([after[:svgf], before[svgf:]]) ** 2)
+    def variance(before: Array, after: Array) -> Array:
+        return _last(np.concatenate([after[:svgf], before[svgf:]])[..., 0] ** 2)
 
     views = {
-        "debug.shadows.raw": raw,
-        "debug.shadows.filtered": lambda: last(layers("filtered")[..., :3].mean(-1)),
-        "debug.shadows.history": lambda: last(layers("moments")[..., 1]),
-        "debug.shadows.variance": variance,
+        "raw": of(lambda samples: _last(samples[..., :3].mean(-1) / np.maximum(samples[..., 3], 1e-6)), "samples"),
+        "filtered": of(lambda filtered: _last(filtered[..., :3].mean(-1)), "filtered"),
+        "history": of(lambda moments: _last(moments[..., 1]), "moments"),
+        "variance": of(variance, "deviation", "filtered deviation"),
     }
     if svgf < textures["filtered"].array_length:
-        shadow = views["debug.shadows.filtered"]
-        views["debug.shadows.footprint"] = lambda: _ellipses(shadow()[..., svgf], layers("footprints")[0])
+
+        def footprint(filtered: Array, footprints: Array) -> Array:
+            return _ellipses(filtered[svgf, ..., :3].astype(np.float32).mean(-1), footprints[0].astype(np.float32))
+
+        views["footprint"] = of(footprint, "filtered", "footprints")
     return views
+
+
+def _last(values: Array) -> Array:
+    """(slots, height, width) as (height, width, slots)."""
+    return np.ascontiguousarray(np.moveaxis(values.astype(np.float32), 0, -1))
 
 
 def _ellipses(shadow: Array, footprints: Array) -> Array:

@@ -1,7 +1,6 @@
 """Which extensions of glTF are read."""
 
 from pica.errors import SceneError
-from pica.scene.gltf.checks import listing, shown
 from pica.scene.gltf.container import Document
 
 SUPPORTED = frozenset(
@@ -22,17 +21,15 @@ SUPPORTED = frozenset(
 
 def check_extensions(document: Document) -> None:
     """Raise SceneError for a required extension that is not supported; warn once about all others (3.12)."""
-    required = _unsupported(document, "extensionsRequired")
+    required = unsupported(document, "extensionsRequired")
     if required:
         raise SceneError(f"needs {', '.join(required)}, which is not supported; export the file without")
-    used = _unsupported(document, "extensionsUsed")
+    used = unsupported(document, "extensionsUsed")
     if used:
         document.warn(f"ignores what is not supported: {', '.join(used)}")
 
 
-def _unsupported(document: Document, key: str) -> list[str]:
-    names = listing(getattr(document.gltf, key), key)
-    for name in names:
-        if not isinstance(name, str):
-            raise SceneError(f"{key}: {shown(name)} is not a name")
-    return [" ".join(name.split()) for name in dict.fromkeys(names) if name not in SUPPORTED]
+def unsupported(document: Document, key: str) -> list[str]:
+    """The extensions under a key of the file, such as "extensionsRequired", that are not read."""
+    names = dict.fromkeys(document.root.texts(key))
+    return [" ".join(name.split()) for name in names if name not in SUPPORTED]

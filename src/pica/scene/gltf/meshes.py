@@ -3,13 +3,12 @@
 from typing import Any
 
 import numpy as np
-import pygltflib
 from numpy.typing import NDArray
 
-from pica.scene.gltf.accessors import read_accessor, read_floats, read_indices
-from pica.scene.gltf.checks import choice, text
+from pica.scene.gltf.accessors import read_floats, read_indices
 from pica.scene.gltf.container import Document
-from pica.scene.gltf.deformation import joints_and_weights, morph_offsets, per_vertex, target_count
+from pica.scene.gltf.deformation import joints_and_weights, morph_offsets, per_vertex
+from pica.scene.gltf.element import Element
 from pica.scene.gltf.materials import Materials
 from pica.scene.material import Material, Texture
 from pica.scene.model import Mesh, Section
@@ -17,7 +16,6 @@ from pica.scene.normals import face_normals, perpendicular, unit_normals
 from pica.scene.tangents import generate_tangents
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
-_MODES = dict.fromkeys(range(_TRIANGLES), None) | {mode: mode for mode in (_TRIANGLES, _STRIP, _FAN)}
 """Points and lines (0 to 3) have no surface."""
 
 _TYPES = {
@@ -35,66 +33,70 @@ class Meshes:
     def __init__(self, document: Document) -> None:
         self._document = document
         self._materials = Materials(document)
-        self._made: dict[int, Mesh] = {}
+        self._made: dict[Element, Mesh] = {}
 
-    def get(self, index: int, where: str) -> Mesh:
-        """Mesh `index`; primitives without a surface are left out with a warning."""
-        entry = self._document.item("meshes", index, where)
-        if index not in self._made:
-            target_count(self._document, index)  # which checks them
-            primitives = enumerate(entry.primitives)
-            sections = [self._section(part, f"meshes[{index}].primitives[{i}]") for i, part in primitives]
-            self._made[index] = Mesh([section for section in sections if section is not None], text(entry.name))
-        return self._made[index]
+    def get(self, node: Element) -> Mesh:
+        """The mesh of a node; primitives without a surface are left out with a warning."""
+        entry = node.reference("mesh", self._document.entries("meshes"))
+        if entry not in self._made:
+            primitives = entry.objects("primitives")
+            _check_target_counts(entry, primitives)
+            sections = [self._section(primitive) for primitive in primitives]
+            self._made[entry] = Mesh([section for section in sections if section is not None], entry.name)
+        return self._made[entry]
 
-    def _section(self, primitive: Any, where: str) -> Section | None:
-        mode = choice(_TRIANGLES if primitive.mode is None else primitive.mode, f"{where}.mode", _MODES)
-        if mode is None:
+    def _section(self, primitive: Element) -> Section | None:
+        mode = primitive.integer("mode", high=_FAN, default=_TRIANGLES)
+        if mode < _TRIANGLES:
             self._document.warn("points and lines have no surface and are left out")
             return None
-        accessors = vars(primitive.attributes) if isinstance(primitive.attributes, pygltflib.Attributes) else {}
-        if accessors.get("POSITION") is None:
-            self._document.warn(f"{where}: left out, it has no POSITION")
+        accessors = primitive.object("attributes")
+        if "POSITION" not in accessors:
+            self._document.warn(f"{primitive.place()}: left out, it has no POSITION")
             return None
-        material = self._materials.get(primitive.material, where)
-        triangles, used = self._triangles(primitive.indices, accessors["POSITION"], mode, where)
-        if not len(triangles):
-            return None
-        return _complete(self._attributes(accessors, primitive.targets or [], used, where), triangles, material)
+        material = self._materials.get(primitive)
+        attributes = self._attributes(primitive, accessors)
+        triangles, used = self._triangles(primitive, len(attributes["POSITION"]), mode)
+        return _complete(_taken(attributes, used), triangles, material) if len(triangles) else None
 
     def _triangles(
-        self, indices: object, positions: object, mode: int, where: str
+        self, primitive: Element, vertex_count: int, mode: int
     ) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
         """(triangles, 3) indices into the vertices that they use, and which of the file's those are."""
-        vertex_count = len(read_accessor(self._document, positions, f"{where}.POSITION", _TYPES["POSITION"]))
-        if indices is None:
-            order = np.arange(vertex_count, dtype=np.uint32)
-        else:
-            order = read_indices(self._document, indices, f"{where}.indices", vertex_count)
+        order = (
+            read_indices(self._document, primitive, "indices", vertex_count)
+            if "indices" in primitive
+            else np.arange(vertex_count, dtype=np.uint32)
+        )
         triangles = triangulate(order, mode)
         in_use = np.zeros(vertex_count, bool)
         in_use[triangles] = True
         renumbered = np.cumsum(in_use, dtype=np.uint32) - np.uint32(1)
         return renumbered[triangles], np.flatnonzero(in_use)
 
-    def _attributes(
-        self, accessors: dict[str, Any], targets: list[Any], used: NDArray[np.intp], where: str
-    ) -> Attributes:
-        """The attributes of the used vertices, as far as the file has them."""
+    def _attributes(self, primitive: Element, accessors: Element) -> Attributes:
+        """The attributes of all vertices, as far as the file has them."""
         attributes: Attributes = {}
         vertex_count = 0
         for name, types in _TYPES.items():
-            if accessors.get(name) is None:
+            if name not in accessors:
                 continue
-            values = read_floats(self._document, accessors[name], f"{where}.{name}", types)
+            values = read_floats(self._document, accessors, name, types)
             vertex_count = vertex_count or len(values)
-            attributes[name] = per_vertex(values, vertex_count, f"{where}.{name}")
-        offsets = morph_offsets(self._document, targets, attributes, vertex_count, where)
+            attributes[name] = per_vertex(values, vertex_count, accessors, name)
+        offsets = morph_offsets(self._document, primitive, attributes, vertex_count)
         attributes |= {f"MORPH_{name}": values for name, values in offsets.items()}
-        followed = joints_and_weights(self._document, accessors, vertex_count, where)
+        followed = joints_and_weights(self._document, accessors, vertex_count)
         if followed is not None:
             attributes["JOINTS"], attributes["WEIGHTS"] = followed
-        return _taken(attributes, used)
+        return attributes
+
+
+def _check_target_counts(mesh: Element, primitives: list[Element]) -> None:
+    """Raises SceneError when the primitives differ in their number of morph targets (3.7.2.2)."""
+    counts = sorted({len(primitive.objects("targets")) for primitive in primitives})
+    if len(counts) > 1:
+        raise mesh.fault(f"differ in their number of morph targets ({', '.join(map(str, counts))})", "primitives")
 
 
 def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:

@@ -1,0 +1,114 @@
+"""What the commands render: a scene, a moment of it and where it is looked at from, by arguments that all share."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+from inspect import Parameter, Signature, signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pica.errors import PicaError
+
+if TYPE_CHECKING:
+    from pica import Camera, Scene
+
+BUILT_IN = {
+    "demo": "machine_world",
+    "machine_world": "machine_world",
+    "cornell": "cornell",
+    "sphere_grid": "sphere_grid",
+    "landscape": "landscape",
+}
+
+
+def _option(metavar: str, text: str) -> Any:
+    return typer.Option(metavar=metavar, help=text, rich_help_panel="What is shown")
+
+
+@dataclass(frozen=True)
+class View:
+    """The arguments of the command line that say what is shown; `takes_view` gives them to a command."""
+
+    scene: Annotated[
+        str, typer.Argument(metavar="SCENE", help=f"A .gltf or .glb file, or one of {', '.join(BUILT_IN)}.")
+    ]
+    env: Annotated[Path | None, _option("FILE", "Environment picture, .hdr or .exr.")] = None
+    camera: Annotated[str | None, _option("NAME", "A camera of the scene.")] = None
+    eye: Annotated[str | None, _option("X,Y,Z", "Where to look from, in metres.")] = None
+    target: Annotated[str | None, _option("X,Y,Z", "What to look at, in metres.")] = None
+    fov: Annotated[float | None, _option("DEGREES", "Vertical field of view, 45 unless told.")] = None
+    start: Annotated[float | None, _option("S", "The time of the (first) picture, 0 unless told.")] = None
+    animation: Annotated[str | None, _option("NAME|N", "The animation to play; without it, all together.")] = None
+
+    def load(self, moving: bool = False) -> "Scene":
+        """The scene at its moment; `moving`: also where no moment is asked for, at 0 s. Raises PicaError."""
+        scene = _load(self.scene, self.env)
+        if moving or self.start is not None or self.animation is not None:
+            scene.animate(self.start or 0.0, find_animation(scene, self.animation))
+        return scene
+
+    def camera_in(self, scene: "Scene") -> "Camera | None":
+        """The camera that is asked for, where the scene has it now; None for the scene's own. Raises PicaError."""
+        import pica
+
+        if self.camera is not None:
+            if self.eye or self.target or self.fov is not None:
+                raise PicaError("--camera takes no --eye, --target or --fov beside it")
+            cameras = {camera.name: camera for camera in scene.cameras()}
+            if self.camera not in cameras:
+                known = ", ".join(map(repr, cameras)) or "none"
+                raise PicaError(f"no camera {self.camera!r} in the scene; there are {known}")
+            return cameras[self.camera]
+        if self.eye is None and self.target is None and self.fov is None:
+            return None
+        if self.eye is None or self.target is None:
+            raise PicaError("--eye and --target go together; --fov needs both")
+        eye, target = _point("--eye", self.eye), _point("--target", self.target)
+        return pica.Camera.look_at(eye, target, 45.0 if self.fov is None else self.fov)
+
+
+def takes_view(command: Callable[..., None]) -> Callable[..., None]:
+    """`command`, whose first parameter is a View, with the View's fields as parameters that Typer can read."""
+    _, *own = signature(command).parameters.values()
+    shared = signature(View).parameters
+
+    @wraps(command)
+    def flat(**given: Any) -> None:
+        command(View(**{name: given.pop(name) for name in shared}), **given)
+
+    parameters = [parameter.replace(kind=Parameter.KEYWORD_ONLY) for parameter in (*shared.values(), *own)]
+    vars(flat)["__signature__"] = Signature(parameters)
+    return flat
+
+
+def find_animation(scene: "Scene", text: str | None) -> int | str | None:
+    """What Scene.animate calls the animation that `text` names or numbers."""
+    names = {animation.name for animation in scene.animations}
+    return int(text) if text is not None and text.isdecimal() and text not in names else text
+
+
+def _load(name: str, environment: Path | None) -> "Scene":
+    """A built-in scene by its word or a file, under the light of an environment picture. Raises PicaError."""
+    import pica
+    from pica.scene.loading import read_environment
+
+    if name in BUILT_IN and not Path(name).exists():
+        scene: Scene = getattr(pica.scenes, BUILT_IN[name])()
+        if environment is not None:
+            scene.environment = read_environment(environment)
+        return scene
+    if not Path(name).suffix and not Path(name).exists():
+        raise PicaError(f"no file and no built-in scene {name!r}; the built-in ones are {', '.join(BUILT_IN)}")
+    return pica.load(name, environment=environment)
+
+
+def _point(option: str, text: str) -> tuple[float, ...]:
+    try:
+        point = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        point = ()
+    if len(point) != 3 or not all(abs(part) < 1e9 for part in point):
+        raise PicaError(f"{option} {text!r} is not three numbers X,Y,Z in metres")
+    return point

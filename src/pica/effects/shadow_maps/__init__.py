@@ -1,0 +1,1 @@
+"""Shadow maps: shadows of the strongest lights without rays."""

@@ -1,0 +1,1 @@
+"""Vertices that compute passes write: skins, morph targets, splines, particles."""

@@ -1,0 +1,116 @@
+"""Meshes whose vertices are written anew, one at a time, and the upkeep of their bottom-level structures."""
+
+from pica.errors import SceneError
+from pica.gpu_scene.deformation.bending import Bending
+from pica.gpu_scene.deformation.dynamic import DynamicWriter
+from pica.gpu_scene.deformation.particles import FacingWriter, RibbonWriter, SpriteWriter
+from pica.gpu_scene.deformation.refit_quality import RefitQuality
+from pica.gpu_scene.deformation.skinning import Skinning
+from pica.gpu_scene.deformation.vertex_writer import VertexWriter
+from pica.gpu_scene.geometry import GeometryBuffers, GpuMesh, PlacedSection
+from pica.rhi.device import Device
+from pica.rhi.passes import Recording
+from pica.rhi.tables import GrowingBuffer
+from pica.scene.dynamic_vertices import DynamicVertices
+from pica.scene.model import Node
+from pica.scene.particles import Ribbons, Sprites
+from pica.scene.spline import Spline
+
+_CHECK_EVERY = 8
+"""Refits between two looks at how loose the boxes have become."""
+
+
+class Deformation:
+    """Keeps the vertices of a mesh that deforms, and their structures, up to date."""
+
+    def __init__(
+        self, geometry: GeometryBuffers, mesh: GpuMesh, write: VertexWriter, rebuild_at: float, watched: Node | None
+    ) -> None:
+        """`rebuild_at`: GeometrySettings.rebuild_at; `watched`: the node by which to see how loose refits have become,
+        or None where `write` says itself when a refit will not do."""
+        self.mesh = mesh
+        self.write = write
+        self.rebuild_at = rebuild_at
+        self._geometry = geometry
+        self._structures = [part.geometry for part in mesh.parts]
+        sections = [placed.section for placed in mesh.sections]
+        self._refit_quality = RefitQuality(sections, watched) if watched is not None else None
+        self._refits: int | None = None
+
+    @property
+    def is_new(self) -> bool:
+        """Whether there are no structures yet."""
+        return self._refits is None
+
+    def forget(self) -> None:
+        """The node goes: book its buffers as given back."""
+        self.write.forget()
+
+    def __call__(self, recording: Recording) -> None:
+        """Record the writing of the vertices as they are now."""
+        self.write(recording, self._geometry)
+
+    def update_structures(self, recording: Recording) -> None:
+        """Record the refit or rebuild of the bottom level, after every node's vertices are in place."""
+        rebuild = (
+            self._refits is None or not self.rebuild_at or self.write.needs_rebuild or self._is_loose(self._refits)
+        )
+        for structure in self._structures:
+            update = structure.build if rebuild else structure.refit
+            update(recording.encoder, self._geometry.positions, self._geometry.indices)
+        if rebuild and self.rebuild_at and self._refit_quality is not None:
+            self._refit_quality.reset()
+        self._refits = 0 if rebuild else (self._refits or 0) + 1
+
+    def _is_loose(self, refits: int) -> bool:
+        look = self._refit_quality is not None and refits % _CHECK_EVERY == _CHECK_EVERY - 1
+        return look and self._refit_quality is not None and self._refit_quality.now() > self.rebuild_at
+
+
+def deform_all(recording: Recording, deformations: list[Deformation]) -> None:
+    """Record all vertices first, then all structures: one wait between the two, not one a mesh."""
+    for deformation in deformations:
+        deformation(recording)
+    if deformations:
+        recording.profiler.begin(recording.encoder, "bottom level")
+        for deformation in deformations:
+            deformation.update_structures(recording)
+        recording.profiler.end(recording.encoder)
+
+
+def deformation_of(
+    device: Device, node: Node, geometry: GeometryBuffers, mesh: GpuMesh, rebuild_at: float
+) -> Deformation:
+    """What deforms a node's mesh for all views."""
+    return Deformation(geometry, mesh, _writer(device, node, mesh.sections), rebuild_at, node)
+
+
+def _writer(device: Device, node: Node, sections: list[PlacedSection]) -> VertexWriter:
+    match node.deformer:
+        case Spline() as spline:
+            return Bending(device, spline, sections)
+        case DynamicVertices() as dynamic:
+            return DynamicWriter(device, dynamic, sections)
+    return Skinning(device, node, sections)
+
+
+def check_deformer(node: Node) -> None:
+    """Raises SceneError for a node with a deformer that nothing here writes vertices for."""
+    if not isinstance(node.deformer, Spline | DynamicVertices | Sprites | Ribbons | None):
+        raise SceneError(
+            f"node {node.name!r}: there is no vertex writer for its deformer, {type(node.deformer).__name__}; use "
+            "Spline, Sprites, Ribbons or, for vertices of your own, DynamicVertices"
+        )
+
+
+def facing_of(
+    device: Device, node: Node, geometry: GeometryBuffers, mesh: GpuMesh, rebuild_at: float, previous: GrowingBuffer
+) -> tuple[Deformation, FacingWriter]:
+    """What turns a node's mesh towards the camera of one view, whose own previous positions are `previous`."""
+    write: FacingWriter
+    if isinstance(node.deformer, Sprites):
+        write = SpriteWriter(device, node.deformer, mesh.sections, previous)
+    else:
+        assert isinstance(node.deformer, Ribbons)
+        write = RibbonWriter(device, node.deformer, mesh.sections, previous)
+    return Deformation(geometry, mesh, write, rebuild_at, None), write

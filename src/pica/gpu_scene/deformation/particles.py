@@ -1,0 +1,157 @@
+"""Sprites and ribbons on the GPU (sprites.slang, ribbons.slang)."""
+
+from abc import abstractmethod
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.gpu_scene.deformation.vertex_writer import VertexWriter
+from pica.gpu_scene.geometry import OF_VIEW, GeometryBuffers, PlacedSection
+from pica.rhi.device import Device
+from pica.rhi.passes import Recording
+from pica.rhi.tables import GrowingBuffer
+from pica.scene.deformer import FROM_THE_FRONT
+from pica.scene.model import Section
+from pica.scene.particles import Particles, Ribbons, Sprites
+
+# sprites.slang: Particle
+PARTICLE = np.dtype(
+    [
+        ("position", "f4", 3),
+        ("rotation", "f4"),
+        ("color", "f4", 4),
+        ("size", "f4", 2),
+        ("age", "f4"),
+        ("has_come", "u4"),
+    ]
+)
+# ribbons.slang: StrandPoint
+STRAND_POINT = np.dtype([("position", "f4", 3), ("width", "f4"), ("color", "f4", 4)])
+
+
+class FacingWriter(VertexWriter):
+    """Writes what turns towards the camera of one view, and where it was in the view's frame before.
+
+    Uploads arrays when they are set anew, and where the camera is every time.
+    """
+
+    def __init__(
+        self, device: Device, deformer: Sprites | Ribbons, sections: list[PlacedSection], previous: GrowingBuffer
+    ) -> None:
+        """`previous`: the view's own previous positions."""
+        super().__init__(device, sections)
+        self._deformer, self._previous = deformer, previous
+        self._version = 0
+        self._come = False
+        self._needs_rebuild = True
+        self._identities: NDArray[np.int64] | None = None
+        self.eye = FROM_THE_FRONT
+        """Where the camera is, in the node's space; set before the writing."""
+
+    @property
+    def needs_rebuild(self) -> bool:
+        """True where there were new arrays; a camera alone turns triangles on the spot, for which a refit will do."""
+        return self._needs_rebuild
+
+    def _target(self, geometry: GeometryBuffers, placed: PlacedSection) -> dict[str, Any]:
+        return {
+            "vertices": super()._target(geometry, placed),
+            "previousPositions": self._previous.buffer,
+            "firstPrevious": placed.first_previous & ~OF_VIEW,
+        }
+
+    def _upload(self, recording: Recording) -> None:
+        deformer = self._deformer
+        self._needs_rebuild = self._version != deformer.version
+        if self._needs_rebuild or self._come:
+            come = self._have_come()
+            self._upload_arrays(recording.encoder, come)
+            self._version, self._come = deformer.version, bool(come.any())
+        self._shared["eye"] = spy.float4(*self.eye.place)
+
+    def _have_come(self) -> NDArray[np.bool_]:
+        """(n,) what was not there in the frame before."""
+        before, self._identities = self._identities, self._present()
+        come = np.ones(len(self._identities), bool)
+        if before is not None:
+            both = min(len(before), len(self._identities))
+            come[:both] = before[:both] != self._identities[:both]
+        return come
+
+    def _section_parameters(self, section: Section) -> dict[str, Any]:
+        return {"base": self._device.structured("places in particles", section.positions)}
+
+    @abstractmethod
+    def _present(self) -> NDArray[np.int64]:
+        """(n,) identities of what there is."""
+
+    @abstractmethod
+    def _upload_arrays(self, encoder: spy.CommandEncoder, come: NDArray[np.bool_]) -> None:
+        """Record the upload; `come` (n,): what was not there in the frame before."""
+
+
+class SpriteWriter(FacingWriter):
+    """Writes the quads of sprites."""
+
+    shader = "sprites"
+
+    def __init__(
+        self, device: Device, sprites: Sprites, sections: list[PlacedSection], previous: GrowingBuffer
+    ) -> None:
+        super().__init__(device, sprites, sections, previous)
+        self._sprites = sprites
+        self._shared = {"particles": device.structured("particles", np.zeros(sprites.capacity, PARTICLE))}
+
+    def _upload(self, recording: Recording) -> None:
+        super()._upload(recording)
+        self._shared["eyeUp"] = spy.float3(*self.eye.up)
+
+    def _present(self) -> NDArray[np.int64]:
+        particles = self._sprites.particles
+        return np.arange(len(particles.positions)) if particles.identities is None else particles.identities
+
+    def _upload_arrays(self, encoder: spy.CommandEncoder, come: NDArray[np.bool_]) -> None:
+        rows = packed(self._sprites.particles)
+        rows["has_come"] = come
+        self._shared["particleCount"] = len(rows)
+        if len(rows):
+            encoder.upload_buffer_data(self._shared["particles"], 0, rows.view(np.uint8))
+
+
+class RibbonWriter(FacingWriter):
+    """Writes the strips of ribbons."""
+
+    shader = "ribbons"
+
+    def __init__(
+        self, device: Device, ribbons: Ribbons, sections: list[PlacedSection], previous: GrowingBuffer
+    ) -> None:
+        super().__init__(device, ribbons, sections, previous)
+        self._ribbons = ribbons
+        self._shared = {
+            "points": device.structured("ribbons", np.zeros(ribbons.strands * ribbons.points, STRAND_POINT)),
+            "haveCome": device.structured("new strands", np.zeros(ribbons.strands, np.uint32)),
+            "pointCount": ribbons.points,
+        }
+
+    def _present(self) -> NDArray[np.int64]:
+        return self._ribbons.identities
+
+    def _upload_arrays(self, encoder: spy.CommandEncoder, come: NDArray[np.bool_]) -> None:
+        rows = np.zeros((self._ribbons.strands, self._ribbons.points), STRAND_POINT)
+        rows["position"], rows["width"] = self._ribbons.positions, self._ribbons.widths
+        rows["color"] = self._ribbons.colors
+        encoder.upload_buffer_data(self._shared["points"], 0, rows.reshape(-1).view(np.uint8))
+        encoder.upload_buffer_data(self._shared["haveCome"], 0, come.astype(np.uint32))
+
+
+def packed(particles: Particles) -> NDArray[np.void]:
+    """(n,) PARTICLE rows."""
+    count = len(particles.positions)
+    rows = np.zeros(count, PARTICLE)
+    rows["position"], rows["rotation"], rows["age"] = particles.positions, particles.rotations, particles.ages
+    rows["color"] = particles.colors
+    rows["size"] = particles.sizes.reshape(count, -1) if count else 0
+    return rows

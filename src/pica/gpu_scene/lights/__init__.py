@@ -1,0 +1,1 @@
+"""Everything that shines, as the tables that shaders sample."""

@@ -1,0 +1,104 @@
+"""The triangles that shine, in one table with the chance that each is chosen."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.gpu_scene.materials import average_emission
+from pica.rhi.tables import Runs
+from pica.scene.model import Section
+
+# gpu_scene/scene_types.slang: EmissiveTriangle
+EMISSIVE_TRIANGLE = np.dtype([("record", "u4"), ("primitive", "u4"), ("cumulative", "f4")])
+_AT_ONCE = 1 << 20
+"""Triangles whose areas are computed together."""
+
+
+class EmissiveTriangles:
+    """Runs of triangles, each of one section as some records place it. They stay where they are while others come and
+    go: where some have gone are holes without power, which are never chosen."""
+
+    def __init__(self) -> None:
+        self._runs = Runs()
+        self._added: dict[int, list[tuple[NDArray[np.int64], int, int]]] = {}
+        """By who added them: records, the first triangle of the first, triangles of each."""
+        self._rows = np.zeros(0, EMISSIVE_TRIANGLE)
+        self._powers = np.zeros(0)
+        self.revision = 0
+        """Counts the changes."""
+
+    def __bool__(self) -> bool:
+        return bool(self._added)
+
+    @property
+    def rows(self) -> NDArray[np.void]:
+        """(n,) EMISSIVE_TRIANGLE, holes included, without what is cumulative."""
+        return self._rows[: self._runs.end]
+
+    @property
+    def powers(self) -> NDArray[np.float64]:
+        """(n,) lumen; 0 for holes."""
+        return self._powers[: self._runs.end]
+
+    def has(self, key: int) -> bool:
+        """Whether anything was added under this key."""
+        return key in self._added
+
+    def starts(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+        """Records and their first triangles, (n,) each."""
+        for added in self._added.values():
+            for records, first, each in added:
+                yield records, first + each * np.arange(len(records))
+
+    def add(
+        self, key: int, records: NDArray[np.int64], section: Section, to_world: NDArray[np.float32]
+    ) -> NDArray[np.int64]:
+        """Triangles of a section that records (n,) place at `to_world` (n, 3, 4): where those of each start, (n,)."""
+        each = len(section.indices)
+        count = each * len(records)
+        first = self._runs.take(count)
+        if self._runs.end > len(self._rows):
+            more = max(self._runs.end, 2 * len(self._rows)) - len(self._rows)
+            self._rows = np.append(self._rows, np.zeros(more, EMISSIVE_TRIANGLE))
+            self._powers = np.append(self._powers, np.zeros(more))
+        rows = self._rows[first : first + count].reshape(len(records), each)
+        rows["record"], rows["primitive"] = records[:, None], np.arange(each)
+        sides = 2 if section.material.double_sided else 1
+        strength = average_emission(section.material) * np.pi * sides
+        powers = self._powers[first : first + count].reshape(len(records), each)
+        step = max(_AT_ONCE // each, 1)
+        for start in range(0, len(records), step):
+            powers[start : start + step] = strength * _areas(section, to_world[start : start + step, :, :3])
+        self._added.setdefault(key, []).append((records, first, each))
+        self.revision += 1
+        return first + each * np.arange(len(records))
+
+    def remove(self, key: int) -> None:
+        """Take out what was added under this key."""
+        added = self._added.pop(key, [])
+        for records, first, each in added:
+            count = each * len(records)
+            self._powers[first : first + count] = 0
+            self._runs.give_back(first, count)
+        self.revision += bool(added)
+
+
+def emissive_table(parts: Sequence[EmissiveTriangles]) -> tuple[NDArray[np.void], float]:
+    """(n,) EMISSIVE_TRIANGLE of these, those of one after those of the other, and the power of all in lumen."""
+    if not any(parts):
+        return np.zeros(0, EMISSIVE_TRIANGLE), 0.0
+    rows, powers = (np.concatenate(values) for values in zip(*((p.rows, p.powers) for p in parts), strict=True))
+    total = float(powers.sum())
+    rows["cumulative"] = np.cumsum(powers) / max(total, 1e-300)
+    bright = np.flatnonzero(powers)
+    rows["cumulative"][bright[-1] if len(bright) else -1 :] = 1.0
+    return rows, total
+
+
+def _areas(section: Section, linear: NDArray[np.float32]) -> NDArray[np.float64]:
+    """(n, triangles) areas under linear maps (n, 3, 3)."""
+    corners = section.positions[section.indices].astype(np.float64)
+    edges = corners[:, 1:] - corners[:, :1]
+    moved = np.einsum("nij,tej->ntei", linear.astype(np.float64), edges)
+    return np.asarray(np.linalg.norm(np.cross(moved[:, :, 0], moved[:, :, 1]), axis=2) / 2)

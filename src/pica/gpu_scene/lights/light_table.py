@@ -1,0 +1,92 @@
+"""Everything that shines in one table: the lights, all emissive triangles as one entry, the environment as one."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.gpu_scene.lights.emissive_triangles import EmissiveTriangles, emissive_table
+from pica.gpu_scene.lights.environment_map import environment_power
+from pica.gpu_scene.lights.light_rows import LIGHT_DTYPE, LIGHT_TYPES, selection_probabilities
+from pica.gpu_scene.lights.placed_lights import PlacedLights
+from pica.rhi.device import Device
+from pica.scene.channels import ALL_CHANNELS, channel_bits
+from pica.scene.environment import Environment
+
+_EVEN_SHARE = 0.5
+"""Of the choice among lights that ignores their power: no light far from the others starves."""
+
+
+class LightTable:
+    """The rows of gpu_scene/lights/lights.slang, strongest light first, and what goes with them.
+
+    Another one takes its place when something that shines comes or goes.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        lights: PlacedLights,
+        triangles: Sequence[EmissiveTriangles],
+        environment: Environment | None,
+        radius: float,
+    ) -> None:
+        """`radius`: metres, of the scene (light_rows.scene_radius)."""
+        self._slots, self.nodes, strengths = lights.strongest_first(radius)
+        """`nodes`: of the lights with a shape of their own, by place in the table."""
+        self.light_count = len(self.nodes)
+        self.names = [node.light.name or node.name for node in self.nodes if node.light]
+        """What the lights are called, in the order of their rows."""
+        powers, markers = strengths.tolist(), list[NDArray[np.void]]()
+        emissive, emissive_power = emissive_table(triangles)
+        self.emissive_light = self.light_count if len(emissive) else None
+        if len(emissive):
+            markers.append(_marker("emissive_triangles"))
+            powers.append(emissive_power)
+        lit = environment is not None and environment.radiance.any()
+        self.environment_light = self.light_count + len(markers) if lit else None
+        if environment is not None and self.environment_light is not None:
+            markers.append(_marker("environment"))
+            powers.append(environment_power(environment, radius))
+
+        table = np.append(lights.rows(self._slots), np.array(markers, LIGHT_DTYPE))
+        shares = selection_probabilities(powers) * (1 - _EVEN_SHARE) + _EVEN_SHARE / max(len(table), 1)
+        table["selectionProbability"] = shares
+        self._table = table
+        self._buffer = device.structured("lights", table)
+        cumulative = np.cumsum(shares.astype(np.float64)).astype(np.float32)
+        if len(cumulative):
+            cumulative[-1] = 1.0
+        self.parameters: dict[str, Any] = {
+            "lights": self._buffer,
+            "lightCumulative": device.structured("light cumulative", cumulative),
+            "emissiveTriangles": device.structured("emissive triangles", emissive),
+            "lightCount": len(table),
+            "emissiveCount": len(emissive),
+            "environmentLight": len(table) if self.environment_light is None else self.environment_light,
+            "emissiveLight": len(table) if self.emissive_light is None else self.emissive_light,
+        }
+
+    @property
+    def masked(self) -> bool:
+        """Whether some light does not reach every channel."""
+        return bool((self._table["channels"][: self.light_count] != channel_bits(ALL_CHANNELS)).any())
+
+    def buffers(self) -> list[spy.Buffer]:
+        """What the table takes on the device."""
+        return [value for value in self.parameters.values() if isinstance(value, spy.Buffer)]
+
+    def update(self, encoder: spy.CommandEncoder, lights: PlacedLights) -> None:
+        """Upload the lights anew after some moved or were set. How often each is chosen stays as it was."""
+        shares = self._table["selectionProbability"].copy()
+        self._table[: self.light_count] = lights.rows(self._slots)
+        self._table["selectionProbability"] = shares
+        encoder.upload_buffer_data(self._buffer, 0, self._table.view(np.uint8))
+
+
+def _marker(kind: str) -> NDArray[np.void]:
+    row = np.zeros((), LIGHT_DTYPE)
+    row["type"] = LIGHT_TYPES[kind]
+    return row

@@ -1,0 +1,74 @@
+"""The lights of a scene's nodes, packed and measured as they come, so that others need not be looked at again."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.gpu_scene.lights.light_rows import LIGHT_DTYPE, light_power, pack_light
+from pica.rhi.tables import Runs
+from pica.scene.light import DirectionalLight
+from pica.scene.model import Node
+
+_PLACED = np.dtype([("row", LIGHT_DTYPE), ("power", "f8"), ("power_by_area", "f8"), ("arrival", "i8")])
+
+
+class PlacedLights:
+    """Rows by slot; a light keeps its slot until it goes."""
+
+    def __init__(self) -> None:
+        self._slots: dict[Node, int] = {}
+        self._nodes: list[Node | None] = []
+        self._places = Runs()
+        self._placed = np.zeros(0, _PLACED)
+        self._arrivals = 0
+        self.revision = 0
+        """Counts how often lights came or went."""
+
+    def follow(self, node: Node) -> None:
+        """Take a node's light as it is now: it may have come, gone, moved or been set."""
+        light = node.light
+        if light is None:
+            self.remove(node)
+            return
+        if node not in self._slots:
+            self._come(node)
+        # What a light far away sends grows with the cross-section of the scene.
+        far = isinstance(light, DirectionalLight)
+        power = light_power(light, node.world, 1.0)
+        placed = self._placed[self._slots[node]]
+        placed["row"] = pack_light(light, node.world)
+        placed["power"], placed["power_by_area"] = (0.0, power) if far else (power, 0.0)
+
+    def has(self, node: Node) -> bool:
+        """Whether the node's light is among them."""
+        return node in self._slots
+
+    def remove(self, node: Node) -> None:
+        """The node goes, with its light if it has one."""
+        slot = self._slots.pop(node, None)
+        if slot is not None:
+            self._nodes[slot] = None
+            self._places.give_back(slot, 1)
+            self.revision += 1
+
+    def rows(self, slots: NDArray[np.int64]) -> NDArray[np.void]:
+        """(n,) LIGHT_DTYPE rows as they are now, selection probability 0."""
+        return self._placed["row"][slots]
+
+    def strongest_first(self, radius: float) -> tuple[NDArray[np.int64], list[Node], NDArray[np.float64]]:
+        """Slots, nodes and powers in lumen, in a scene of `radius` metres. Equal ones as they came."""
+        slots = np.fromiter(self._slots.values(), np.int64, len(self._slots))
+        placed = self._placed[slots]
+        powers = placed["power"] + placed["power_by_area"] * radius**2
+        order = np.lexsort((placed["arrival"], -powers))
+        slots = slots[order]
+        nodes = [node for slot in slots.tolist() if (node := self._nodes[slot]) is not None]
+        return slots, nodes, powers[order]
+
+    def _come(self, node: Node) -> None:
+        slot = self._slots[node] = self._places.take(1)
+        if slot >= len(self._placed):
+            self._placed = np.append(self._placed, np.zeros(max(slot + 1 - len(self._placed), slot, 8), _PLACED))
+            self._nodes += [None] * (len(self._placed) - len(self._nodes))
+        self._nodes[slot] = node
+        self._placed[slot]["arrival"] = self._arrivals = self._arrivals + 1
+        self.revision += 1

@@ -1,0 +1,197 @@
+"""Nodes that come to a running renderer with new material types or shapes: they wait until programs know them."""
+
+from collections.abc import Iterable
+
+from pica.errors import MaterialTypeError, PicaError
+from pica.gpu_scene.materials import MaterialTable
+from pica.programs.library import programs
+from pica.programs.material_types import MaterialTypeSet, ShapeOn, TypeEntry
+from pica.programs.program_round import ProgramRound
+from pica.programs.recipes import TypeRecipe
+from pica.rhi.device import Device
+from pica.rhi.profiler import FRAMES_IN_FLIGHT
+from pica.scene.material_registry import material_source, registrations
+from pica.scene.model import Node, Section
+from pica.scene.primitives import Primitives
+from pica.scene.shape_registry import shape_source
+
+
+class PendingNodes:
+    """Who waits for which programs. One set of programs is under way at a time; who comes meanwhile is in the next."""
+
+    def __init__(self, device: Device, materials: MaterialTable) -> None:
+        self._device, self._materials = device, materials
+        self._waiting: dict[Node, None] = {}
+        self._ready: list[Node] = []
+        self._round: ProgramRound | None = None
+        self._refused: set[TypeEntry | str] = set()
+        """Types with a fault, and names that nobody registered."""
+        self._registrations = registrations()
+        self._look = False
+        """Whether something has come up that may need another set of programs."""
+        self._retired: list[tuple[MaterialTypeSet, int]] = []
+        self._frame = 0
+        self._switched = False
+
+    @property
+    def pending(self) -> int:
+        """How many programs are still to be made for types that are on their way."""
+        return self._round.left if self._round is not None else int(self._look)
+
+    @property
+    def waiting(self) -> Iterable[Node]:
+        """Who cannot be shown yet."""
+        return self._waiting
+
+    def expect(self, nodes: list[Node]) -> None:
+        """These have come."""
+        for node in nodes:
+            if self._known(node):
+                self._ready.append(node)
+            else:
+                self._waiting[node] = None
+                self._look = True
+
+    def forget(self, nodes: list[Node]) -> None:
+        """These have gone."""
+        for node in nodes:
+            self._waiting.pop(node, None)
+        if self._ready and nodes:
+            self._ready = [node for node in self._ready if node not in nodes]
+
+    def take(self) -> tuple[list[Node], bool]:
+        """The nodes that can be shown from now on, and whether the types in use have changed since the last call."""
+        taken = self._ready, self._switched
+        self._ready, self._switched = [], False
+        return taken
+
+    def step(self) -> None:
+        """A frame's share of the work: at most one program is made.
+
+        Raises MaterialTypeError or ShapeError for a fault: once, and what has it waits until the name is registered
+        anew. The next step goes on with the others.
+        """
+        self._hear()
+        if self._round is not None:
+            self._step_round(self._round)
+        if self._round is None and self._look:
+            types = self._target()
+            self._look = False
+            if types != self._materials.types:
+                self._round = ProgramRound(self._device, self._materials.types, types)
+            else:
+                self._let_in()
+
+    def finish(self) -> None:
+        """Let everybody in now; programs that are not ready are compiled where they are used.
+
+        Raises MaterialTypeError or ShapeError for a fault, each time.
+        """
+        self._hear()
+        if self._round is None and not self._look and not self._refused:
+            return
+        if self._round is not None:
+            self._round.cancel()
+            self._round = None
+        self._refused.clear()
+        self._look = True
+        types = self._target()
+        for entry in types:
+            self._check(entry)
+        self._switch(types)
+        self._look = False
+
+    def _hear(self) -> None:
+        """Follow the frames, and what is registered."""
+        self._frame += 1
+        if self._retired and self._retired[0][1] <= self._frame:
+            programs(self._device).retire(self._retired.pop(0)[0])
+        if self._registrations != registrations():
+            self._registrations = registrations()
+            self._refused = {refused for refused in self._refused if not isinstance(refused, str)}
+            self._look = True
+
+    def _known(self, node: Node) -> bool:
+        """Whether the programs in use, and those that will follow them, know what the node shows."""
+        try:
+            entries = {entry for section in _sections(node) for entry in _entries(section)}
+        except PicaError:
+            return False
+        return entries.issubset(self._materials.types) and (self._round is None or entries.issubset(self._round.types))
+
+    def _target(self) -> MaterialTypeSet:
+        """The types in use and those that are waited for, as they are registered now, but for those refused."""
+        wanted: list[TypeEntry] = []
+        for name in self._materials.used_types:
+            source = material_source(name)
+            if source not in self._refused:
+                wanted.append(source)
+        for node in (*self._ready, *self._waiting):  # who is ready has no material in the table yet
+            for section in _sections(node):
+                name = _name(section)
+                if name in self._refused:
+                    continue
+                try:
+                    entries = _entries(section)
+                except PicaError:
+                    self._refused.add(name)
+                    raise
+                if self._refused.isdisjoint(entries):
+                    wanted += entries
+        return self._materials.types_with(wanted)
+
+    def _step_round(self, work: ProgramRound) -> None:
+        try:
+            done = work.step()
+        except PicaError:
+            self._refused.update(work.entries)
+            self._round, self._look = None, True
+            raise
+        if done:
+            self._round, self._look = None, True
+            self._switch(work.types)
+
+    def _switch(self, types: MaterialTypeSet) -> None:
+        before = self._materials.types
+        if types != before:
+            try:
+                self._materials.switch(types)
+            except MaterialTypeError:
+                names = {source.name for source in before}
+                self._refused.update(source for source in types if source not in before and source.name in names)
+                raise
+            self._switched = True
+            self._retired.append((before, self._frame + FRAMES_IN_FLIGHT))
+        self._let_in()
+
+    def _let_in(self) -> None:
+        for node in [node for node in self._waiting if self._known(node)]:
+            del self._waiting[node]
+            for section in _sections(node):
+                material = section.material
+                compiled = programs(self._device).material_types[material_source(material.type)]
+                compiled.packed(material.name, material.parameters)
+            self._ready.append(node)
+
+    def _check(self, entry: TypeEntry) -> None:
+        try:
+            TypeRecipe(entry).link(self._device, ())
+        except PicaError:
+            self._refused.add(entry)
+            raise
+
+
+def _sections(node: Node) -> list[Section | Primitives]:
+    return [] if node.mesh is None else [*node.mesh.sections, *node.mesh.primitives]
+
+
+def _name(section: Section | Primitives) -> str:
+    return f"{section.shape}/{section.material.type}" if isinstance(section, Primitives) else section.material.type
+
+
+def _entries(section: Section | Primitives) -> list[TypeEntry]:
+    """What programs must know to show it. Raises MaterialTypeError or ShapeError for a name that nobody registered."""
+    material = material_source(section.material.type)
+    if isinstance(section, Primitives):
+        return [material, ShapeOn(shape_source(section.shape), material)]
+    return [material]

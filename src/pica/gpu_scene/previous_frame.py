@@ -1,0 +1,123 @@
+"""Where things were in a view's own frame before, whatever other views have rendered in between."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.gpu_scene.geometry import GeometryBuffers, GpuMesh
+from pica.rhi.device import Device
+from pica.rhi.passes import Recording
+from pica.rhi.tables import GrowingBuffer, HostTable
+
+# gpu_scene/scene_types.slang: Place
+PLACE = np.dtype([("rows", "f4", (3, 4))])
+
+
+class PreviousPlaces:
+    """The instances' transforms in the view's frame before. Costs what moved, in this frame of the view or the last."""
+
+    def __init__(self, device: Device) -> None:
+        self._table = HostTable(device, "previous places", PLACE)
+        self._moved = np.zeros(1, bool)
+        self._come = np.zeros(1, bool)
+        self._shown: tuple[NDArray[np.int64], NDArray[np.float32]] | None = None
+        """The instances that moved in the frame before, and where it showed them."""
+        self._quiet = True
+        """Nothing was noted since the frame before."""
+
+    @property
+    def buffer(self) -> spy.Buffer:
+        """PLACE rows, as the instances'."""
+        return self._table.buffer
+
+    def note(self, moved: NDArray[np.int64], come: NDArray[np.int64]) -> None:
+        """Instances have other transforms since the view's last frame; those that have come were not there in it."""
+        highest = int(max(moved.max(initial=0), come.max(initial=0)))
+        if highest >= len(self._moved):
+            more = np.zeros(max(highest + 1, 2 * len(self._moved)) - len(self._moved), bool)
+            self._moved, self._come = (np.concatenate([marks, more]) for marks in (self._moved, self._come))
+        self._moved[moved] = True
+        self._come[come] = True
+        self._quiet = False
+
+    def update(self, recording: Recording, to_world: NDArray[np.float32]) -> None:
+        """Begin a frame of the view, whose instances are at `to_world` (instances, 3, 4)."""
+        if self._quiet and self._shown is None:
+            return
+        self._quiet = True
+        self._table.reserve(len(to_world))
+        rows = self._table.rows["rows"]
+        if self._shown is not None:
+            places, transforms = self._shown
+            rows[places] = transforms
+            self._table.touch(places)
+        moved, come = np.flatnonzero(self._moved), np.flatnonzero(self._come)
+        rows[come] = to_world[come]
+        self._table.touch(come)
+        self._shown = (moved, to_world[moved]) if len(moved) else None
+        self._moved[moved] = self._come[come] = False
+        self._table.flush(recording)
+
+
+class PreviousPositions:
+    """The vertices, in the view's frame before, of the meshes that deform for all views.
+
+    A mesh's are copied from the present ones just before those are written anew, unless they are the same already.
+    """
+
+    def __init__(self, device: Device, geometry: GeometryBuffers) -> None:
+        self._geometry = geometry
+        self._rows = GrowingBuffer(device, "previous positions", 12)
+        self._behind: dict[GpuMesh, None] = {}
+        """What deformed in the view's last frame, or came: the copy is older than that frame."""
+        self._new: set[GpuMesh] = set()
+        """Those of `_behind` which no frame of the view has shown yet."""
+        self._deformed: dict[GpuMesh, None] = {}
+        """What deformed since the view's last frame; the copy is of that frame."""
+
+    @property
+    def buffer(self) -> spy.Buffer:
+        """float32 (vertices, 3), by the numbers of GeometryBuffers.previous."""
+        return self._rows.buffer
+
+    def come(self, meshes: Iterable[GpuMesh]) -> None:
+        """Meshes are shown from the view's next frame on."""
+        for mesh in meshes:
+            self._behind[mesh] = None
+            self._new.add(mesh)
+
+    def gone(self, mesh: GpuMesh) -> None:
+        """A mesh is shown no more."""
+        self._behind.pop(mesh, None)
+        self._deformed.pop(mesh, None)
+        self._new.discard(mesh)
+
+    def before_deforming(self, encoder: spy.CommandEncoder, meshes: Iterable[GpuMesh]) -> None:
+        """The vertices of these are about to be written: keep what is not kept yet."""
+        shown = [mesh for mesh in meshes if mesh not in self._new]
+        self._copy(encoder, [mesh for mesh in shown if self._behind.pop(mesh, self) is None])
+        self._deformed.update(dict.fromkeys(shown))
+
+    def update(self, encoder: spy.CommandEncoder) -> None:
+        """Begin a frame of the view, after the writing."""
+        self._copy(encoder, list(self._behind))
+        self._behind, self._deformed = self._deformed, {}
+        self._new.clear()
+
+    def _copy(self, encoder: spy.CommandEncoder, meshes: list[GpuMesh]) -> None:
+        self._rows.reserve(encoder, self._geometry.previous.end)
+        runs = sorted(
+            (placed.first_vertex, placed.first_previous, len(placed.section.positions))
+            for mesh in meshes
+            for placed in mesh.sections
+        )
+        joined: list[tuple[int, int, int]] = []
+        for source, target, count in runs:
+            if joined and (joined[-1][0] + joined[-1][2], joined[-1][1] + joined[-1][2]) == (source, target):
+                joined[-1] = (*joined[-1][:2], joined[-1][2] + count)
+            else:
+                joined.append((source, target, count))
+        for source, target, count in joined:
+            encoder.copy_buffer(self.buffer, 12 * target, self._geometry.positions, 12 * source, 12 * count)

@@ -1,0 +1,161 @@
+"""The records of what is shown: in all views, or in one of them. All lie in one table."""
+
+from functools import cached_property
+
+import numpy as np
+
+from pica.gpu_scene.draws import (
+    DRAWN_SECTION,
+    NOT_DRAWN,
+    DrawList,
+    DrawLists,
+    draw_arguments,
+    drawn_section,
+    is_mirrored,
+    kinds_of,
+)
+from pica.gpu_scene.geometry import GeometryBuffers, GpuMesh
+from pica.gpu_scene.lights.emissive_triangles import EmissiveTriangles
+from pica.gpu_scene.masks import SEEN_BY_CAMERA, SEEN_BY_SURFACES
+from pica.gpu_scene.materials import MaterialTable, average_emission
+from pica.gpu_scene.placement import NOT_EMISSIVE
+from pica.rhi.acceleration import RtObject
+from pica.rhi.device import Device
+from pica.rhi.passes import Recording
+from pica.rhi.tables import HostTable
+
+
+class RecordSet:
+    """Some of the records, and the draws of their sections."""
+
+    def __init__(
+        self,
+        device: Device,
+        records: HostTable,
+        instances: HostTable,
+        geometry: GeometryBuffers,
+        materials: MaterialTable,
+    ) -> None:
+        """The tables that hold the records, their instances, meshes and materials; shared by all sets of a scene."""
+        self._device = device
+        self._records, self._instances = records, instances
+        self._geometry, self._materials = geometry, materials
+        self._sections = np.zeros(1, DRAWN_SECTION)
+        """By record; those of others have no indices."""
+        self.emissive = EmissiveTriangles()
+        """Those of the records that shine and that rays for reflected light meet."""
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return int(np.count_nonzero(self._sections["index_count"]))
+
+    def add(self, mesh: GpuMesh, instances: range) -> range:
+        """Records of a mesh that these instances show: those of one after those of the other."""
+        count, sections = len(instances), len(mesh.placed)
+        first = self._records.take(count * sections)
+        records = self._records.rows[first : first + count * sections].reshape(count, sections)
+        records["material"] = [self._materials.acquire(placed.section.material) for placed in mesh.placed]
+        shapes = [self._materials.shape_number(placed.hit_group) for placed in mesh.primitives]
+        records["instance"] = np.array(instances)[:, None]
+        records["first_emissive"] = NOT_EMISSIVE
+        for name in ("first_index", "first_vertex", "first_previous"):
+            records[name] = [getattr(placed, name) for placed in mesh.placed]
+        records["shape"] = [0] * len(mesh.sections) + shapes
+        boxes = np.array([placed.box for placed in mesh.placed], np.float32).reshape(sections, 2, 3)
+        records["center"] = boxes[:, 0]
+        records["extent"] = boxes[:, 1] if mesh.previous is None else -boxes[:, 1]
+        if first + count * sections > len(self._sections):
+            more = max(first + count * sections, 2 * len(self._sections)) - len(self._sections)
+            self._sections = np.append(self._sections, np.zeros(more, DRAWN_SECTION))
+        drawn = np.array([drawn_section(placed.section) for placed in mesh.placed], DRAWN_SECTION)
+        added = range(first, first + count * sections)
+        self._sections[added.start : added.stop] = np.tile(drawn, count)
+        self._touch(added)
+        if any(average_emission(placed.section.material) > 0 for placed in mesh.sections):
+            self._shine(mesh, added)
+        return added
+
+    def remove(self, mesh: GpuMesh, records: range) -> None:
+        """Give back what `add` gave."""
+        self.emissive.remove(records.start)
+        self._records.give_back(records.start, len(records))
+        self._sections[records.start : records.stop] = 0
+        for placed in mesh.placed:
+            self._materials.release(placed.section.material)
+        self._touch(records)
+
+    def objects(self, mesh: GpuMesh, records: range) -> list[RtObject]:
+        """What rays meet of these records: the parts of the mesh, of one instance after the other."""
+        return [
+            RtObject(part.geometry, first + part.first_section, self._materials.type_number(part.hit_group), part.flags)
+            for first in range(records.start, records.stop, max(len(mesh.placed), 1))
+            for part in mesh.parts
+        ]
+
+    def renew(self, mesh: GpuMesh, records: range) -> None:
+        """Who sees these records, or whether they are mirrored, has changed."""
+        self._touch(records)
+        if self.emissive.has(records.start) != self._seen_by_surfaces(records):
+            self._shine(mesh, records)
+
+    def number_emissive(self, offset: int) -> None:
+        """Let the records that shine know where their triangles are, when those of others come before them."""
+        for records, first in self.emissive.starts():
+            self._records.rows["first_emissive"][records] = first + offset
+            self._records.touch(records)
+
+    def draws(self, recording: Recording) -> list[DrawList]:
+        """What the camera's raster draws. Records the upload of what changed."""
+        return self._listed(recording, self._camera_draws, casters=False)
+
+    def casters(self, recording: Recording) -> list[DrawList]:
+        """Triangles that may throw a shadow, whatever their masks: likewise."""
+        return self._listed(recording, self._shadow_draws, casters=True)
+
+    @cached_property
+    def _camera_draws(self) -> DrawLists:
+        return self._every_draw()
+
+    @cached_property
+    def _shadow_draws(self) -> DrawLists:
+        return self._every_draw()
+
+    def _every_draw(self) -> DrawLists:
+        lists = DrawLists(self._device)
+        lists.touch(np.flatnonzero(self._sections["index_count"]))
+        return lists
+
+    def _touch(self, records: range) -> None:
+        for name in ("_camera_draws", "_shadow_draws"):
+            if name in self.__dict__:  # somebody has asked for them
+                getattr(self, name).touch(np.array(records, np.int64))
+
+    def _listed(self, recording: Recording, lists: DrawLists, casters: bool) -> list[DrawList]:
+        touched = lists.take_touched()
+        if len(touched):
+            sections, rows = self._sections[touched], self._records.rows[touched]
+            instances = self._instances.rows[rows["instance"]]
+            shown = rows["shape"] == 0 if casters else instances["mask_and_channels"] & SEEN_BY_CAMERA != 0
+            kinds = kinds_of(sections, is_mirrored(instances["to_world"]))
+            kinds[~shown | (sections["index_count"] == 0)] = NOT_DRAWN
+            lists.put(touched, kinds, draw_arguments(touched, rows, sections, self._geometry.first_box_index))
+        return lists.lists(recording)
+
+    def _seen_by_surfaces(self, records: range) -> bool:
+        instance = self._instances.rows[self._records.rows[records.start]["instance"]]
+        return bool(instance["mask_and_channels"] & SEEN_BY_SURFACES)
+
+    def _shine(self, mesh: GpuMesh, records: range) -> None:
+        """Put the triangles that shine among all that do, if rays for reflected light meet them, or take them out."""
+        self.emissive.remove(records.start)
+        each = self._records.rows[records.start : records.stop].reshape(-1, len(mesh.placed))
+        each["first_emissive"] = NOT_EMISSIVE
+        if self._seen_by_surfaces(records):
+            to_world = self._instances.rows["to_world"][each["instance"][:, 0]]
+            for index, placed in enumerate(mesh.sections):
+                if average_emission(placed.section.material) > 0:
+                    numbers = np.arange(records.start + index, records.stop, len(mesh.placed))
+                    first = self.emissive.add(records.start, numbers, placed.section, to_world)
+                    each["first_emissive"][:, index] = first
+        self._records.touch(np.array(records, np.int64))

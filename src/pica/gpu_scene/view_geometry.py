@@ -1,0 +1,185 @@
+"""What of a scene depends on a view's camera: quads and ribbons that face it, and the detail of landscapes."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from pica.gpu_scene.deformation.deformation import Deformation, deform_all, facing_of
+from pica.gpu_scene.deformation.particles import FacingWriter
+from pica.gpu_scene.geometry import GpuMesh
+from pica.gpu_scene.masks import instance_mask
+from pica.gpu_scene.placement import Placement
+from pica.gpu_scene.scene import GpuScene
+from pica.rhi.device import Device
+from pica.rhi.passes import Recording
+from pica.rhi.rt_view import RtView
+from pica.rhi.tables import GrowingBuffer, Runs
+from pica.scene.camera import Camera
+from pica.scene.deformer import CameraFacing
+from pica.scene.landscape import Landscape, Levels
+from pica.scene.model import Mesh, Node
+
+
+@dataclass(eq=False)
+class _Shown:
+    """How the view shows a node."""
+
+    placement: Placement
+    mesh: GpuMesh
+    records: range
+    objects: range
+    facing: tuple[Deformation, FacingWriter] | None
+    is_placed: bool = False
+
+
+class ViewGeometry:
+    """Meshes, records and objects of one view, for the nodes that follow its camera."""
+
+    def __init__(self, device: Device, scene: GpuScene) -> None:
+        self._device, self._scene = device, scene
+        self.rt = RtView(device, scene.rt_scene)
+        self.records = scene.record_set()
+        self.previous = GrowingBuffer(device, "previous positions of a view's own", 12)
+        """float32 (vertices, 3), where they were in the view's frame before."""
+        self._previous_rows = Runs()
+        self._shown: dict[Node, _Shown] = {}
+        self._touched = {node: None for node, placement in scene.placements.items() if placement.mesh is None}
+        self._written: set[Node] = set()
+        """What was written in the frame before; where it stands still now, its previous place is its present one."""
+        self._levels: dict[Landscape, Levels] = {}
+        self._patches: Counter[Landscape] = Counter()
+        self.revision = 0
+        """Counts the frames in which anything was other than in the frame before."""
+        self.placed = 0
+        """Counts how often nodes came or went, or took another mesh."""
+
+    def touch(self, nodes: list[Node]) -> None:
+        """These have come, gone, moved, deformed or are seen by others than before."""
+        self._touched.update(dict.fromkeys(nodes))
+
+    def mesh(self, node: Node) -> GpuMesh:
+        """What the view shows a node by."""
+        return self._shown[node].mesh
+
+    def update(self, recording: Recording, camera: Camera) -> None:
+        """Record a frame's share: what came, what another level shows, what has turned or changed."""
+        if not (self._shown or self._touched):
+            self.rt.build(recording)
+            return
+        touched, self._touched = self._touched, {}
+        come = [*self._come(touched), *self._other_levels(camera)]
+        for node in come:
+            self._add(recording, node, camera)
+        if come:
+            self._scene.geometry.build(recording.encoder)
+        written = self._write(recording, camera, touched)
+        self._place([node for node in dict.fromkeys((*touched, *come)) if node in self._shown])
+        self.revision += bool(touched or come or written)
+        self.rt.build(recording)
+
+    def close(self) -> None:
+        """Give back what the view has of the scene's tables."""
+        for node in list(self._shown):
+            self._remove(node)
+
+    def _come(self, touched: dict[Node, None]) -> list[Node]:
+        """Let go of what is shown no more; what is new."""
+        come = []
+        for node in touched:
+            placement = self._scene.placements.get(node)
+            if node in self._shown and self._shown[node].placement is not placement:
+                self._remove(node)
+            if placement is not None and node not in self._shown:
+                come.append(node)
+        return come
+
+    def _other_levels(self, camera: Camera) -> list[Node]:
+        """Let go of the patches that have another level or border now."""
+        differing = []
+        self._levels = {landscape: levels for landscape, levels in self._levels.items() if self._patches[landscape]}
+        for landscape, before in self._levels.items():
+            levels = self._levels[landscape] = landscape.levels_for(camera)
+            differing += [node for node in landscape.differing(levels, before) if node in self._shown]
+        for node in differing:
+            self._remove(node)
+        return differing
+
+    def _add(self, recording: Recording, node: Node, camera: Camera) -> None:
+        placement, scene = self._scene.placements[node], self._scene
+        geometry, facing = scene.geometry, None
+        if node.deforms:
+            mesh = geometry.acquire(recording.encoder, _mesh(node), self._previous_rows)
+            facing = facing_of(self._device, node, geometry, mesh, scene.rebuild_at, self.previous)
+        else:
+            mesh = geometry.acquire(recording.encoder, self._patch(node, camera))
+        records = self.records.add(mesh, placement.instances)
+        objects = len(placement.instances) * len(mesh.parts)
+        first = self.rt.slots.take(objects)
+        self._shown[node] = _Shown(placement, mesh, records, range(first, first + objects), facing)
+        self.placed += 1
+
+    def _patch(self, node: Node, camera: Camera) -> Mesh:
+        landscape = node.detail
+        assert landscape is not None
+        if landscape not in self._levels:
+            self._levels[landscape] = landscape.levels_for(camera)
+        self._patches[landscape] += 1
+        return landscape.mesh(node, self._levels[landscape])
+
+    def _remove(self, node: Node) -> None:
+        shown = self._shown.pop(node)
+        self.rt.remove(shown.objects)
+        self.records.remove(shown.mesh, shown.records)
+        if shown.facing is not None:
+            shown.facing[0].forget()
+        self._scene.geometry.release(shown.mesh)
+        self._written.discard(node)
+        if node.detail is not None:
+            self._patches[node.detail] -= 1
+        self.placed += 1
+
+    def _write(self, recording: Recording, camera: Camera, touched: dict[Node, None]) -> bool:
+        """Turn what faces the camera, where it is not as it was; False: all is as in the frame before."""
+        again, self._written = self._written, set()
+        turned, settled = [], []
+        for node, shown in self._shown.items():
+            if shown.facing is None:
+                continue
+            assert isinstance(node.deformer, CameraFacing)
+            deformation, writer = shown.facing
+            eye = node.deformer.eye(camera) or writer.eye
+            if deformation.is_new or node in touched or not eye.same(writer.eye):
+                self._written.add(node)
+                turned.append(deformation)
+            elif node in again:
+                settled.append(deformation)
+            writer.eye = eye
+        self.previous.reserve(recording.encoder, self._previous_rows.end)
+        for deformation in settled:
+            deformation(recording)
+        deform_all(recording, turned)
+        if turned:
+            self.rt.changed()
+        return bool(turned)
+
+    def _place(self, nodes: list[Node]) -> None:
+        """Put objects where their instances are, for those who may see them."""
+        table, rows = self._scene.instance_table.rows, self.rt.slots.rows
+        for node in nodes:
+            shown = self._shown[node]
+            instances = slice(shown.placement.instances.start, shown.placement.instances.stop)
+            transforms = np.repeat(table["to_world"][instances], len(shown.mesh.parts), axis=0)
+            objects, mask = slice(shown.objects.start, shown.objects.stop), instance_mask(node)
+            masks = rows["id_and_mask"][objects] >> 24
+            if shown.is_placed and np.array_equal(rows["transform"][objects], transforms) and (masks == mask).all():
+                continue
+            placed = self.records.objects(shown.mesh, shown.records)
+            self.rt.place(shown.objects, placed, transforms, mask)
+            self.records.renew(shown.mesh, shown.records)
+            shown.is_placed = True
+
+
+def _mesh(node: Node) -> Mesh:
+    assert node.mesh is not None
+    return node.mesh

@@ -1,0 +1,1 @@
+"""What surfaces are made of, in Slang: material types and how textures are read."""

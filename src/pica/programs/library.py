@@ -1,0 +1,63 @@
+"""What a device has of material types and shapes, and the passes whose programs follow them."""
+
+import weakref
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import slangpy as spy
+
+from pica.programs.compiler import Compiler
+from pica.programs.material_types import STANDARD_ONLY, MaterialTypes, MaterialTypeSet
+from pica.programs.recipes import ForTypes, ForTypesRecipe
+from pica.programs.shape_types import ShapeTypes
+from pica.rhi.device import Device
+from pica.rhi.passes import ComputePass, RasterPass, RasterState
+from pica.rhi.recipes import ComputeRecipe, RasterRecipe
+
+
+class ProgramLibrary:
+    """The material types and shapes that a device has compiled, and who uses them; one a device (`programs`)."""
+
+    def __init__(self, device: Device) -> None:
+        self.device = device
+        self.material_types = device.shared(MaterialTypes)
+        self.shape_types = device.shared(ShapeTypes)
+        self.for_types: weakref.WeakSet[ForTypes[Any, Any]] = weakref.WeakSet()
+        """The passes on this device that follow the material types in use."""
+
+    @cached_property
+    def compiler(self) -> Compiler:
+        """The process that compiles what comes to a running renderer."""
+        compiler = Compiler(self.device.name, self.device.cache)
+        weakref.finalize(self.device, compiler.close)
+        return compiler
+
+    def retire(self, types: MaterialTypeSet) -> None:
+        """Forget the programs for these types, unless a pass still uses them."""
+        if types != STANDARD_ONLY and not any(types == user.types for user in self.for_types):
+            self.device.forget(types)
+
+    def compute(
+        self, module: str, entry: str = "main", name: str | None = None
+    ) -> ForTypes[tuple[spy.ShaderProgram, spy.ComputePipeline], ComputePass]:
+        """A compute pass that evaluates materials: call what this gives with the types in use.
+
+        `module`: a file below the package; `name`: what the profiler calls the pass.
+        """
+        handle, label = self.device.handle, name or Path(module).stem
+        recipe = ForTypesRecipe(ComputeRecipe(module, entry))
+        return ForTypes(self, recipe, lambda made: ComputePass(handle, label, *made))
+
+    def raster(
+        self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None
+    ) -> ForTypes[tuple[spy.ShaderProgram, spy.RenderPipeline], RasterPass]:
+        """A raster pass that evaluates materials; as `compute`."""
+        handle, label = self.device.handle, name or Path(module).stem
+        recipe = ForTypesRecipe(RasterRecipe(module, entries, state))
+        return ForTypes(self, recipe, lambda made: RasterPass(handle, label, *made))
+
+
+def programs(device: Device) -> ProgramLibrary:
+    """The library of a device."""
+    return device.shared(ProgramLibrary)

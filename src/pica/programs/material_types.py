@@ -1,0 +1,257 @@
+"""Material types as Slang modules: one alias for each, and one module that stands for all that a scene uses.
+
+The file of a type is compiled as it is; what is generated round it only says its name (materials/material_types.slang).
+"""
+
+import hashlib
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.errors import MaterialTypeError
+from pica.rhi.device import Device
+from pica.scene.material_registry import STANDARD, STANDARD_SOURCE, MaterialSource
+
+
+@dataclass(frozen=True)
+class ShapeOn:
+    """What primitives have for a hit group: a shape with a material type on it (programs/shape_types.py)."""
+
+    shape: MaterialSource
+    material: MaterialSource
+
+    @property
+    def name(self) -> str:
+        """shape/type."""
+        return f"{self.shape.name}/{self.material.name}"
+
+
+TypeEntry = MaterialSource | ShapeOn
+MaterialTypeSet = tuple[TypeEntry, ...]
+"""The types that a program knows, by the number that materials carry (`Material.type` in shaders), and among them the
+shapes that materials of these types are on. One hit group each."""
+STANDARD_ONLY: MaterialTypeSet = (STANDARD_SOURCE,)
+MAX_PARAMETERS = 16
+"""32-bit numbers of a material's own; scene_types.slang: MATERIAL_PARAMETERS."""
+
+_STANDARD_SOURCE = """
+module {alias};
+import materials.standard_material;
+public typealias {type} = StandardMaterial;
+"""
+_ALIAS = """
+module {alias};
+import {interface};
+import {module};
+public typealias {type} = {struct};
+"""
+_ALL = """
+module {name};
+import materials.material_type;
+{imports}
+public struct AllTypes : IMaterialType
+{{
+    public override static float coverage(MaterialInput input)
+    {{
+        switch (input.material.type) {{ {coverage} }}
+    }}
+    public override static float3 emission(MaterialInput input)
+    {{
+        switch (input.material.type) {{ {emission} }}
+    }}
+    public static void evaluate(MaterialInput input, inout Surface surface)
+    {{
+        switch (input.material.type) {{ {evaluate} }}
+    }}
+}}
+export struct MaterialTypes : IMaterialType = AllTypes;
+"""
+_SCALARS = {
+    spy.TypeReflection.ScalarType.float32: np.dtype("f4"),
+    spy.TypeReflection.ScalarType.int32: np.dtype("i4"),
+    spy.TypeReflection.ScalarType.uint32: np.dtype("u4"),
+}
+
+
+@dataclass(frozen=True)
+class MaterialType:
+    """A compiled material type."""
+
+    name: str
+    alias: str
+    """The module to import for it."""
+    parameters: np.dtype[Any]
+    """What `Material.parameters` must give, as a structured type of MAX_PARAMETERS numbers at most."""
+
+    @property
+    def struct(self) -> str:
+        """What the alias module calls it."""
+        return f"material_struct_{self.name}"
+
+    def packed(self, what: str, values: dict[str, Any]) -> NDArray[np.uint32]:
+        """Parameters as (MAX_PARAMETERS,) numbers. Raises MaterialTypeError for a name or a shape that does not fit."""
+        expected = self.parameters.names or ()
+        given, known = set(values), set(expected)
+        if given != known:
+            fault = f"lacks {_listed(known - given)}" if known - given else f"has no {_listed(given - known)}"
+            raise MaterialTypeError(
+                f"material {what!r} of type {self.name!r} {fault}; its parameters are {_listed(known) or 'none'}"
+            )
+        row = np.zeros((), self.parameters)
+        for name in expected:
+            try:
+                row[name] = np.asarray(values[name]).reshape(row[name].shape)
+            except (ValueError, TypeError):
+                shape = f"{row[name].size} numbers" if row[name].size > 1 else "a number"
+                message = f"material {what!r}: parameter {name!r} is {values[name]!r}, but must be {shape}"
+                raise MaterialTypeError(message) from None
+        numbers = np.zeros(MAX_PARAMETERS, np.uint32)
+        numbers[: row.nbytes // 4] = np.frombuffer(row.tobytes(), np.uint32)
+        return numbers
+
+
+class MaterialTypes:
+    """The material types of one device, compiled when first asked for."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device.handle
+        self._types: dict[MaterialSource, MaterialType] = {}
+        self._modules: dict[MaterialTypeSet, spy.SlangModule] = {}
+
+    def __getitem__(self, source: MaterialSource) -> MaterialType:
+        """Raises MaterialTypeError when the type's file has a fault."""
+        if source not in self._types:
+            if source == STANDARD_SOURCE:
+                self._types[source] = self._standard()
+            else:
+                self._types[source] = MaterialType(source.name, *compiled(self._device, source))
+        return self._types[source]
+
+    def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
+        """What to link with a program so that it knows these types."""
+        if plain(types) == {0: STANDARD_SOURCE}:
+            return []
+        if types not in self._modules:
+            self._modules[types] = self._all(types)
+        return [self._modules[types]]
+
+    def _standard(self) -> MaterialType:
+        alias = f"material_alias_{STANDARD}"
+        made = MaterialType(STANDARD, alias, np.dtype([]))
+        self._device.load_module_from_source(alias, _STANDARD_SOURCE.format(alias=alias, type=made.struct))
+        return made
+
+    def _all(self, types: MaterialTypeSet) -> spy.SlangModule:
+        numbered = plain(types)
+        made = [self[source] for source in numbered.values()]
+        name = f"material_types_{digest(' '.join(f'{n} {m.alias}' for n, m in zip(numbered, made, strict=True)))}"
+
+        def switch(call: str) -> str:
+            labels = [*(f"case {number}:" for number in list(numbered)[:-1]), "default:"]
+            return " ".join(f"{label} {call.format(m.struct)}" for label, m in zip(labels, made, strict=True))
+
+        text = _ALL.format(
+            name=name,
+            imports="\n".join(f"import {m.alias};" for m in made),
+            coverage=switch("return {}.coverage(input);"),
+            emission=switch("return {}.emission(input);"),
+            evaluate=switch("{}.evaluate(input, surface); return;"),
+        )
+        return self._device.load_module_from_source(name, text)
+
+
+def plain(types: MaterialTypeSet) -> dict[int, MaterialSource]:
+    """The material types alone, by their numbers."""
+    return {number: entry for number, entry in enumerate(types) if not isinstance(entry, ShapeOn)}
+
+
+def digest(text: str) -> str:
+    """The session remembers modules by name, so a name stands for one source only."""
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def compiled(device: spy.Device, source: MaterialSource) -> tuple[str, np.dtype[Any]]:
+    """Compile a registered file: the module that says its name, and what its `struct Parameters` has.
+
+    Raises the source's own error when the file has a fault.
+    """
+    marked = f"{source.name}_{digest(source.text)}"
+    module, alias = f"{source.word}_{marked}", f"{source.word}_alias_{marked}"
+    # Nor does it take two modules of one path. A path beside the file finds the same imports.
+    path = source.path.with_name(f"{source.path.stem}_{digest(source.text)}.slang")
+    try:
+        loaded = device.load_module_from_source(module, source.text, path)
+    except (RuntimeError, spy.SlangCompileError) as error:
+        raise source.fault(_first_error(source, str(error).replace(str(path), str(source.path)))) from None
+    struct, made_of_it = _implementation(source, loaded)
+    parameters = _parameters(source, loaded.layout.find_type_by_name(f"{struct}.Parameters"))
+    interface = source.interface_file.removesuffix(".slang").replace("/", ".")
+    try:
+        text = _ALIAS.format(
+            alias=alias,
+            interface=interface,
+            module=module,
+            type=f"{source.word}_struct_{source.name}",
+            struct=made_of_it,
+        )
+        device.load_module_from_source(alias, text)
+    except (RuntimeError, spy.SlangCompileError):
+        what = f"struct {struct} is not visible; mark it public or leave out the file's `module` line"
+        raise source.fault(f"{source.path}: {what}") from None
+    return alias, parameters
+
+
+def _implementation(source: MaterialSource, loaded: spy.SlangModule) -> tuple[str, str]:
+    """The name of the one struct that implements an interface, and of what is to be used."""
+    layout = loaded.layout
+    interfaces = {name: layout.find_type_by_name(name) for name in source.interfaces}
+    structs: Any = loaded.module_decl.children_of_kind(spy.DeclReflection.Kind.struct)
+    found = [
+        (struct.name, source.interfaces[name].format(struct.name))
+        for struct in structs
+        for name, interface in interfaces.items()
+        if interface is not None and layout.is_sub_type(layout.find_type_by_name(struct.name), interface)
+    ]
+    if len(found) != 1:
+        wanted = f"{' or '.join(interfaces)} ({source.interface_file})"
+        what = f"{len(found)} structs implement {wanted}, not one" if found else f"no struct implements {wanted}"
+        raise source.fault(f"{source.path}: {what}")
+    return found[0]
+
+
+def _parameters(source: MaterialSource, struct: spy.TypeReflection | None) -> np.dtype[Any]:
+    fields = []
+    known: Any = struct.fields if struct is not None else []
+    for field in known:
+        kind = field.type.kind
+        plain = kind in (spy.TypeReflection.Kind.scalar, spy.TypeReflection.Kind.vector)
+        if not plain or field.type.scalar_type not in _SCALARS:
+            fault = f"parameter {field.name!r} is not a float, int or uint, nor a vector of them"
+            raise source.fault(f"{source.path}: {fault}")
+        count = field.type.col_count if kind == spy.TypeReflection.Kind.vector else 1
+        fields.append((field.name, _SCALARS[field.type.scalar_type], (count,) if count > 1 else ()))
+    made = np.dtype(fields)
+    if made.itemsize > 4 * MAX_PARAMETERS:
+        fault = f"Parameters are {made.itemsize // 4} numbers, more than {MAX_PARAMETERS}"
+        raise source.fault(f"{source.path}: {fault}")
+    return made
+
+
+def _first_error(source: MaterialSource, diagnostics: str) -> str:
+    """Slang's first error as 'file:line: fault'."""
+    title = re.search(r"error\[\w+\]: (.*)", diagnostics)
+    place = re.search(r"--> (.*):(\d+):\d+", diagnostics)
+    detail = re.search(r"\| +\^+ (.*)", diagnostics)
+    if title is None or place is None:
+        return f"{source.path}: {' '.join(diagnostics.split())}"
+    # SlangPy puts a line of its own before source that it is given as text.
+    line = int(place[2]) - (place[1] == str(source.path))
+    return f"{place[1]}:{line}: {(detail or title)[1].strip()}"
+
+
+def _listed(names: set[str]) -> str:
+    return ", ".join(repr(name) for name in sorted(names))

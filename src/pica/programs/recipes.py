@@ -1,0 +1,69 @@
+"""Recipes of programs that evaluate materials, and the passes that follow the material types in use."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import slangpy as spy
+
+from pica.programs.material_types import MaterialType, MaterialTypes, MaterialTypeSet, ShapeOn, TypeEntry
+from pica.programs.shape_types import ShapeType, ShapeTypes, modules_for
+from pica.rhi.device import Device
+from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe
+
+if TYPE_CHECKING:
+    from pica.programs.library import ProgramLibrary
+
+Made = TypeVar("Made")
+Pass = TypeVar("Pass")
+
+
+@dataclass(frozen=True)
+class ForTypesRecipe:
+    """A program linked with the material types and shapes in use."""
+
+    plain: ComputeRecipe | RasterRecipe
+
+    def link(self, device: Device, variant: MaterialTypeSet) -> spy.ShaderProgram:
+        """`variant`: the types. Raises DeviceError when the file does not compile."""
+        return self.plain.link(device, modules_for(device, variant))
+
+    def make(self, device: Device, linked: spy.ShaderProgram) -> tuple[spy.ShaderProgram, Any]:
+        """Program and pipeline."""
+        return self.plain.make(device, linked)
+
+
+@dataclass(frozen=True)
+class TypeRecipe:
+    """A material type or a shape by itself: whatever can be said of its file without any program."""
+
+    entry: TypeEntry
+
+    def link(self, device: Device, variant: MaterialTypeSet) -> MaterialType | ShapeType:
+        """Raises MaterialTypeError or ShapeError when the file has a fault."""
+        if isinstance(self.entry, ShapeOn):
+            return device.shared(ShapeTypes)[self.entry.shape]
+        return device.shared(MaterialTypes)[self.entry]
+
+    def make(self, device: Device, linked: MaterialType | ShapeType) -> MaterialType | ShapeType:
+        """What was loaded."""
+        return linked
+
+
+class ForTypes(Generic[Made, Pass]):
+    """A pass whose program knows the material types in use, and is another when they change."""
+
+    def __init__(self, library: "ProgramLibrary", recipe: Recipe[Made], use: Callable[[Made], Pass]) -> None:
+        """`use` makes the pass from what the recipe makes."""
+        self._library, self.recipe, self._use = library, recipe, use
+        self.types: MaterialTypeSet = ()
+        """Those of the newest call."""
+        library.for_types.add(self)
+
+    def __call__(self, types: MaterialTypeSet) -> Pass:
+        """The pass that goes with these types; made here and now where nobody has made its program ahead."""
+        if types is not self.types:
+            if types != self.types:
+                self._pass = self._use(self._library.device.kept(self.recipe, types))
+            self.types = types
+        return self._pass

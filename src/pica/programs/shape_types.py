@@ -1,0 +1,122 @@
+"""Shapes as Slang modules: one alias for each, one module that stands for all that a scene uses.
+
+A program knows shapes by entries ShapeOn in its MaterialTypeSet: each is a hit group whose intersection shader is
+the shape's and whose other shaders are the material type's. So a scene without shapes has the programs it always had.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.errors import ShapeError
+from pica.programs.material_types import MaterialTypes, MaterialTypeSet, ShapeOn, compiled, digest
+from pica.rhi.device import Device
+from pica.scene.material_registry import MaterialSource
+from pica.scene.primitives import Primitives
+
+_ALL = """
+module {name};
+import shapes.shape_type;
+{imports}
+public struct AllShapes : IShape
+{{
+    public static bool intersect(ShapeInput shape, ObjectRay ray, out float distance)
+    {{
+        switch (shape.kind) {{ {intersect} }}
+    }}
+    public static float3 normal(ShapeInput shape, float3 place)
+    {{
+        switch (shape.kind) {{ {normal} }}
+    }}
+    public static float2 uv(ShapeInput shape, float3 place)
+    {{
+        switch (shape.kind) {{ {uv} }}
+    }}
+}}
+export struct Shapes : IShape = AllShapes;
+export public static const bool SHAPES_IN_USE = true;
+"""
+
+
+@dataclass(frozen=True)
+class ShapeType:
+    """A compiled shape."""
+
+    name: str
+    alias: str
+    """The module to import for it."""
+    parameters: np.dtype[Any]
+    """What each primitive must give."""
+
+    @property
+    def struct(self) -> str:
+        """What the alias module calls it."""
+        return f"shape_struct_{self.name}"
+
+    def packed(self, primitives: Primitives) -> NDArray[np.uint32]:
+        """Parameters as (primitives, numbers each). Raises ShapeError for a name or a form that does not fit."""
+        given, known = set(primitives.parameters), set(self.parameters.names or ())
+        if given != known:
+            fault = f"lack {sorted(known - given)}" if known - given else f"have no {sorted(given - known)}"
+            raise ShapeError(f"primitives of shape {self.name!r} {fault}; their parameters are {sorted(known)}")
+        rows = np.zeros(len(primitives), self.parameters)
+        for name, values in primitives.parameters.items():
+            if values.shape != rows[name].shape:
+                fault = f"parameter {name!r} is {values.shape}, but must be {rows[name].shape}"
+                raise ShapeError(f"primitives of shape {self.name!r}: {fault}")
+            rows[name] = values
+        return rows.view(np.uint32).reshape(len(rows), -1)
+
+
+def shapes_of(types: MaterialTypeSet) -> list[MaterialSource]:
+    """The shapes in use, by number: `SectionRecord.shape` in shaders is one more."""
+    return list(dict.fromkeys(entry.shape for entry in types if isinstance(entry, ShapeOn)))
+
+
+class ShapeTypes:
+    """The shapes of one device, compiled when first asked for."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device.handle
+        self._types: dict[MaterialSource, ShapeType] = {}
+        self._modules: dict[tuple[MaterialSource, ...], spy.SlangModule] = {}
+
+    def __getitem__(self, source: MaterialSource) -> ShapeType:
+        """Raises ShapeError when the shape's file has a fault."""
+        if source not in self._types:
+            self._types[source] = ShapeType(source.name, *compiled(self._device, source))
+        return self._types[source]
+
+    def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
+        """What to link with a program so that it knows the shapes among these types."""
+        shapes = tuple(shapes_of(types))
+        if not shapes:
+            return []
+        if shapes not in self._modules:
+            self._modules[shapes] = self._all([self[source] for source in shapes])
+        return [self._modules[shapes]]
+
+    def _all(self, made: list[ShapeType]) -> spy.SlangModule:
+        name = f"shape_types_{digest(' '.join(shape.alias for shape in made))}"
+
+        def switch(call: str) -> str:
+            labels = [*(f"case {number}:" for number in range(len(made) - 1)), "default:"]
+            cases = zip(labels, made, strict=True)
+            return " ".join(f"{label} return {shape.struct}.{call};" for label, shape in cases)
+
+        text = _ALL.format(
+            name=name,
+            imports="\n".join(f"import {shape.alias};" for shape in made),
+            intersect=switch("intersect(shape, ray, distance)"),
+            normal=switch("normal(shape, place)"),
+            uv=switch("uv(shape, place)"),
+        )
+        return self._device.load_module_from_source(name, text)
+
+
+def modules_for(device: Device, types: MaterialTypeSet) -> list[spy.SlangModule]:
+    """What to link with a program so that it knows these material types and the shapes among them."""
+    return [*device.shared(MaterialTypes).linked(types), *device.shared(ShapeTypes).linked(types)]

@@ -1,0 +1,75 @@
+"""Recipes: all that a program is made of, without anything of a device.
+
+So another process can make the same program from an equal recipe and leave it in the shader cache.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+import slangpy as spy
+
+from pica.errors import DeviceError
+from pica.rhi.passes import RasterState
+
+if TYPE_CHECKING:
+    from pica.rhi.device import Device
+
+MadeOut = TypeVar("MadeOut", covariant=True)
+
+
+class Recipe(Protocol[MadeOut]):
+    """How to make a program, in one or several variants. Hashable and picklable; equal recipes make the same.
+
+    In two parts, so that a renderer can do them in different frames.
+    """
+
+    def link(self, device: "Device", variant: Any) -> Any:
+        """What `make` is given; takes a while where no cache has it."""
+
+    def make(self, device: "Device", linked: Any) -> MadeOut:
+        """The rest; takes seconds where no cache has it."""
+
+
+@dataclass(frozen=True)
+class ComputeRecipe:
+    """A compute entry point of a file below the package."""
+
+    module: str
+    entry: str = "main"
+
+    def link(self, device: "Device", variant: Sequence[spy.SlangModule]) -> spy.ShaderProgram:
+        """`variant`: modules to link with it. Raises DeviceError when the file does not compile."""
+        return linked(device, self.module, [self.entry], variant)
+
+    def make(self, device: "Device", linked: spy.ShaderProgram) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
+        """Program and pipeline."""
+        return linked, device.handle.create_compute_pipeline(linked)
+
+
+@dataclass(frozen=True)
+class RasterRecipe:
+    """A vertex and a fragment entry point of a file below the package, and their fixed-function state."""
+
+    module: str
+    entries: tuple[str, ...]
+    state: RasterState
+
+    def link(self, device: "Device", variant: Sequence[spy.SlangModule]) -> spy.ShaderProgram:
+        """`variant`: modules to link with it. Raises DeviceError when the file does not compile."""
+        return linked(device, self.module, list(self.entries), variant)
+
+    def make(self, device: "Device", linked: spy.ShaderProgram) -> tuple[spy.ShaderProgram, spy.RenderPipeline]:
+        """Program and pipeline."""
+        return linked, self.state.pipeline(device.handle, linked)
+
+
+def linked(
+    device: "Device", module: str, entries: list[str], more: Sequence[spy.SlangModule] = ()
+) -> spy.ShaderProgram:
+    """The program of a file's entry points and further modules; DeviceError when the file does not compile."""
+    try:
+        loaded = device.handle.load_module(module)
+        return device.handle.link_program([loaded, *more], [loaded.entry_point(entry) for entry in entries])
+    except (RuntimeError, spy.SlangCompileError) as error:
+        raise DeviceError(f"{module}: {error}") from error

@@ -1,0 +1,110 @@
+"""The top level of one view: all that every view shows, and objects of its own."""
+
+from collections import ChainMap
+from collections.abc import Iterable, Mapping
+from typing import Any
+from weakref import WeakSet
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.rhi.acceleration import INSTANCE, RtObject, RtScene, SlotWatcher, TopLevel, row_of
+from pica.rhi.device import Device
+from pica.rhi.passes import Recording
+from pica.rhi.tables import HostTable, RowUpload
+
+
+class RtView:
+    """What the rays of one view meet. Without objects of its own it is the scene's top level.
+
+    Its objects have slots of the scene's, where the scene's own records have them as objects that no ray meets; the
+    view's top level is built from a copy of those records, in which its objects have their structures.
+    """
+
+    def __init__(self, device: Device, scene: RtScene) -> None:
+        self._device, self._scene = device, scene
+        self._own: dict[int, RtObject] = {}
+        self._handles: dict[int, int] = {}
+        self._revision = 0
+        self._built = (-1, -1)
+        self._watchers: WeakSet[SlotWatcher] = WeakSet()
+        self._top = TopLevel(device)
+        self._records: spy.Buffer | None = None
+        self._upload = RowUpload(device)
+
+    @property
+    def structure(self) -> spy.AccelerationStructure:
+        """The top level, after `build`."""
+        return self._top.structure if self._own else self._scene.structure
+
+    @property
+    def objects(self) -> Mapping[int, RtObject]:
+        """What the view shows, by slot."""
+        return ChainMap(self._own, self._scene.objects)
+
+    @property
+    def slots(self) -> HostTable:
+        """INSTANCE rows by slot; the host's copy has no structures of what is a view's own."""
+        return self._scene.slots
+
+    @property
+    def has_boxes(self) -> bool:
+        """As RtScene.has_boxes; only triangles can be a view's own."""
+        return self._scene.has_boxes
+
+    def watch(self) -> SlotWatcher:
+        """As RtScene.watch, for what this view shows."""
+        watcher = self._scene.watch()
+        watcher.add(self._own)
+        self._watchers.add(watcher)
+        return watcher
+
+    def changed(self, slots: Iterable[int] = ()) -> None:
+        """As RtScene.changed, for objects of the view's own."""
+        self._revision += 1
+        for watcher in self._watchers:
+            watcher.add(slots)
+
+    def place(self, slots: range, placed: list[RtObject], transforms: NDArray[Any], mask: int) -> None:
+        """Put objects of the view's own into slots, (n, 3, 4) object to world; `mask` as for RtScene.mask."""
+        for slot, new, transform in zip(slots, placed, transforms, strict=True):
+            self.slots.rows[slot] = row_of(new, transform, mask, 0)
+            self._own[slot], self._handles[slot] = new, new.geometry.handle
+        self.slots.touch(np.array(slots, np.int64))
+        self.changed(slots)
+
+    def remove(self, slots: range) -> None:
+        """As RtScene.remove."""
+        for slot in slots:
+            self._own.pop(slot, None)
+            self._handles.pop(slot, None)
+        self.slots.give_back(slots.start, len(slots))
+        self.changed(slots)
+
+    def build(self, recording: Recording) -> None:
+        """As RtScene.build."""
+        if not self._own:
+            self._scene.build(recording)
+            return
+        due = self._scene.revision, self._revision
+        if self._built == due:
+            return
+        self._built = due
+        self.slots.flush(recording)
+        if not self._device.traces_rays:
+            return
+        source = self.slots.buffer
+        if self._records is None or self._records.size != source.size:
+            if self._records is not None:
+                self._device.give_back(self._records)
+            size = INSTANCE.itemsize
+            self._records = self._device.buffer(
+                "view's rt objects", size=source.size, struct_size=size, usage=self._device.built_from
+            )
+        recording.encoder.copy_buffer(self._records, 0, source, 0, source.size)
+        own = np.array(sorted(self._own), np.int64)
+        rows = self.slots.rows[own]
+        rows["handle"] = [self._handles[slot] for slot in own.tolist()]
+        self._upload(recording, self._records, own, rows)
+        self._top.build(recording, self._records, len(self.slots.rows))

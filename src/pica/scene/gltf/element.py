@@ -1,0 +1,220 @@
+"""JSON objects that know their place in the file: every value of it is read, and checked, through one of these."""
+
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
+
+from pica.errors import SceneError
+
+LONGEST = 80
+"""Characters of a file's own text that a message shows."""
+
+_HIGHEST = sys.float_info.max
+"""Comparing with it keeps out infinities and NaN, and integers too large for a float."""
+_MOST = 1 << 53
+"""Integers beyond are not exact in every reader of JSON, and no file is that large."""
+
+_Value = TypeVar("_Value")
+
+
+class Element:
+    """A JSON object of a file and its place there, such as nodes[3] or materials[0].normalTexture.
+
+    What reads the value of a key raises SceneError, "place: fault", unless the value is as asked for. `default` is for
+    keys that are absent, which null counts as; without a default they are a fault. Keys that nobody asks for are not
+    looked at. Places are put together only when a message needs one: a scene has hundreds of thousands of these.
+    """
+
+    __slots__ = ("_index", "_key", "_parent", "_values")
+
+    def __init__(
+        self, values: dict[str, Any], key: str = "", parent: "Element | None" = None, index: int | None = None
+    ) -> None:
+        self._values, self._key, self._parent, self._index = values, key, parent, index
+
+    def __contains__(self, key: str) -> bool:
+        return self._values.get(key) is not None
+
+    def keys(self) -> set[str]:
+        """Which keys the object has."""
+        return set(self._values)
+
+    def place(self, key: str = "", index: int | None = None) -> str:
+        """Where the object stands, or one of its values, or entry `index` of that value; empty for the whole file."""
+        above = "" if self._parent is None else self._parent.place(self._key, self._index)
+        own = key if index is None else f"{key}[{index}]"
+        return f"{above}.{own}" if above and own else above or own
+
+    def fault(self, text: str, key: str = "", index: int | None = None) -> SceneError:
+        """The error that says what is wrong at a place."""
+        return SceneError(f"{self.place(key, index)}: {text}")
+
+    def object(self, key: str, required: bool = False) -> "Element":
+        """The object under a key; one without any keys where there is none, unless it is required."""
+        value = self._values.get(key)
+        if value is None and not required:
+            value = {}
+        if type(value) is not dict:
+            raise self._unfit(value, "an object", key)
+        return Element(value, key, self)
+
+    def objects(self, key: str) -> list["Element"]:
+        """The objects of an array, which may be absent."""
+        values = self._array(key)
+        for index, value in enumerate(values):
+            if type(value) is not dict:
+                raise self._unfit(value, "an object", key, index)
+        return [Element(value, key, self, index) for index, value in enumerate(values)]
+
+    def extension(self, name: str) -> "Element":
+        """An extension of the object (3.12); one without any keys where it has none."""
+        return self.object("extensions").object(name)
+
+    def has_extension(self, name: str) -> bool:
+        """Whether the object has an extension."""
+        return "extensions" in self and name in self.object("extensions")
+
+    @property
+    def extras(self) -> dict[str, Any]:
+        """What applications add (3.13), any JSON; empty where that is no object."""
+        extras = self._values.get("extras")
+        return extras if isinstance(extras, dict) else {}
+
+    @property
+    def name(self) -> str:
+        """The name; empty where there is none."""
+        name = self._values.get("name")
+        return name if isinstance(name, str) else ""
+
+    def integer(self, key: str, low: int = 0, high: int = _MOST, default: int | None = None) -> int:
+        """An integer from low to high."""
+        value = self._values.get(key)
+        if value is None and default is not None:
+            return default
+        whole = _whole(value)
+        if whole is None or not low <= whole <= high:
+            raise self._unfit(value, f"a whole number{_span(low, high)}", key)
+        return whole
+
+    def integers(self, key: str, low: int = 0, high: int = _MOST) -> list[int]:
+        """The integers of an array, each from low to high; it may be absent."""
+        values = self._array(key)
+        integers = []
+        for index, value in enumerate(values):
+            whole = _whole(value)
+            if whole is None or not low <= whole <= high:
+                raise self._unfit(value, f"a whole number{_span(low, high)}", key, index)
+            integers.append(whole)
+        return integers
+
+    def number(
+        self, key: str, low: float = -_HIGHEST, high: float = _HIGHEST, default: float | None = None
+    ) -> float:  # fmt: skip
+        """A finite number from low to high."""
+        value: Any = self._values.get(key)
+        if value is None and default is not None:
+            return default
+        if type(value) not in (float, int) or not low <= value <= high:
+            raise self._unfit(value, f"a number{_span(low, high)}", key)
+        return float(value)
+
+    def numbers(
+        self, key: str, count: int, low: float = -_HIGHEST, high: float = _HIGHEST,
+        default: tuple[float, ...] | None = None,
+    ) -> tuple[Any, ...]:  # fmt: skip
+        """`count` finite numbers from low to high."""
+        values = self._values.get(key)
+        if values is None and default is not None:
+            return default
+        if type(values) is not list or len(values) != count:
+            raise self._unfit(values, f"a list of {count} numbers", key)
+        for index, value in enumerate(values):
+            if type(value) not in (float, int) or not low <= value <= high:
+                raise self._unfit(value, f"a number{_span(low, high)}", key, index)
+        return tuple(map(float, values))
+
+    def flag(self, key: str, default: bool) -> bool:
+        """True or false."""
+        value = self._values.get(key)
+        if value is None:
+            return default
+        if type(value) is not bool:
+            raise self._unfit(value, "true or false", key)
+        return value
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """A string."""
+        value = self._values.get(key)
+        if value is None and default is not None:
+            return default
+        if type(value) is not str:
+            raise self._unfit(value, "text", key)
+        return value
+
+    def texts(self, key: str) -> list[str]:
+        """The strings of an array, which may be absent."""
+        values = self._array(key)
+        for index, value in enumerate(values):
+            if type(value) is not str:
+                raise self._unfit(value, "text", key, index)
+        return values
+
+    def choice(self, key: str, known: Mapping[Any, _Value], default: _Value | None = None) -> _Value:
+        """What `known` has for the string or integer."""
+        value = self._values.get(key)
+        if value is None and default is not None:
+            return default
+        option = value if type(value) is str else _whole(value)
+        if option not in known:
+            raise self._unfit(value, f"one of {', '.join(map(str, known))}", key)
+        return known[option]
+
+    def reference(self, key: str, entries: Sequence["Element"]) -> "Element":
+        """The one of `entries` that an integer refers to."""
+        return self._referred(self._values.get(key), entries, key)
+
+    def references(self, key: str, entries: Sequence["Element"]) -> list["Element"]:
+        """Those of `entries` that an array of integers refers to, which may be absent."""
+        return [self._referred(value, entries, key, index) for index, value in enumerate(self._array(key))]
+
+    def _referred(
+        self, value: Any, entries: Sequence["Element"], key: str, index: int | None = None
+    ) -> "Element":  # fmt: skip
+        whole = _whole(value)
+        if whole is None:
+            raise self._unfit(value, "a whole number", key, index)
+        if not 0 <= whole < len(entries):
+            raise self.fault(f"{shown(value)} is out of range (count {len(entries)})", key, index)
+        return entries[whole]
+
+    def _array(self, key: str) -> list[Any]:
+        value = self._values.get(key)
+        if value is None:
+            return []
+        if type(value) is not list:
+            raise self._unfit(value, "an array", key)
+        return value
+
+    def _unfit(self, value: Any, expected: str, key: str, index: int | None = None) -> SceneError:
+        if value is None and index is None:
+            return self.fault("is missing", key)
+        return self.fault(f"{shown(value)} is not {expected}", key, index)
+
+
+def shown(value: Any) -> str:
+    """A value from a file on one short line."""
+    text = repr(value)
+    return text if len(text) <= LONGEST else text[:LONGEST] + "…"
+
+
+def _whole(value: Any) -> int | None:
+    """The integer that a JSON number is; None where it is none."""
+    if type(value) is int:
+        return value
+    return int(value) if type(value) is float and value.is_integer() else None  # some exporters write 3.0
+
+
+def _span(low: float, high: float) -> str:
+    if high not in (_MOST, _HIGHEST):
+        return f" from {low} to {high}"
+    return "" if low == -_HIGHEST else f" of at least {low}"

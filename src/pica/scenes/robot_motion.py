@@ -1,0 +1,95 @@
+"""How the toy world's robots go: wheels and balls roll, feet step, heads look about."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.scene.animation import Channel
+from pica.scene.model import Node
+from pica.scenes.lane import Lane
+from pica.scenes.motion import LOOP, about, follow, product, rotation_of, swing
+from pica.scenes.robots import ANKLE, BALL_RADIUS, LEGS, WHEEL_RADIUS, WHEEL_TRACK
+
+Floats = NDArray[np.float64]
+
+STRIDE = 0.32
+"""About how many metres a walker goes before the same foot is down again."""
+LIFT = 0.05
+"""Metres between a foot and the floor in mid-step."""
+KEYS_PER_STRIDE = 16
+
+
+def go_round(robot: Node, lane: Lane, start: float, rng: np.random.Generator) -> list[Channel]:
+    """One lap a loop, `start` metres along the lane at first. The robot's parts are those that pica made it of."""
+    parts = {part.name: part for part in robot.children}
+    strides = round(lane.length / STRIDE)
+    stride = lane.length / strides
+    start = round(start / stride * KEYS_PER_STRIDE) / KEYS_PER_STRIDE * stride
+    times = np.linspace(0, LOOP, strides * KEYS_PER_STRIDE + 1)
+    distance = start + lane.length * times / LOOP
+    places, headings = lane.at(distance)
+    channels = follow(robot, times, places + np.array((0, robot.transform[1, 3], 0)), about((0, 1, 0), headings))
+    for name, side in (("left wheel", -1), ("right wheel", 1)):
+        if name in parts:
+            channels += _roll(parts[name], times, distance + side * WHEEL_TRACK * headings, WHEEL_RADIUS)
+    if "ball" in parts:
+        channels += _roll(parts["ball"], times, distance, BALL_RADIUS)
+    if "body" in parts and "front left foot" in parts:
+        channels += _walk(parts, times, lane, distance, stride)
+    for name, degrees in (("head", 38.0), ("eye", 16.0)):
+        if name in parts:
+            channels += swing(parts[name], (0, 1, 0), degrees, int(rng.integers(3, 7)), float(rng.uniform()))
+    for name, phase in (("left arm", 0.0), ("right arm", 0.5)):
+        if name in parts:
+            channels += swing(parts[name], (1, 0, 0), 14.0, 18, phase)
+    return channels
+
+
+def _roll(part: Node, times: Floats, distance: Floats, radius: float) -> list[Channel]:
+    """Turn with the way gone; whole turns a loop, so it slips by the part of a turn that a lap leaves over."""
+    gone = distance - distance[0]
+    turns = max(1, round(gone[-1] / (2 * np.pi * radius)))
+    angles = gone / gone[-1] * 2 * np.pi * turns
+    return follow(part, times, rotation=product(rotation_of(part.transform)[None], about((1, 0, 0), angles)))
+
+
+def _walk(parts: dict[str, Node], times: Floats, lane: Lane, distance: Floats, stride: float) -> list[Channel]:
+    """A trot: legs across from each other step together. A foot that is down stays where it is on the floor."""
+    places, headings = lane.at(distance)
+    bob = 0.008 * np.cos(4 * np.pi * distance / stride)
+    channels = follow(parts["body"], times, bob[:, None] * (0, 1, 0))
+    for name, x, z in LEGS:
+        thigh, foot = parts[f"{name} leg"], parts[f"{name} foot"]
+        offset = 0.0 if x * z > 0 else 0.5
+        step, share = np.divmod(distance / stride + offset, 1)
+        hip = foot.transform[:3, 3]
+        # Down for the first half of each step: where the hip passes in the middle of that time.
+        down, after = (_beside(lane, (step + k + 0.25 - offset) * stride, hip) for k in (0, 1))
+        swinging = np.clip(2 * share - 1, 0, 1)[:, None]
+        spot = down + (after - down) * swinging * swinging * (3 - 2 * swinging)
+        spot[:, 1] += LIFT * np.sin(np.pi * swinging[:, 0])
+        local = _turned(spot - places, -headings)
+        channels += follow(foot, times, local)
+        towards = local + np.array((0, ANKLE, 0)) - thigh.transform[:3, 3]
+        channels += follow(thigh, times, rotation=_from_down(towards))
+    return channels
+
+
+def _beside(lane: Lane, distance: Floats, offset: Floats) -> Floats:
+    """(count, 3) where a point of a robot is when the robot has gone so far."""
+    places, headings = lane.at(distance)
+    return places + _turned(np.broadcast_to(offset, places.shape), headings)
+
+
+def _turned(points: Floats, headings: Floats) -> Floats:
+    sin, cos = np.sin(headings), np.cos(headings)
+    x, y, z = points.T
+    return np.stack([x * cos + z * sin, y, z * cos - x * sin], -1)
+
+
+def _from_down(directions: Floats) -> Floats:
+    """(count, 4) the shortest turns from -Y to each direction."""
+    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    # Half-way between no turn and the double one: (a x b, 1 + a . b) for unit vectors a and b.
+    turns = np.concatenate([np.cross((0.0, -1.0, 0.0), unit), 1 - unit[:, 1:2]], 1)
+    lengths: Floats = np.linalg.norm(turns, axis=1, keepdims=True)
+    return turns / lengths

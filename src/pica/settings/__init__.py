@@ -1,0 +1,28 @@
+"""Every setting of the renderer. docs/settings.md lists them; a new one is declared in `groups`."""
+
+from pica.settings.groups import (
+    AmbientOcclusionSettings,
+    AntialiasingSettings,
+    GeometrySettings,
+    LightingSettings,
+    PostSettings,
+    RaysSettings,
+    ShadowMapsSettings,
+    ShadowsSettings,
+    VisibilitySettings,
+)
+from pica.settings.settings import PRESETS, Settings
+
+__all__ = [
+    "PRESETS",
+    "AmbientOcclusionSettings",
+    "AntialiasingSettings",
+    "GeometrySettings",
+    "LightingSettings",
+    "PostSettings",
+    "RaysSettings",
+    "Settings",
+    "ShadowMapsSettings",
+    "ShadowsSettings",
+    "VisibilitySettings",
+]

@@ -1,0 +1,356 @@
+"""Every setting, one class a group, and what the levels of a group change.
+
+A new setting is one `number`, `choice` or `switch` here; a new effect's group is a class here and a field of
+`Settings`. Checks, the command line, the schema and docs/settings.md follow from that.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from pica.errors import SettingsError
+from pica.settings.setting import Group, Level, choice, number, switch
+
+
+@dataclass(frozen=True)
+class VisibilitySettings(Group):
+    """What each pixel sees first."""
+
+    primary: Literal["auto", "raster", "rays"] = choice(
+        "auto",
+        "How triangles reach the pixels. All give the same G-buffer.",
+        auto="What is faster on the device.",
+        raster="Triangles are drawn.",
+        rays="One ray a pixel.",
+    )
+
+
+@dataclass(frozen=True)
+class GeometrySettings(Group):
+    """Meshes that deform."""
+
+    rebuild_at: float = number(
+        1.5,
+        range=(0.0, 100.0),
+        unit="times the cost when built",
+        text="Estimated cost of a refitted bottom-level structure at which it is rebuilt; 0: always.",
+        higher="fewer rebuilds, slower rays in between",
+        lower="faster rays, more rebuilds",
+    )
+
+
+@dataclass(frozen=True)
+class RaysSettings(Group):
+    """How rays are traced."""
+
+    scheduler: Literal["auto", "pipeline", "buffers"] = choice(
+        "auto",
+        "How rays get to the tracer.",
+        auto="Buffers where the tracer is Embree, else pipeline.",
+        pipeline="Ray generation shaders.",
+        buffers="Rays and hits go through buffers, which tracers outside of shaders need.",
+    )
+    tracer: Literal["auto", "device", "embree"] = choice(
+        "auto",
+        "What traces ray buffers.",
+        auto="Embree where it is installed and the device runs on the processor too or cannot trace, else the device.",
+        device="The device's own ray tracing pipeline.",
+        embree="Embree on the processor, if embreex and numba are installed.",
+    )
+    opaque_secondary_shadows: bool = switch(
+        False,
+        "In the path tracer, shadow rays from surfaces that other rays than the camera's have met take what lets light"
+        " through for opaque, as ray traced effects do there: to compare with one of these. What light comes through"
+        " glass is then missing wherever it is seen indirectly.",
+    )
+
+
+@dataclass(frozen=True)
+class ShadowsSettings(Group):
+    """Shadows of every light."""
+
+    levels: ClassVar = {
+        "low": Level(
+            "4 lights with a ray of their own, 2 with a filter: many lights are noisier, one or two do not change.",
+            {"max_lights": 4, "denoised_lights": 2},
+        ),
+        "medium": Level("8 lights with a ray of their own, 4 with a filter."),
+        "high": Level(
+            "16 lights with a ray of their own, 8 with a filter: less noise where many overlap.",
+            {"max_lights": 16, "denoised_lights": 8},
+        ),
+    }
+
+    method: Literal["rays", "maps"] = choice(
+        "rays",
+        "How shadows are found.",
+        rays="Traced from every pixel.",
+        maps="Shadow maps, which need no rays and only approximate soft shadows.",
+    )
+    mode: Literal["soft", "hard", "off"] = choice(
+        "soft",
+        "Which shadows there are.",
+        soft="One ray a frame to a random point of the light.",
+        hard="One ray to the light's centre.",
+        off="No shadows.",
+    )
+    transparent: bool = switch(
+        True,
+        "Shadow rays go on through materials that let light through and take their colour; false: those are opaque."
+        " Costs nothing in scenes without any, else a ray for each surface on the way. The path tracer follows it too.",
+    )
+    max_lights: int = number(
+        8,
+        range=(1, 29),
+        unit="lights",
+        text="Lights with a shadow ray of their own; the lights beyond and all emissive triangles share one ray."
+        " Visibility has 32 bits a pixel.",
+        higher="less noise with many lights",
+        lower="fewer rays, less memory",
+    )
+    denoiser: Literal["anisotropic", "svgf", "off"] = choice(
+        "anisotropic",
+        "Filter of soft shadows, for lights that choose none themselves (docs/shadows.md compares them).",
+        anisotropic="Along the penumbra that light and occluder make, for rays that also find the occluder's distance;"
+        " follows the shadows of lights that move.",
+        svgf="As wide as the variance asks for.",
+        off="None, for light that converges over many frames without any bias.",
+    )
+    denoised_lights: int = number(
+        4,
+        range=(0, 16),
+        unit="lights",
+        text="Soft lights, strongest first, whose shadows are filtered; each takes about 50 bytes a pixel.",
+        higher="less noise with many lights",
+        lower="less time and memory for filters",
+    )
+    history: int = number(
+        8,
+        range=(1, 64),
+        unit="frames",
+        text="What filtered shadows remember while something moves; 1: each frame stands alone. While nothing moves all"
+        " frames count.",
+        higher="less noise",
+        lower="shadows that lag behind less",
+    )
+
+
+@dataclass(frozen=True)
+class AmbientOcclusionSettings(Group):
+    """How open the surroundings of each surface are: dims ambient light that has no shadows of its own."""
+
+    levels: ClassVar = {
+        "medium": Level("One ray a pixel, left to the filter. There is no cheaper one but ground_truth."),
+        "high": Level("Four rays: half the noise of each frame, which shows while something moves.", {"rays": 4}),
+    }
+
+    mode: Literal["off", "ray_traced", "ground_truth"] = choice(
+        "off",
+        "How it is found. A sampled environment has shadows of its own and is not dimmed.",
+        off="Not at all.",
+        ray_traced="Rays about the normal.",
+        ground_truth="GTAO, from the depth buffer alone.",
+    )
+    rays: int = number(
+        1,
+        range=(1, 16),
+        unit="rays a pixel and frame",
+        text="Rays of ray_traced.",
+        higher="less noise",
+        lower="less time",
+    )
+    min_distance: float = number(
+        0.0,
+        range=(0.0, 1000.0),
+        unit="metres",
+        text="What is nearer hides nothing.",
+        higher="fine detail, dimmed by its textures already, stays bright",
+        lower="contacts are dark",
+    )
+    max_distance: float = number(
+        2.0,
+        range=(0.001, 10000.0),
+        unit="metres",
+        text="What is further hides nothing. Near field: about 0.5; far field: about 20.",
+        higher="rooms are dim as a whole, slower rays",
+        lower="only corners are dim, faster rays",
+    )
+    filter: bool = switch(
+        True, "Smooth over neighbours and earlier frames; false: this frame's rays or horizons alone."
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.min_distance >= self.max_distance:
+            raise SettingsError(
+                f"setting ambient_occlusion.min_distance: {self.min_distance} is not below max_distance"
+                f" {self.max_distance}"
+            )
+
+
+@dataclass(frozen=True)
+class ShadowMapsSettings(Group):
+    """Shadow maps, where shadows.method is "maps"."""
+
+    levels: ClassVar = {
+        "low": Level(
+            "A quarter of the texels, half of the taps and lights: coarse edges and penumbrae, fewer lights that throw"
+            " shadows. 16 MB a directional light.",
+            {"cascade_size": 1024, "face_size": 256, "taps": 8, "max_lights": 2},
+        ),
+        "medium": Level("64 MB a directional light, 6 MB a lamp."),
+        "high": Level(
+            "Four times the texels, twice the taps and lights: for large pictures. 256 MB a directional light.",
+            {"cascade_size": 4096, "face_size": 1024, "taps": 32, "max_lights": 8},
+        ),
+    }
+
+    max_lights: int = number(
+        4,
+        range=(0, 16),
+        unit="lights",
+        text="Lights with maps, the strongest first; the others throw no shadow.",
+        higher="more lights with shadows",
+        lower="less memory and time",
+    )
+    cascades: int = number(
+        4,
+        range=(1, 6),
+        unit="maps",
+        text="Maps of a directional light, one behind the other along the view.",
+        higher="finer far away",
+        lower="less to draw, less memory",
+    )
+    cascade_size: int = number(
+        2048,
+        range=(64, 8192),
+        unit="texels",
+        text="Edge of each cascade; 4 bytes a texel.",
+        higher="sharper",
+        lower="less memory and time",
+    )
+    cascade_split: float = number(
+        0.75,
+        range=(0.0, 1.0),
+        unit="share",
+        text="Between cascades of equal depth (0) and of equal depth ratio (1).",
+        higher="finer near the camera",
+        lower="finer far away",
+    )
+    cascade_margin: float = number(
+        0.25,
+        range=(0.0, 1.0),
+        unit="share of the radius",
+        text="By how much a cascade is larger than need be.",
+        higher="drawn more seldom as the camera moves",
+        lower="finer",
+    )
+    face_size: int = number(
+        512,
+        range=(64, 4096),
+        unit="texels",
+        text="Edge of a spot light's map and of each of the six or five of other lights.",
+        higher="sharper shadows of lamps",
+        lower="less memory and time",
+    )
+    taps: int = number(
+        16,
+        range=(4, 64),
+        unit="places",
+        text="Where a soft shadow looks for what is in the way, and then how much.",
+        higher="less noise",
+        lower="less time",
+    )
+
+
+@dataclass(frozen=True)
+class LightingSettings(Group):
+    """Direct light."""
+
+    levels: ClassVar = {
+        "low": Level(
+            "A quarter of the candidates: many lights and emissive triangles are noisier, other scenes do not change.",
+            {"candidates": 4},
+        ),
+        "medium": Level("16 candidates, after which noise falls slowly."),
+        "high": Level("Twice the candidates.", {"candidates": 32}),
+    }
+
+    environment: Literal["sampled", "prefiltered", "off"] = choice(
+        "sampled",
+        "Light of the environment.",
+        sampled="One ray a frame, by importance, with shadows.",
+        prefiltered="No rays, no shadows, no noise.",
+        off="None.",
+    )
+    candidates: int = number(
+        16,
+        range=(1, 64),
+        unit="samples",
+        text="Among these the shared ray of many lights chooses, by the light that they would bring without shadows; no"
+        " bias with any. Never more than there are such lights and emissive triangles.",
+        higher="less noise",
+        lower="less time",
+    )
+    area_lights: Literal["ltc", "sampled"] = choice(
+        "ltc",
+        "Light of slots with filtered shadows.",
+        ltc="All of it at once, by linearly transformed cosines, times the shadow; no noise but that of the shadow.",
+        sampled="From the point that the shadow ray went to.",
+    )
+    area_shadows: Literal["split_sum", "ratio"] = choice(
+        "split_sum",
+        "What a filtered shadow is the share of.",
+        split_sum="Of the light's irradiance, exact on matte surfaces.",
+        ratio="Of what the surface reflects of it, so that a hidden part of the light leaves the highlight too. For"
+        " noisier shadows on glossy surfaces, and time for the BRDF in the shadow rays.",
+    )
+    filter: bool = switch(
+        True,
+        "Smooth the light that one ray brings of many lights, emissive triangles, the sampled environment and the soft"
+        " lights beyond shadows.denoised_lights, over neighbours and earlier frames; false: this frame's samples.",
+    )
+
+
+@dataclass(frozen=True)
+class AntialiasingSettings(Group):
+    """How jittered frames make one picture."""
+
+    mode: Literal["temporal", "accumulate"] = choice(
+        "temporal",
+        "What a picture has of the frames before. What is still is the plain mean of its frames with both.",
+        temporal="What moves takes its history along.",
+        accumulate="All frames since anything changed, so that a picture in motion is the samples of one frame.",
+    )
+    upscale: float = number(
+        1.0,
+        range=(1.0, 3.0),
+        unit="pixels of the output to a rendered one, along each side",
+        text="Renders fewer pixels than the output has, at 2 a quarter.",
+        higher="less to render",
+        lower="more detail while something moves, a still picture is smooth sooner",
+    )
+    sharpness: float = number(
+        0.0,
+        range=(0.0, 1.0),
+        unit="share",
+        text="How much contrast of fine detail is raised after antialiasing.",
+        higher="crisper, and so is noise",
+        lower="as the pixel filter has it",
+    )
+
+
+@dataclass(frozen=True)
+class PostSettings(Group):
+    """From scene radiance to the display."""
+
+    exposure: float = number(
+        0.0,
+        range=(-30.0, 30.0),
+        unit="stops",
+        text="Added to the automatic exposure, or the exposure itself (2**-exposure nits is white) without it.",
+        higher="brighter",
+        lower="darker",
+    )
+    auto_exposure: bool = switch(
+        True, "Choose the exposure from the picture's average luminance; false: post.exposure alone."
+    )

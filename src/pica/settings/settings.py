@@ -1,0 +1,144 @@
+"""All settings together: presets, values by name, and the schema that describes them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, get_type_hints
+
+from pica.errors import SettingsError
+from pica.settings.groups import (
+    AmbientOcclusionSettings,
+    AntialiasingSettings,
+    GeometrySettings,
+    LightingSettings,
+    PostSettings,
+    RaysSettings,
+    ShadowMapsSettings,
+    ShadowsSettings,
+    VisibilitySettings,
+)
+from pica.settings.setting import Group, Level, Value, declared, dotted, number, plain, shown
+
+
+@dataclass(frozen=True)
+class Settings(Group):
+    """Everything that can be set. Immutable: `with_values` or `dataclasses.replace` make variants."""
+
+    visibility: VisibilitySettings = field(default_factory=VisibilitySettings)
+    geometry: GeometrySettings = field(default_factory=GeometrySettings)
+    rays: RaysSettings = field(default_factory=RaysSettings)
+    shadows: ShadowsSettings = field(default_factory=ShadowsSettings)
+    ambient_occlusion: AmbientOcclusionSettings = field(default_factory=AmbientOcclusionSettings)
+    shadow_maps: ShadowMapsSettings = field(default_factory=ShadowMapsSettings)
+    lighting: LightingSettings = field(default_factory=LightingSettings)
+    antialiasing: AntialiasingSettings = field(default_factory=AntialiasingSettings)
+    post: PostSettings = field(default_factory=PostSettings)
+    seed: int = number(0, range=(0, 2**31 - 1), unit="", text="Another seed, another noise of the same strength.")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, group in GROUPS.items():
+            if not isinstance(getattr(self, name), group):
+                raise SettingsError(f"setting {name}: {shown(plain(getattr(self, name)))} is not {group.__name__}")
+
+    @staticmethod
+    def preset(name: str) -> "Settings":
+        """Named settings, one of PRESETS: "hybrid" is the default. Raises SettingsError."""
+        if name not in PRESETS:
+            raise SettingsError(f"preset {shown(name)} is not one of {', '.join(PRESETS)}")
+        return Settings().with_values(PRESETS[name].values)
+
+    def with_values(self, values: Mapping[str, Value]) -> "Settings":
+        """A copy with other levels and values, {"shadows": "high", "shadows.mode": "hard", "seed": 7}.
+
+        Values may also be given as text, as on the command line. Levels come first, in whatever order they are given,
+        so that a single setting decides over the level of its group. Raises SettingsError.
+        """
+        groups: dict[str, dict[str, Any]] = {}
+        others: dict[str, Any] = {}
+        for path in sorted(values, key=lambda path: path not in GROUPS):
+            first, dot, name = path.partition(".")
+            if first in GROUPS and not dot:
+                groups.setdefault(first, {}).update(GROUPS[first].level_values(values[path]))
+            elif first in GROUPS:
+                groups.setdefault(first, {})[name] = _value(GROUPS[first], path, name, values[path])
+            elif dot and first in declared(Settings):
+                raise SettingsError(f"setting {shown(path)} does not exist; write {first}=value")
+            else:
+                others[first] = _value(Settings, path, first, values[path])
+        changed = {name: replace(getattr(self, name), **group) for name, group in groups.items()}
+        return replace(self, **changed, **others)
+
+    def changed_groups(self, other: "Settings") -> frozenset[str]:
+        """What differs from other settings: names of groups, and "seed"."""
+        return frozenset(each.name for each in fields(self) if getattr(self, each.name) != getattr(other, each.name))
+
+    @staticmethod
+    def schema() -> dict[str, Any]:
+        """Everything that can be set, as plain values that JSON can hold.
+
+        "settings": by dotted name "type" (integer, number, choice, boolean), "default", "text", for numbers "unit",
+        "range" [low, high] and what "higher" and "lower" values buy, for choices "choices" {value: text}, and "levels"
+        {level: value} where levels of its group change it. "groups": by name "text" and "levels" {level: text}.
+        "presets": by name "text" and "values" {dotted name: value}, where they differ from the defaults.
+        """
+        settings = {}
+        classes: list[type[Group]] = [*GROUPS.values(), Settings]
+        for group in classes:
+            levels = {level: group.level_values(level) for level in group.levels}
+            for name, setting in declared(group).items():
+                at = {level: values[name] for level, values in levels.items() if name in values}
+                settings[dotted(group, name)] = setting.describe() | ({"levels": at} if at else {})
+        groups = {
+            name: {"text": group.__doc__, "levels": {level: each.text for level, each in group.levels.items()}}
+            for name, group in GROUPS.items()
+        }
+        presets = {}
+        for name, preset in PRESETS.items():
+            values = _values(Settings.preset(name))
+            changed = {path: value for path, value in values.items() if value != settings[path]["default"]}
+            presets[name] = {"text": preset.text, "values": changed}
+        return {"settings": settings, "groups": groups, "presets": presets}
+
+
+GROUPS = {
+    name: hint for name, hint in get_type_hints(Settings).items() if isinstance(hint, type) and issubclass(hint, Group)
+}
+
+
+def _at_level(level: str) -> dict[str, Value]:
+    return {name: level for name, group in GROUPS.items() if level in group.levels}
+
+
+PRESETS = {
+    "hybrid": Level("The default: raster or rays find what pixels see, rays its light."),
+    "raster": Level(
+        "No rays at all.",
+        {
+            "visibility.primary": "raster",
+            "shadows.method": "maps",
+            "ambient_occlusion.mode": "ground_truth",
+            "lighting.environment": "prefiltered",
+        },
+    ),
+    "low": Level("hybrid with every group at its low level: faster.", _at_level("low")),
+    "medium": Level("hybrid with every group at its medium level, which is hybrid itself.", _at_level("medium")),
+    "high": Level("hybrid with every group at its high level: less noise.", _at_level("high")),
+}
+
+
+def _value(group: type[Group], path: str, name: str, value: Any) -> Any:
+    """The value of a setting, read if it is text. Raises SettingsError if there is no such setting."""
+    known = declared(group)
+    if name not in known:
+        names = ", ".join(sorted([*known, *GROUPS] if group is Settings else known))
+        raise SettingsError(f"setting {shown(path)} does not exist; {shown(name)} is not one of {names}")
+    return known[name].read(value) if isinstance(value, str) else value
+
+
+def _values(settings: Settings) -> dict[str, Value]:
+    """All settings by dotted name."""
+    return {
+        dotted(type(group), name): getattr(group, name)
+        for group in [*(getattr(settings, name) for name in GROUPS), settings]
+        for name in declared(type(group))
+    }

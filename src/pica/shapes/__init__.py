@@ -1,0 +1,1 @@
+"""Primitives that are not triangles, in Slang: the interface of shapes and those that are built in."""

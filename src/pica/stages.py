@@ -1,0 +1,129 @@
+"""The stages of the frame: made as the settings ask for, and made anew where these or the size change."""
+
+from collections.abc import Set
+from dataclasses import fields
+
+from pica.effects.ambient_occlusion.ambient_occlusion import AmbientOcclusion
+from pica.effects.antialiasing.antialiasing import Antialiasing
+from pica.effects.gbuffer.gbuffer import GBufferEffect
+from pica.effects.lighting.lighting import DirectLighting
+from pica.effects.post.post import Post
+from pica.effects.shadow_maps.shadow_maps import ShadowMaps
+from pica.effects.shadows.shadows import Shadows
+from pica.effects.stochastic_light.stochastic_light import StochasticLightDenoiser
+from pica.frame.closing import Closing
+from pica.frame.context import FrameSequence, Size
+from pica.frame.effect import Effect
+from pica.frame.reprojection import Reprojection
+from pica.frame.snapshot import checked_size
+from pica.gpu_scene.view import SceneView
+from pica.light_sampling.light_slots import LightSlots
+from pica.rhi.device import Device, open_device
+from pica.scene.model import Scene
+from pica.settings import Settings
+from pica.tracing.fallbacks import runnable
+from pica.tracing.tracers import choose_tracer
+
+_GROUPS = frozenset(field.name for field in fields(Settings))
+
+
+class Stages(Closing):
+    """All that a renderer calls in a frame, and what goes for all stages alike. Parameters as Renderer's."""
+
+    def __init__(self, scene: Scene, size: Size, settings: Settings | None, device: Device | str | None) -> None:
+        self.size = checked_size(size)
+        self.device = device = open_device(device)
+        self.settings = runnable(device, settings or Settings())
+        self.scene = scene
+        self.view = SceneView(device, scene, self.settings)
+        self._make(_GROUPS)
+
+    def _make(self, changed: Set[str]) -> None:
+        """Make the stages that follow these settings; each with a part of the device, to be dropped with it."""
+        device, settings, view = self.device, self.settings, self.view
+        if changed & {"seed", "antialiasing"}:
+            self._frames = FrameSequence(device, self.size, settings.seed, settings.antialiasing.upscale)
+        size = self.render_size
+        if changed == _GROUPS:
+            self.reprojection = Reprojection(device.part(), size)
+            self.stochastic_light = StochasticLightDenoiser(device.part(), size)
+        if "rays" in changed:
+            self.tracer = choose_tracer(device.part(), settings.rays, view)
+        if changed & {"rays", "visibility"}:
+            self.gbuffer = GBufferEffect(device.part(), size, settings.visibility.primary, self.tracer)
+        if changed & {"shadows", "shadow_maps", "lighting"}:
+            self._slots = LightSlots(device.part(), size, settings)
+        if changed & {"rays", "shadows", "shadow_maps"}:
+            self.shadows = self._shadows()
+        if changed & {"rays", "ambient_occlusion"}:
+            occlusion = settings.ambient_occlusion
+            off = occlusion.mode == "off"
+            self.ambient_occlusion = None if off else AmbientOcclusion(device.part(), size, occlusion, self.tracer)
+        if "lighting" in changed:
+            self.lighting = DirectLighting(device.part(), size, view, settings.lighting)
+        if "antialiasing" in changed:
+            self.antialiasing = Antialiasing(device.part(), self.size, settings.antialiasing)
+        if "post" in changed:
+            self.post = Post(device.part(), self.size, settings.post)
+
+    def _shadows(self) -> Shadows | ShadowMaps | None:
+        settings = self.settings
+        if settings.shadows.mode == "off":
+            return None
+        if settings.shadows.method == "maps":
+            return ShadowMaps(self.device.part(), self.render_size, settings)
+        return Shadows(self.device.part(), self.render_size, settings.shadows, self.tracer)
+
+    @property
+    def effects(self) -> list[Effect]:
+        """The stages that the settings ask for, in the order of the frame."""
+        every = (
+            self.gbuffer,
+            self.shadows,
+            self.ambient_occlusion,
+            self.lighting,
+            self.stochastic_light,
+            self.antialiasing,
+            self.post,
+        )
+        return [effect for effect in every if effect is not None]
+
+    @property
+    def render_size(self) -> Size:
+        """At which all up to antialiasing works; `size` is that of the pictures."""
+        return self._frames.size
+
+    def reset(self) -> None:
+        """Drop all history: the next frame is frame 0 again."""
+        self._frames.reset()
+        self.reprojection.reset()
+        for effect in self.effects:
+            effect.reset()
+
+    def resize(self, size: Size) -> None:
+        """Render at another (width, height) from the next frame on, without history. Raises PicaError."""
+        self.check_open()
+        self.size = checked_size(size)
+        self._frames.resize(self.size)
+        self._slots.resize(self.render_size)
+        self.reprojection.resize(self.render_size)
+        for effect in self.effects:
+            effect.resize(self.size if effect.at_output else self.render_size)
+
+    def configure(self, settings: Settings) -> None:
+        """Follow other settings from the next frame on. Stages that these say nothing new about keep their histories.
+
+        Raises SettingsError when other renderers of the scene want another geometry.rebuild_at, which they share.
+        """
+        self.check_open()
+        settings = runnable(self.device, settings)
+        self.view.configure(settings)
+        before, self.settings = self.settings, settings
+        changed = before.changed_groups(settings)
+        if before.antialiasing.upscale != settings.antialiasing.upscale:
+            changed = _GROUPS  # all works at another size
+        self._make(changed)
+        if changed & {"seed", "rays", "visibility", "antialiasing"}:
+            self.reset()  # the G-buffer or the camera of the frame before is gone
+        elif changed - {"geometry", "post"}:
+            self.antialiasing.reset()

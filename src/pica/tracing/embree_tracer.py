@@ -1,0 +1,258 @@
+"""Tier 1 on the processor: Embree fills the buffer of hits from the buffer of rays (RTG 19, 19.2.2)."""
+
+import os
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.rhi.acceleration import ObjectFlags, RtGeometry, RtObject, RtSection
+from pica.rhi.device import Device
+from pica.rhi.host_memory import HostBuffer
+from pica.rhi.passes import Recording
+from pica.rhi.rt_view import RtView
+from pica.tracing import embree, embree_loops
+from pica.tracing.ray_buffers import RayQueue
+
+_CHUNK = 2048
+_RAY = 11  # floats
+_HIT = 5
+
+
+class _Worker:
+    """What one thread needs to trace: a packet, aligned to 64 bytes, in two views."""
+
+    def __init__(self) -> None:
+        size = 4 * embree_loops.LANES * (1 + embree_loops.ROWS)
+        memory = np.zeros(size + 64, np.uint8)
+        start = -memory.ctypes.data % 64
+        rows = memory[start : start + size].view(np.float32).reshape(-1, embree_loops.LANES)
+        self.packet = rows, rows.view(np.uint32)
+
+
+class _Geometry:
+    """A bottom-level structure: Embree scenes with a geometry per section, over pica's own vertices.
+
+    `scene` has all sections, `cutouts` those that are not opaque; 0 where there are none.
+    """
+
+    def __init__(self, device: Device, source: RtGeometry, culled: bool) -> None:
+        self._embree, self._device, self._source, self._culled = embree.library(), device, source, culled
+        self._triangles = [section for section in source.sections if isinstance(section, RtSection)]
+        self._sections = [self._section(section) for section in self._triangles]
+        self.scene = self._scene(dict(enumerate(self._sections)))
+        cutouts = {n: g for n, g in enumerate(self._sections) if not self._triangles[n].opaque}
+        self.cutouts = self._scene(cutouts) if cutouts else 0
+        self._builds = self._refits = 0
+        self.update()
+
+    def _section(self, section: RtSection) -> int:
+        geometry = self._embree.NewGeometry(embree.embree_device(), embree.TRIANGLES)
+        self._embree.SetGeometryMask(geometry, embree_loops.OPAQUE if section.opaque else embree_loops.CUTOUT)
+        self._embree.SetGeometryEnableFilterFunctionFromArguments(geometry, self._culled)
+        return int(geometry)
+
+    def _scene(self, sections: dict[int, int]) -> int:
+        scene = self._embree.NewScene(embree.embree_device())
+        if self._source.deforms:
+            self._embree.SetSceneFlags(scene, embree.DYNAMIC_SCENE)
+        else:
+            self._embree.SetSceneBuildQuality(scene, embree.HIGH_QUALITY)
+        for number, section in sections.items():
+            self._embree.AttachGeometryByID(scene, section, number)
+        return int(scene)
+
+    def update(self) -> bool:
+        """Follow the source: build where it was built, refit where it was refitted. True: there was something to do."""
+        source = self._source
+        if (self._builds, self._refits) == (source.builds, source.refits):
+            return False
+        quality = embree.MEDIUM_QUALITY if self._builds != source.builds else embree.REFIT_QUALITY
+        self._builds, self._refits = source.builds, source.refits
+        assert source.buffers is not None
+        self._kept = [(buffer, HostBuffer(self._device, buffer).read()) for buffer in source.buffers]
+        positions, indices = (data.ctypes.data for _, data in self._kept)
+        for geometry, section in zip(self._sections, self._triangles, strict=True):
+            shared = partial(self._embree.SetSharedGeometryBuffer, geometry)
+            start, count = 12 * section.first_vertex, section.vertex_count
+            shared(embree.VERTEX_BUFFER, 0, embree.FLOAT3, positions, start, 12, count)
+            start, count = 4 * section.first_index, section.index_count // 3
+            shared(embree.INDEX_BUFFER, 0, embree.UINT3, indices, start, 12, count)
+            if source.deforms:
+                self._embree.SetGeometryBuildQuality(geometry, quality)
+            self._embree.CommitGeometry(geometry)
+        for scene in filter(None, (self.scene, self.cutouts)):
+            self._embree.CommitScene(scene)
+        return True
+
+    def __del__(self) -> None:
+        for section in self._sections:
+            self._embree.ReleaseGeometry(section)
+        for scene in filter(None, (self.scene, self.cutouts)):
+            self._embree.ReleaseScene(scene)
+
+
+class _Top:
+    """A top-level structure: an Embree scene of instances, numbered as pica's slots."""
+
+    def __init__(self) -> None:
+        self._embree = embree.library()
+        self.scene = self._embree.NewScene(embree.embree_device())
+        self._embree.SetSceneFlags(self.scene, embree.DYNAMIC_SCENE)
+        self._instances: dict[int, int] = {}
+        self.commit()  # an empty scene can be traced too, once it is committed
+
+    def __len__(self) -> int:
+        return len(self._instances)
+
+    def add(self, slot: int, geometry: int) -> None:
+        """A slot shows this Embree scene."""
+        instance = self._instances[slot] = self._embree.NewGeometry(embree.embree_device(), embree.INSTANCE)
+        self._embree.SetGeometryInstancedScene(instance, geometry)
+        self._embree.AttachGeometryByID(self.scene, instance, slot)
+
+    def remove(self, slot: int) -> None:
+        """Empty a slot; nothing happens where it is empty already."""
+        instance = self._instances.pop(slot, None)
+        if instance is not None:
+            self._embree.DetachGeometry(self.scene, slot)
+            self._embree.ReleaseGeometry(instance)
+
+    def place(self, slot: int, transform: NDArray[np.float32], mask: int) -> None:
+        """Put what a slot shows somewhere, (3, 4) object to world; takes effect with `commit`."""
+        if slot not in self._instances:
+            return
+        instance, transform = self._instances[slot], np.ascontiguousarray(transform)
+        if not np.linalg.det(
+            transform[:, :3]
+        ):  # flat to a plane, a line or a point: nothing to invert, nothing to meet
+            transform, mask = np.eye(3, 4, dtype=np.float32), 0
+        self._embree.SetGeometryMask(instance, mask)
+        self._embree.SetGeometryTransform(instance, 0, embree.ROWS_3X4, transform.ctypes.data)
+        self._embree.CommitGeometry(instance)
+
+    def commit(self) -> None:
+        """Build anew from the instances as they stand."""
+        self._embree.CommitScene(self.scene)
+
+    def __del__(self) -> None:
+        for instance in self._instances.values():
+            self._embree.ReleaseGeometry(instance)
+        self._embree.ReleaseScene(self.scene)
+
+
+class EmbreeTracer:
+    """Traces ray buffers with Embree on every core. Raises DeviceError when it is not installed."""
+
+    def __init__(self, device: Device, scene: RtView) -> None:
+        self._device, self._source, self._changes = device, scene, scene.watch()
+        self._all, self._cutouts = _Top(), _Top()
+        self._geometries: dict[tuple[RtGeometry, bool], _Geometry] = {}
+        self._shown: dict[int, RtObject] = {}
+        self._users: dict[tuple[RtGeometry, bool], set[int]] = {}
+        self._records = np.zeros(1, np.uint32)
+        # RTCIntersectArguments: flags (coherent rays), features (all), context, filter, intersection function.
+        self._culling = np.array([1 << 16 | 0xFFFFFFFF << 32, 0, embree_loops.cull_backs.address, 0, 0, 0], np.uint64)
+        self._workers = [_Worker() for _ in range(_cores())]
+        self._threads = ThreadPoolExecutor(len(self._workers), "embree")
+
+    def __call__(self, recording: Recording, queue: RayQueue) -> None:
+        """Trace the rays in the queue. The device has finished what fills it."""
+        started = time.perf_counter()
+        self._update()
+        rays, hits, places = (HostBuffer(self._device, b) for b in (queue.rays, queue.hits, queue.places))
+        waiting = places.read().view(np.uint32)
+        ray_bits = rays.read().view(np.uint32).reshape(-1, _RAY)
+        hit_bits = hits.read().view(np.uint32).reshape(-1, _HIT)
+        ray_values, hit_values = ray_bits.view(np.float32), hit_bits.view(np.float32)
+        intersect, occluded = (embree.library().address(name) for name in ("Intersect16", "Occluded16"))
+        cutouts = self._cutouts.scene if len(self._cutouts) else 0
+
+        def nearest(part: NDArray[np.uint32], worker: _Worker) -> None:
+            culling = self._culling.ctypes.data
+            values = ray_values, ray_bits, hit_values, hit_bits, part, self._records
+            embree_loops.nearest(intersect, self._all.scene, culling, *values, *worker.packet)
+
+        def shadows(part: NDArray[np.uint32], worker: _Worker) -> None:
+            values = ray_values, ray_bits, hit_values, hit_bits, part, self._records
+            embree_loops.shadows(intersect, occluded, self._all.scene, cutouts, *values, *worker.packet)
+
+        self._run(nearest, waiting[: queue.nearest])
+        self._run(shadows, waiting[len(waiting) - queue.shadows :])
+        hits.write(hit_bits.view(np.uint8).reshape(-1))
+        places.write(waiting.view(np.uint8))
+        recording.profiler.add("embree", time.perf_counter() - started)
+
+    def _run(self, trace: Callable[[NDArray[np.uint32], _Worker], None], places: NDArray[np.uint32]) -> None:
+        chunks = iter(range(0, len(places), _CHUNK))
+        lock = threading.Lock()
+
+        def work(worker: _Worker) -> None:
+            while True:
+                with lock:
+                    begin = next(chunks, None)
+                if begin is None:
+                    return
+                trace(places[begin : begin + _CHUNK], worker)
+
+        first, *others = self._workers if len(places) > _CHUNK else self._workers[:1]
+        running = [self._threads.submit(work, worker) for worker in others]
+        work(first)
+        for other in running:
+            other.result()
+
+    def _update(self) -> None:
+        """Follow what was placed, moved, removed or deformed since the last rays."""
+        moved = self._changes.take()
+        for slot in moved:
+            placed = self._source.objects.get(slot)
+            if self._shown.get(slot) is not placed:
+                self._show(slot, placed)
+        for key, geometry in self._geometries.items():
+            if key[0].deforms and geometry.update():
+                moved |= self._users[key]
+        if not moved:
+            return
+        rows = self._source.slots.rows
+        for slot in moved & self._shown.keys():
+            for top in (self._all, self._cutouts):
+                top.place(slot, rows["transform"][slot], int(rows["id_and_mask"][slot] >> 24))
+        self._all.commit()
+        self._cutouts.commit()
+        embree.check()
+
+    def _show(self, slot: int, placed: RtObject | None) -> None:
+        before = self._shown.pop(slot, None)
+        if before is not None:
+            self._all.remove(slot)
+            self._cutouts.remove(slot)
+            self._users[_key(before)].discard(slot)
+            if not self._users[_key(before)]:
+                del self._users[_key(before)], self._geometries[_key(before)]
+        if placed is None:
+            return
+        key = _key(placed)
+        if key not in self._geometries:
+            self._geometries[key] = _Geometry(self._device, *key)
+        self._shown[slot] = placed
+        self._users.setdefault(key, set()).add(slot)
+        self._all.add(slot, self._geometries[key].scene)
+        if self._geometries[key].cutouts:
+            self._cutouts.add(slot, self._geometries[key].cutouts)
+        if slot >= len(self._records):
+            self._records = np.resize(self._records, 2 * slot + 1)
+        self._records[slot] = placed.first_record
+
+
+def _key(placed: RtObject) -> tuple[RtGeometry, bool]:
+    """What tells Embree scenes apart: the geometry, and whether camera rays pass through its backs."""
+    return placed.geometry, ObjectFlags.CULL_DISABLE not in placed.flags
+
+
+def _cores() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,70 @@
+"""What runs on a device that cannot trace rays: Embree does where it is installed, else each stage falls back by itself
+(docs/tiers.md)."""
+
+import warnings
+
+from pica.errors import DeviceError
+from pica.rhi.device import Device
+from pica.settings import Settings
+from pica.tracing import embree
+
+WITHOUT_RAYS = {
+    "visibility.primary": "raster",
+    "shadows.method": "maps",
+    "ambient_occlusion.mode": "ground_truth",
+    "lighting.environment": "prefiltered",
+}
+"""By setting, what each stage does without rays; the preset "raster" is all of these."""
+
+
+class Told:
+    """What the user of a device has been told already."""
+
+    def __init__(self, _: Device) -> None:
+        self.messages: set[str] = set()
+
+
+def runnable(device: Device, settings: Settings) -> Settings:
+    """The settings as they run on the device: stages that it cannot trace fall back, each with one warning."""
+    if device.traces_rays:
+        return settings
+    changes = _without_rays(settings) if embree.missing() else _by_embree(settings)
+    for setting, value in changes.items():
+        say_once(device, f"device {device.name!r} has no ray tracing pipelines: {setting} is {value}")
+    return settings.with_values(changes)
+
+
+def check_traces(device: Device, what: str) -> None:
+    """Raises DeviceError where nothing traces rays for the device. `what`: the user's word for what needs them."""
+    missing = None if device.traces_rays else embree.missing()
+    if missing:
+        raise DeviceError(f"{what}: device {device.name!r} has no ray tracing pipelines, and {missing}")
+
+
+def say_once(device: Device, message: str) -> None:
+    """A warning, unless the device has given it before."""
+    told = device.shared(Told).messages
+    if message not in told:
+        told.add(message)
+        warnings.warn(message, stacklevel=4)
+
+
+def _by_embree(settings: Settings) -> dict[str, str]:
+    changes = {}
+    if settings.rays.scheduler == "pipeline":
+        changes["rays.scheduler"] = "buffers"
+    if settings.rays.tracer == "device":
+        changes["rays.tracer"] = "embree"
+    return changes
+
+
+def _without_rays(settings: Settings) -> dict[str, str]:
+    shadows = settings.shadows.mode != "off" and settings.shadows.method == "rays"
+    needed = {
+        "visibility.primary": settings.visibility.primary == "rays",
+        "shadows.method": shadows,
+        "ambient_occlusion.mode": settings.ambient_occlusion.mode == "ray_traced",
+        # What shadow maps know nothing of.
+        "lighting.environment": shadows and settings.lighting.environment == "sampled",
+    }
+    return {setting: WITHOUT_RAYS[setting] for setting, traced in needed.items() if traced}

@@ -1,0 +1,169 @@
+"""Ray effects as compute kernels around buffers of rays and hits, which something else traces in between (tier 1)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+
+from pica.programs.library import programs
+from pica.programs.material_types import MaterialTypeSet
+from pica.programs.recipes import ForTypes
+from pica.programs.shape_types import modules_for
+from pica.rhi.binding import ProgramParameters, parameters_of
+from pica.rhi.device import Device
+from pica.rhi.host_memory import HostBuffer
+from pica.rhi.passes import Recording
+from pica.tracing.hit_groups import HitDetail
+from pica.tracing.ray_pipeline import ShaderSource, import_path, types_of
+
+_GROUP = 8
+_LINE = 64
+_ENTRIES = """
+import tracing.ray_effect;
+import {module};
+RWStructuredBuffer<Ray> rays;
+RWStructuredBuffer<{effect}.State> states;
+StructuredBuffer<Hit> hits;
+StructuredBuffer<uint> queue;
+RWStructuredBuffer<uint> next;
+RWStructuredBuffer<uint> counts;
+uniform uint2 grid;
+uniform uint2 waiting;
+[shader("compute")] [numthreads({group}, {group}, 1)]
+void start(uint3 thread : SV_DispatchThreadID)
+{{
+    if (all(thread.xy < grid)) runStart<{effect}>(thread.xy, grid, rays, states, next, counts);
+}}
+[shader("compute")] [numthreads({line}, 1, 1)]
+void advance(uint3 thread : SV_DispatchThreadID)
+{{
+    if (thread.x < waiting.x + waiting.y)
+    {{
+        uint index = queue[placeInQueue(thread.x, waiting, grid)];
+        runAdvance<{effect}, HitDetail.{detail}, {simplified}>(index, grid, hits, rays, states, next, counts);
+    }}
+}}
+"""
+
+
+@dataclass(frozen=True)
+class RayQueue:
+    """Rays that wait to be traced: those for a nearest surface first in `places`, shadow rays from its end."""
+
+    rays: spy.Buffer
+    """44 bytes each (Ray in ray_effect.slang)."""
+    hits: spy.Buffer
+    """20 bytes each (Hit), at the ray's place."""
+    places: spy.Buffer
+    """Places in both, 32-bit."""
+    nearest: int
+    shadows: int
+
+
+Tracer = Callable[[Recording, RayQueue], None]
+"""Fills the hits of the rays in the queue."""
+
+
+@dataclass(frozen=True)
+class KernelRecipe:
+    """One of an effect's two steps as a compute pipeline that knows some material types."""
+
+    source: ShaderSource
+    entry: str
+
+    def link(self, device: Device, variant: MaterialTypeSet) -> spy.ShaderProgram:
+        """The program."""
+        module = self.source.loaded(device)
+        modules = [module, *modules_for(device, variant)]
+        return device.handle.link_program(modules, [module.entry_point(self.entry)])
+
+    def make(self, device: Device, linked: spy.ShaderProgram) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
+        """Program and pipeline."""
+        return linked, device.handle.create_compute_pipeline(linked)
+
+
+class _Kernel:
+    def __init__(self, device: Device, name: str, program: spy.ShaderProgram, pipeline: spy.ComputePipeline) -> None:
+        self.pipeline = pipeline
+        self.parameters = ProgramParameters(device.handle, name, program)
+
+
+class BufferEffect:
+    """The effect as compute kernels around buffers of rays and hits (tier 1)."""
+
+    def __init__(
+        self, device: Device, module: str, effect: str, detail: HitDetail, simplified: bool, tracer: Tracer
+    ) -> None:
+        self.name = name = Path(module).stem
+        self._device = device
+        self._tracer = tracer
+        source = _ENTRIES.format(
+            module=import_path(module),
+            effect=effect,
+            detail=detail,
+            simplified=str(simplified).lower(),
+            group=_GROUP,
+            line=_LINE,
+        )
+        suffix = "buffers_simplified" if simplified else "buffers"
+        kernels = ShaderSource(f"{name}_{effect}_{detail}_{suffix}", source)
+        self._start, self._advance = (self._kernel(device, kernels, entry) for entry in ("start", "advance"))
+        layout = device.handle.link_program([kernels.loaded(device)], [])
+        self._strides = {
+            parameter.name: parameter.type_layout.element_type_layout.stride
+            for parameter in parameters_of(layout)
+            if parameter.name in ("rays", "states", "hits", "queue", "next")
+        }
+        self._count = 0
+        self._buffers: dict[str, spy.Buffer] = {}
+        self._counts = device.buffer("ray counts", data=np.zeros(2, np.uint32), struct_size=4)
+        self._host_counts = HostBuffer(device, self._counts)
+
+    def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
+        """Run the effect to its end. How many steps that takes is known only as they run, so each is submitted."""
+        count = grid[0] * grid[1]
+        if count != self._count:
+            self._count = count
+            self._device.give_back(*self._buffers.values())
+            self._buffers = {
+                name: self._device.buffer(name, size=count * stride, struct_size=stride)
+                for name, stride in self._strides.items()
+            }
+        types = types_of(values)
+        start, advance = self._start(types), self._advance(types)
+        values |= {"counts": self._counts, "grid": spy.uint2(*grid), "waiting": spy.uint2(0, 0), **self._buffers}
+        self._step(start, recording, (*grid, 1), values)
+        while any(waiting := self._submit(recording)):
+            values["queue"], values["next"] = values["next"], values["queue"]
+            values["waiting"] = spy.uint2(*waiting)
+            self._tracer(recording, RayQueue(values["rays"], values["hits"], values["queue"], *waiting))
+            self._step(advance, recording, (sum(waiting), 1, 1), values)
+
+    def _kernel(self, device: Device, source: ShaderSource, entry: str) -> ForTypes[Any, _Kernel]:
+        recipe = KernelRecipe(source, entry)
+        name = f"{self.name} {entry}"  # the pass must not hold the effect that holds it
+        return ForTypes(programs(device), recipe, lambda made: _Kernel(device, name, *made))
+
+    def _step(
+        self, kernel: _Kernel, recording: Recording, threads: tuple[int, int, int], values: dict[str, Any]
+    ) -> None:
+        kernel.parameters.bind(**values)
+        kernel.parameters.check()
+        recording.encoder.clear_buffer(self._counts)
+        recording.profiler.begin(recording.encoder, f"{self.name} kernels")
+        encoder = recording.encoder.begin_compute_pass()
+        encoder.bind_pipeline(kernel.pipeline, kernel.parameters.root)
+        encoder.dispatch(threads)
+        encoder.end()
+        recording.profiler.end(recording.encoder)
+
+    def _submit(self, recording: Recording) -> tuple[int, int]:
+        """Submit what is recorded so far and tell how many rays wait: for a nearest surface, and shadow rays."""
+        submission = self._device.handle.submit_command_buffer(recording.encoder.finish())
+        recording.encoder = self._device.handle.create_command_encoder()
+        self._device.handle.wait_for_submit(submission)
+        nearest, shadows = self._host_counts.read().view(np.uint32)
+        return int(nearest), int(shadows)

@@ -1,0 +1,37 @@
+"""One ray effect, two ways to run it: as a ray tracing pipeline, or as ray buffers around a tracer.
+
+An effect is a Slang struct that implements IRayEffect (ray_effect.slang).
+"""
+
+from pathlib import Path
+
+import slangpy as spy
+
+from pica.errors import BindingError
+from pica.rhi.device import Device
+from pica.tracing.fallbacks import check_traces
+from pica.tracing.hit_groups import HitDetail
+from pica.tracing.ray_buffers import BufferEffect, Tracer
+from pica.tracing.ray_pipeline import PipelineEffect
+
+RayEffect = PipelineEffect | BufferEffect
+
+
+def ray_effect(
+    device: Device, module: str, effect: str, detail: HitDetail, tracer: Tracer | None = None, simplified: bool = False
+) -> RayEffect:
+    """The effect struct `effect` of `module` (a path below the package), run through ray buffers and `tracer`
+    where one is given, else as a ray tracing pipeline.
+
+    `simplified`: its surface rays meet simplified materials (RTG 19, 19.3.2.1; docs/materials.md);
+    camera rays never do.
+    Raises BindingError when the module does not compile, and DeviceError where nothing traces.
+    """
+    if tracer is None:
+        check_traces(device, Path(module).stem)
+    try:
+        if tracer is not None:
+            return BufferEffect(device, module, effect, detail, simplified, tracer)
+        return PipelineEffect(device, module, effect, detail, simplified)
+    except (RuntimeError, spy.SlangCompileError) as error:
+        raise BindingError(f"{module}: {error}") from error

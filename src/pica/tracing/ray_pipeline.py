@@ -1,0 +1,141 @@
+"""Ray effects as ray tracing pipelines: a ray generation shader that loops over the effect's rays (tiers 2 and 3)."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import slangpy as spy
+
+from pica.gpu_scene.view import SceneView
+from pica.programs.library import programs
+from pica.programs.material_types import STANDARD_ONLY, MaterialTypeSet
+from pica.programs.recipes import ForTypes
+from pica.programs.shape_types import modules_for
+from pica.rhi.binding import ProgramParameters
+from pica.rhi.device import Device
+from pica.rhi.passes import Recording
+from pica.tracing.hit_groups import HitDetail, hit_group
+
+_EFFECT_MODULE = "tracing/ray_effect.slang"
+_RAY_GENERATION = """
+import tracing.ray_pipeline;
+import {module};
+[shader("raygeneration")]
+void main() {{ runPipeline<{effect}, HitDetail.{detail}>(DispatchRaysIndex().xy); }}
+"""
+
+
+@dataclass(frozen=True)
+class ShaderSource:
+    """A Slang module: source under a name of its own, or (without text) a file below the package."""
+
+    name: str
+    text: str = ""
+
+    def loaded(self, device: Device) -> spy.SlangModule:
+        """The module; a device loads it once."""
+        if self.text:
+            return device.handle.load_module_from_source(self.name, self.text)
+        return device.handle.load_module(self.name)
+
+
+@dataclass(frozen=True)
+class RayRecipe:
+    """A ray generation shader linked with the hit shaders of some material types: one hit group a type."""
+
+    generation: ShaderSource
+    detail: HitDetail
+    simplified: bool
+
+    def link(
+        self, device: Device, variant: MaterialTypeSet
+    ) -> tuple[spy.ShaderProgram, list[spy.HitGroupDesc], list[str]]:
+        """The program, its hit groups and their names. `variant`: the material types."""
+        generation = self.generation.loaded(device)
+        shaders = device.handle.load_module(_EFFECT_MODULE)
+        modules = [generation, shaders, *modules_for(device, variant)]
+        entries = [generation.entry_point("main"), shaders.entry_point(f"{self.detail}Miss")]
+        if self.detail == "hit":
+            entries.append(shaders.entry_point("hitClosest"))
+        groups = []
+        for entry in variant:
+            made = hit_group(device, entry, self.detail, self.simplified)
+            modules, entries = [*modules, *made.modules], [*entries, *made.entries]
+            groups.append(made.group)
+        return device.handle.link_program(modules, entries), groups, [entry.name for entry in variant]
+
+    def make(
+        self, device: Device, linked: tuple[spy.ShaderProgram, list[spy.HitGroupDesc], list[str]]
+    ) -> tuple[spy.ShaderProgram, spy.RayTracingPipeline, spy.ShaderTable]:
+        """Program, pipeline and shader table."""
+        program, groups, names = linked
+        pipeline = device.handle.create_ray_tracing_pipeline(
+            program=program, hit_groups=groups, max_recursion=1, max_ray_payload_size=64
+        )
+        table = device.handle.create_shader_table(
+            program=program,
+            ray_gen_entry_points=["main"],
+            miss_entry_points=[f"{self.detail}Miss"],
+            hit_group_names=names,
+        )
+        return program, pipeline, table
+
+
+class _RayProgram:
+    def __init__(
+        self,
+        device: Device,
+        name: str,
+        program: spy.ShaderProgram,
+        pipeline: spy.RayTracingPipeline,
+        table: spy.ShaderTable,
+    ) -> None:
+        self.pipeline, self.table = pipeline, table
+        self.parameters = ProgramParameters(device.handle, name, program)
+
+
+def types_of(values: dict[str, Any]) -> MaterialTypeSet:
+    """The material types of the scene among a pass's parameters."""
+    scene: SceneView | None = values.get("scene")
+    return STANDARD_ONLY if scene is None else scene.material_types
+
+
+class RayPipeline:
+    """A ray generation shader with the hit shaders that go with what it detail and with the scene's material types."""
+
+    def __init__(
+        self, device: Device, name: str, generation: ShaderSource, detail: HitDetail, simplified: bool = False
+    ) -> None:
+        self.name = name
+        generation.loaded(device)  # a fault shows here, not in the first frame
+        recipe = RayRecipe(generation, detail, simplified)
+        self._program = ForTypes(programs(device), recipe, lambda made: _RayProgram(device, name, *made))
+
+    def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
+        """Record the effect over a (width, height) grid with these parameters."""
+        program = self._program(types_of(values))
+        scene: SceneView | None = values.get("scene")
+        if scene is not None:
+            values["tlas"] = scene.rt_scene.structure
+        program.parameters.bind(**values)
+        program.parameters.check()
+        recording.profiler.begin(recording.encoder, self.name)
+        encoder = recording.encoder.begin_ray_tracing_pass()
+        encoder.bind_pipeline(program.pipeline, program.table, program.parameters.root)
+        encoder.dispatch_rays(0, (grid[0], grid[1], 1))
+        encoder.end()
+        recording.profiler.end(recording.encoder)
+
+
+class PipelineEffect(RayPipeline):
+    """The effect as one ray generation shader that loops over its rays (tiers 2 and 3)."""
+
+    def __init__(self, device: Device, module: str, effect: str, detail: HitDetail, simplified: bool) -> None:
+        name = Path(module).stem
+        source = _RAY_GENERATION.format(module=import_path(module), effect=effect, detail=detail)
+        super().__init__(device, name, ShaderSource(f"{name}_{effect}_{detail}_pipeline", source), detail, simplified)
+
+
+def import_path(module: str) -> str:
+    """How Slang imports a file below the package."""
+    return module.removesuffix(".slang").replace("/", ".")

@@ -1,0 +1,83 @@
+"""What traces the rays of a frame: the device's ray tracing pipeline, or a tracer of ray buffers."""
+
+from functools import cached_property
+
+import slangpy as spy
+
+from pica.errors import DeviceError
+from pica.gpu_scene.view import SceneView
+from pica.rhi.device import Device
+from pica.rhi.passes import Recording
+from pica.settings import RaysSettings
+from pica.tracing import embree
+from pica.tracing.fallbacks import say_once
+from pica.tracing.ray_buffers import RayQueue, Tracer
+from pica.tracing.ray_pipeline import RayPipeline, ShaderSource
+
+
+def uses_embree(device: Device, settings: RaysSettings) -> bool:
+    """Whether ray buffers are Embree's. Raises DeviceError when it is asked for and not installed."""
+    missing = embree.missing()
+    if settings.tracer == "embree" and missing:
+        raise DeviceError(f"setting rays.tracer: Embree cannot trace, as {missing}")
+    preferred = settings.tracer == "auto" and (device.is_software or not device.traces_rays)
+    return settings.tracer == "embree" or (preferred and not missing)
+
+
+class PipelineTracer:
+    """Traces ray buffers with the device's own ray tracing pipeline."""
+
+    def __init__(self, device: Device, scene: SceneView) -> None:
+        self._pipeline = RayPipeline(device, "trace_rays", ShaderSource("tracing/trace_rays.slang"), "hit")
+        self._scene = scene
+
+    def __call__(self, recording: Recording, queue: RayQueue) -> None:
+        """Record the tracing of the rays in the queue."""
+        self._pipeline(
+            recording,
+            (queue.nearest + queue.shadows, 1),
+            scene=self._scene,
+            rays=queue.rays,
+            hits=queue.hits,
+            queue=queue.places,
+            waiting=spy.uint2(queue.nearest, queue.shadows),
+            capacity=queue.places.size // 4,
+        )
+
+
+class _ProcessorTracer:
+    """Embree; the device's own pipelines while the scene has primitives, which only intersection shaders can find.
+
+    Where the device has none, rays pass through primitives.
+    """
+
+    def __init__(self, device: Device, scene: SceneView) -> None:
+        from pica.tracing.embree_tracer import EmbreeTracer  # Numba and Embree are an extra
+
+        self._device, self._scene = device, scene
+        self._embree = EmbreeTracer(device, scene.rt_scene)
+
+    @cached_property
+    def _shaders(self) -> PipelineTracer:
+        return PipelineTracer(self._device, self._scene)
+
+    def __call__(self, recording: Recording, queue: RayQueue) -> None:
+        trace: Tracer = self._embree
+        if self._scene.rt_scene.has_boxes and self._device.traces_rays:
+            trace = self._shaders
+        elif self._scene.rt_scene.has_boxes:
+            say_once(
+                self._device,
+                f"device {self._device.name!r} has no ray tracing pipelines: rays pass through primitives that are not "
+                "triangles",
+            )
+        trace(recording, queue)
+
+
+def choose_tracer(device: Device, settings: RaysSettings, scene: SceneView) -> Tracer | None:
+    """The tracer of ray buffers, or None where ray effects run as ray tracing pipelines."""
+    if settings.scheduler == "pipeline":
+        return None
+    if uses_embree(device, settings):
+        return _ProcessorTracer(device, scene)
+    return PipelineTracer(device, scene) if settings.scheduler == "buffers" else None

@@ -1,0 +1,195 @@
+"""Light of many lights, emissive triangles and the surroundings from one ray a pixel, and its filter."""
+
+import numpy as np
+import pytest
+
+import pica
+from pica.scene.camera import Camera
+from pica.scene.environment import Environment
+from pica.scene.light import PointLight, SphereLight
+from pica.scene.material import Image, Material, Sampler, Texture
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import move, turn
+from tests.building import edges, lambert, orthographic, placed, scene_of, settings, shining, sky
+
+SIZE = (64, 48)
+VIEW = Camera.look_at((0.3, 2.2, 3.2), (0, 0.3, 0), fov=40)
+GLOSSY = Material(base_color=(0.9, 0.6, 0.3, 1), metallic=1.0, roughness=0.4)
+
+
+def things(*more, environment=None):
+    return scene_of(
+        placed(plane(4, 4, lambert(0.7, 0.6, 0.5))),
+        placed(sphere(0.35, GLOSSY), move(-0.6, 0.35, 0.1), "ball"),
+        placed(box(0.5, Material(base_color=(0.3, 0.5, 0.8, 1), metallic=0.0, roughness=0.6)), move(0.5, 0.25, -0.3)),
+        *more,
+        environment=environment,
+    )
+
+
+def many_lights(number=60):
+    random = np.random.default_rng(3)
+    places = random.uniform((-1.5, 0.6, -1.5), (1.5, 1.5, 1.5), (number, 3))
+    colors = random.uniform(0.3, 1, (number, 3))
+    return [
+        shining(PointLight(tuple(map(float, color)), 4 / number), move(*place))
+        for color, place in zip(colors, places, strict=True)
+    ]
+
+
+def glow():
+    return placed(plane(0.4, 0.3, lambert(0.5, emission=(20.0, 15.0, 10.0))), move(0.2, 1.5, 0.3) @ turn("x", 170))
+
+
+SCENES = {
+    "many lights": lambda: things(*many_lights()),
+    "emissive triangles": lambda: things(glow()),
+    "surroundings": lambda: things(environment=sky()),
+}
+
+
+def soft_lights():
+    """Two more than get filtered shadows."""
+    return things(*(shining(SphereLight(radiance=9, radius=0.3), move(x / 2, 1.4, 0.8)) for x in range(-2, 4)))
+
+
+def renderer_of(device, scene, size=SIZE, **lighting):
+    values = {f"lighting.{name}": str(value).lower() for name, value in lighting.items()}
+    renderer = pica.Renderer(scene, size, settings(values), device)
+    renderer.debug = True
+    return renderer
+
+
+def relative_error(found, expected):
+    """Mean difference over the mean; squares would tell of nothing but highlights smaller than a pixel."""
+    return np.abs(found - expected).mean() / expected.mean()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_few_frames_come_nearer_to_the_mean_of_many(device, name):
+    many = renderer_of(device, SCENES[name](), filter=False).render(400, VIEW)
+    inside = ~edges(many.aov("instance"))  # elsewhere four frames are too few for antialiasing
+    expected = many.color
+    raw = renderer_of(device, SCENES[name](), filter=False).render(4, VIEW).color
+    filtered = renderer_of(device, SCENES[name](), filter=True).render(4, VIEW).color
+    before, after = (relative_error(picture[inside], expected[inside]) for picture in (raw, filtered))
+    assert after < 0.85 * before, f"{before:.3f} as it is, {after:.3f} filtered"
+    np.testing.assert_allclose(filtered.mean((0, 1)), raw.mean((0, 1)), rtol=0.02)
+
+
+def test_a_still_picture_converges_to_that_without_filter(device):
+    unfiltered = renderer_of(device, SCENES["emissive triangles"](), filter=False).render(400, VIEW).color
+    errors = []
+    for frames in (8, 40, 200):
+        found = renderer_of(device, SCENES["emissive triangles"]()).render(frames, VIEW).color
+        errors.append(relative_error(found, unfiltered))
+    assert errors[2] < 0.5 * errors[1] < 0.5 * errors[0], errors
+    np.testing.assert_allclose(found.mean((0, 1)), unfiltered.mean((0, 1)), rtol=0.003)
+
+
+def test_patterns_stay_sharp_and_black_channels_hide_nothing(device):
+    """A board of pure red and white fields: each field is its own colour times the same light."""
+    fields = np.indices((8, 8)).sum(0) % 2
+    pixels = np.full((8, 8, 4), 255, np.uint8)
+    pixels[fields == 1, 1:3] = 0
+    pattern = Texture(Image(pixels, "board"), Sampler(linear=False))
+    board = lambert(1.0, base_color_texture=pattern)
+    camera = orthographic((0, 4, 0), (0, 0, 0), 2.0)
+    scene = scene_of(placed(plane(4, 4, board)), *many_lights())
+    frame = renderer_of(device, scene, (64, 64)).render(1, camera)
+    albedo = frame.aov("albedo")
+    white, red = (albedo[..., 1] > 0.9), (albedo[..., 1] < 0.1)
+    assert white.sum() > 500 and red.sum() > 500
+    assert frame.color[red][:, 1:].max() == 0
+    light = frame.aov("debug.stochastic_light.diffuse.filtered")
+    # The same in both kinds of fields, all over the board.
+    np.testing.assert_allclose(light[white].mean(0), light[red].mean(0), rtol=0.1)
+    assert np.abs(np.diff(light.mean(-1), axis=1)).mean() < 0.1 * light.mean()
+
+
+def test_light_that_went_is_gone_soon_and_leaves_no_trail(device):
+    lamps = many_lights()
+    scene = things(*lamps)
+    # Antialiasing has a history of its own, which is not what is tested.
+    renderer = pica.Renderer(scene, SIZE, settings({"antialiasing.mode": "accumulate"}), device)
+    ball = next(node for node in scene.nodes() if node.name == "ball")
+
+    def step():
+        ball.transform = move(1e-6, 0, 0) @ ball.transform  # something moves in every frame
+        return renderer.render(1, VIEW).color
+
+    for _ in range(16):
+        before = step()
+    for lamp in lamps[:-9]:
+        scene.remove(lamp)
+    after = [step() for _ in range(12)]
+    level = np.mean(after[8:], 0)
+    assert level.mean() < 0.6 * before.mean(), "nothing to see"
+    left = [(picture - level).mean() / (before - level).mean() for picture in after]
+    assert left[3] < 0.1 and left[7] < 0.03, left
+
+
+def test_noise_in_motion_is_less_than_without_filter(device):
+    def flicker(**lighting):
+        scene = SCENES["many lights"]()
+        renderer = renderer_of(device, scene, **lighting)
+        pictures = []
+        for frame in range(12):
+            camera = Camera.look_at((0.3 + 0.005 * frame, 2.2, 3.2), (0, 0.3, 0), fov=40)
+            pictures.append(renderer.render(1, camera).color)
+        return np.abs(pictures[-1] - pictures[-2]).mean() / pictures[-1].mean()
+
+    raw, filtered = flicker(filter=False), flicker()
+    assert filtered < 0.35 * raw, f"{raw:.3f} as it is, {filtered:.3f} filtered"
+
+
+def test_only_noisy_light_is_filtered(device):
+    def passes(scene, **more):
+        return set(renderer_of(device, scene, **more).render(1, VIEW).timings)
+
+    mine = {"stochastic_light_history", "stochastic_light_filter", "stochastic_light_add"}
+    assert mine <= passes(SCENES["many lights"]())
+    assert not mine & passes(SCENES["many lights"](), filter=False)
+    assert not mine & passes(things(shining(PointLight(intensity=3.0), move(0, 2, 0))))
+    assert mine <= passes(soft_lights())
+    unwanted = settings({"shadows.denoiser": "off"})
+    assert not mine & set(pica.Renderer(soft_lights(), SIZE, unwanted, device).render(1, VIEW).timings)
+
+
+def test_soft_lights_beyond_the_filtered_keep_their_light(device):
+    raw, filtered = (renderer_of(device, soft_lights(), filter=on).render(4, VIEW) for on in (False, True))
+    np.testing.assert_allclose(filtered.color.mean((0, 1)), raw.color.mean((0, 1)), rtol=0.005)
+    assert filtered.aov("debug.stochastic_light.diffuse.filtered").mean() > 0.1
+
+
+def test_views_show_history_and_variance(device):
+    renderer = renderer_of(device, SCENES["surroundings"]())
+    frame = renderer.render(5, VIEW)
+    for part in ("diffuse", "specular"):
+        raw, filtered = (frame.aov(f"debug.stochastic_light.{part}.{name}") for name in ("raw", "filtered"))
+        assert raw.shape == filtered.shape == (SIZE[1], SIZE[0], 3)
+        assert filtered.std() < raw.std()
+        assert frame.aov(f"debug.stochastic_light.{part}.history").max() == 5
+        assert frame.aov(f"debug.stochastic_light.{part}.variance").max() > 0
+    renderer.reset()
+    assert renderer.render(1, VIEW).aov("debug.stochastic_light.diffuse.history").max() == 1
+
+
+def test_sunlight_of_a_hundred_thousand_lux_does_not_overflow(device):
+    radiance = np.full((16, 32, 3), 3000, np.float32)
+    radiance[4, 20] = 1e8
+    color = renderer_of(device, things(environment=Environment(radiance))).render(2, VIEW).color
+    assert np.isfinite(color).all() and color.max() > 1e4
+
+
+def test_a_first_frame_is_filtered_by_what_neighbours_tell(device):
+    """Without any history the variance that guides the filter is a number everywhere."""
+    renderer = pica.Renderer(pica.scenes.cornell(), (48, 32), device=device)
+    renderer.debug = True
+    frame = renderer.render(1)
+    for part in ("diffuse", "specular"):
+        assert np.isfinite(frame.aov(f"debug.stochastic_light.{part}.variance")).all()
+    raw, filtered = (frame.aov(f"debug.stochastic_light.diffuse.{name}").mean(-1) for name in ("raw", "filtered"))
+    lit = raw > 0
+    across = [np.abs(np.diff(values, axis=1))[lit[:, 1:] & lit[:, :-1]].mean() for values in (raw, filtered)]
+    assert across[1] < 0.7 * across[0]

@@ -1,0 +1,152 @@
+"""Half size: one pixel of each 2x2, as a picture of its own that effects work at unchanged."""
+
+import numpy as np
+import pytest
+import slangpy as spy
+
+from pica.effects.gbuffer.gbuffer import GBufferEffect
+from pica.frame.aovs import motion_of
+from pica.frame.context import FrameSequence, half_size, representative
+from pica.scene.camera import Camera
+from pica.scenes.basic_meshes import box, plane
+from pica.scenes.placing import move, turn
+from pica.tracing.ray_effect import ray_effect
+from tests.building import lambert, orthographic, placed, scene_of
+from tests.rays import gpu_scene
+
+PROBE = """
+import tracing.ray_effect;
+import frame.constants;
+import frame.gbuffer;
+RWTexture2D<float4> found;
+
+// Where a reflection ray from each pixel ends.
+struct Reflection : IRayEffect
+{
+    struct State { float4 found; };
+    static bool start(uint2 pixel, out Ray ray, out State state)
+    {
+        ray = {};
+        state = {};
+        Surface surface;
+        if (!gbuffer.load(pixel, surface))
+            return false;
+        float3 direction = reflect(-frame.camera.toViewer(surface.position), surface.normal);
+        float distance = length(surface.position - frame.camera.position);
+        ray = Ray.leaving(RayType.surface, surface, distance, direction, 1e4, 0);
+        return true;
+    }
+    static bool advance(uint2 pixel, Hit hit, Surface surface, inout Ray ray, inout State state)
+    {
+        state.found = hit.isMiss() ? float4(0, 0, 0, 1) : float4(surface.position, 2);
+        return false;
+    }
+    static void finish(uint2 pixel, State state) { found[pixel] = state.found; }
+}
+"""
+CAMERAS = {
+    "perspective": Camera.look_at((1.2, 1.5, 3.2), (0, 0.4, 0)),
+    "orthographic": orthographic((1.2, 1.5, 3.2), (0, 0.4, 0), 3.0),
+}
+
+
+class Halves:
+    """Frames of a small scene in which a reflection ray works at full and at half size."""
+
+    def __init__(self, device, size):
+        device.handle.load_module_from_source("reflection_probe", PROBE)
+        self.device, self.size, self.half = device, size, half_size(size)
+        node = placed(box(1, lambert(0.9)), move(0, 0.5, 0) @ turn("y", 30))
+        self.scene = gpu_scene(device, scene_of(placed(plane(9, 9, lambert())), node))
+        self.sequence, self.fill = FrameSequence(device, size, 3), GBufferEffect(device, size, "raster")
+        self.effect = ray_effect(device, "reflection_probe", "Reflection", "surface")
+        texture = spy.Format.rgba32_float
+        self.found = device.texture("found", texture, size), device.texture("found at half", texture, self.half)
+
+    def __call__(self, camera):
+        """The frame's number, both G-buffers and both (height, width, 4) results."""
+        frame = self.sequence.begin(camera)
+        self.scene.update(frame, frame.camera)
+        full = self.fill(frame, self.scene)
+        half = full.at_half(frame)
+        assert full.at_half(frame) is half, "made once"
+        for context, gbuffer, found in zip((frame, frame.at_half()), (full, half), self.found, strict=True):
+            self.effect(context, context.size, frame=context, gbuffer=gbuffer, scene=self.scene, found=found)
+        self.sequence.end(frame)
+        return frame.index, full, half, *(texture.to_numpy() for texture in self.found)
+
+
+def chosen(values, index):
+    """The pixels of a full picture that stand for 2x2."""
+    right, down = representative(index)
+    return values[down::2, right::2]
+
+
+@pytest.mark.parametrize("name", CAMERAS)
+@pytest.mark.parametrize("size", [(32, 24), (33, 25)], ids=["even", "odd"])
+def test_a_ray_effect_at_half_size_finds_what_it_finds_at_these_pixels(device, name, size):
+    halves = Halves(device, size)
+    for _ in range(5):
+        index, _, _, whole, found = halves(CAMERAS[name])
+        expected = chosen(whole, index)
+        rows, columns = expected.shape[:2]
+        part = found[:rows, :columns]
+        assert (expected[..., 3] == 2).sum() > 5 and (expected[..., 3] == 1).sum() > 5
+        # A ray that passes an edge may fall to either side of it, as places are rounded another way.
+        same = part[..., 3] == expected[..., 3]
+        assert same.mean() > 0.99
+        away = np.abs(part - expected)[..., :3].max(-1)[same & (expected[..., 3] == 2)]
+        assert np.percentile(away, 95) < 1e-4
+        assert not found[rows:].any() and not found[:, columns:].any(), "nothing beyond the picture"
+
+
+def test_the_g_buffer_is_that_of_the_pixel_which_stands_for_four(device):
+    halves = Halves(device, (32, 24))
+    cameras = [Camera.look_at((1.2 + 0.3 * n, 1.5, 3.2), (0, 0.4, 0)) for n in range(3)]
+    for camera in cameras:
+        index, full, half, *_ = halves(camera)
+        for texture in ("visibility", "depth", "normals", "material", "emission"):
+            expected = chosen(full.textures[texture].to_numpy(), index)
+            np.testing.assert_array_equal(half.textures[texture].to_numpy(), expected)
+        motion = motion_of(half.textures["motion"].to_numpy())
+        expected = chosen(motion_of(full.textures["motion"].to_numpy()), index)
+        np.testing.assert_allclose(motion[..., :2], expected[..., :2] / 2, atol=1 / 500)
+    assert np.abs(expected[..., :2]).max() > 1
+
+
+def test_every_pixel_has_its_turn_and_meets_all_of_the_jitter():
+    turns = [representative(index) for index in range(16)]
+    for first in range(0, 16, 4):
+        assert len(set(turns[first : first + 4])) == 4
+    assert {(index % 4, turn) for index, turn in enumerate(turns)} == {
+        (quarter, turn) for quarter in range(4) for turn in set(turns)
+    }
+
+
+def test_nothing_is_taken_unless_asked_for_and_what_is_old_is_not_known(device):
+    halves = Halves(device, (32, 24))
+    camera = CAMERAS["perspective"]
+
+    def without():
+        frame = halves.sequence.begin(camera)
+        halves.scene.update(frame, frame.camera)
+        halves.fill(frame, halves.scene)
+        halves.sequence.end(frame)
+
+    for _ in range(2):
+        without()
+    before = device.memory
+    without()
+    assert device.memory == before
+    _, _, half, *_ = halves(camera)
+    taken = device.memory - before
+    assert taken > 0
+    assert not half._previous["visibility"].to_numpy().any(), "there was none in the frame before"
+    _, _, half, *_ = halves(camera)
+    assert half._previous["visibility"].to_numpy().any()
+    without()
+    _, _, half, *_ = halves(camera)
+    assert not half._previous["visibility"].to_numpy().any()
+    assert device.memory - before == taken
+    halves.fill.resize((16, 16))
+    assert device.memory < before

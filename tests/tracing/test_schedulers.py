@@ -1,0 +1,54 @@
+"""One ray effect, two schedulers: the same bits."""
+
+import numpy as np
+import pytest
+
+import pica
+from pica.errors import BindingError
+from pica.tracing.ray_effect import ray_effect
+from tests.building import CAMERA, SIZE, render, settings, still_life, trace
+
+PIPELINE = {"rays.scheduler": "pipeline"}
+BUFFERS = {"rays.scheduler": "buffers", "rays.tracer": "device"}
+
+
+def assert_same(first: pica.Frame, second: pica.Frame) -> None:
+    assert first.aov_names == second.aov_names
+    np.testing.assert_array_equal(first.color, second.color)
+    for name in first.aov_names:
+        np.testing.assert_array_equal(first.aov(name), second.aov(name), err_msg=name)
+
+
+@pytest.mark.parametrize("mode", ["soft", "hard"])
+def test_hybrid_pictures_are_equal(device, mode):
+    values = {"visibility.primary": "rays", "shadows.mode": mode}
+    pipeline, buffers = (render(device, still_life(), 3, CAMERA, values=values | more) for more in (PIPELINE, BUFFERS))
+    assert pipeline.color.mean() > 0.1
+    assert_same(pipeline, buffers)
+    assert "primary_rays kernels" in buffers.timings or "shadow_rays kernels" in buffers.timings
+
+
+def test_path_traced_pictures_are_equal(device):
+    pipeline, buffers = (trace(device, still_life(), 3, CAMERA, values=more) for more in (PIPELINE, BUFFERS))
+    assert pipeline.color.mean() > 0.1
+    assert_same(pipeline, buffers)
+
+
+def test_buffers_follow_a_moving_scene(device):
+    """The tracer behind the buffers sees the top level of the frame, not of the one before."""
+    pictures = []
+    for more in (PIPELINE, BUFFERS):
+        scene = still_life()
+        renderer = pica.Renderer(scene, SIZE, settings({"visibility.primary": "rays"} | more), device)
+        renderer.render(2, CAMERA)
+        ball = next(node for node in scene.nodes() if node.name == "ball")
+        moved = ball.transform.copy()
+        moved[0, 3] += 0.4
+        ball.transform = moved
+        pictures.append(renderer.render(2, CAMERA))
+    assert_same(*pictures)
+
+
+def test_unknown_effect_is_an_error_that_names_the_module(device):
+    with pytest.raises(BindingError, match=r"effects/shadows/shadow_rays\.slang"):
+        ray_effect(device, "effects/shadows/shadow_rays.slang", "NoSuchEffect", "hit")
