@@ -78,7 +78,8 @@ def test_coming_to_rest_neither_jumps_nor_leaves_a_trace(device):
     for frame in range(34):
         resting, mean = shown(renderer.advance(stop)), shown(plain.advance(stop))
         if frame == 0:
-            assert np.abs(resting - moving).max() < 0.2 * np.abs(mean - moving).max() < 0.2
+            # The first sample at rest counts as one beside the four of the moving history, which fades besides.
+            assert np.abs(resting - moving).max() < 0.25 * np.abs(mean - moving).max() < 0.25
     np.testing.assert_allclose(resting, mean, rtol=1e-4, atol=1e-5)
 
 
