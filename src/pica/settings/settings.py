@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, get_type_hints
 
-from pica.errors import SettingsError
+from pica.errors import SettingsError, plain, shown
 from pica.settings.groups import (
     AmbientOcclusionSettings,
     AntialiasingSettings,
@@ -16,7 +16,7 @@ from pica.settings.groups import (
     ShadowsSettings,
     VisibilitySettings,
 )
-from pica.settings.setting import Group, Level, Value, declared, dotted, number, plain, shown
+from pica.settings.setting import Group, Level, Value, declared, dotted, number
 
 
 @dataclass(frozen=True)
