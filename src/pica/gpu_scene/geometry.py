@@ -135,6 +135,10 @@ class GeometryBuffers:
         gone = {part.geometry for part in mesh.parts}
         self._unbuilt = [geometry for geometry in self._unbuilt if geometry not in gone]
 
+    def has(self, mesh: Mesh) -> bool:
+        """Whether somebody shows the mesh as it is, without deforming it."""
+        return id(mesh) in self._meshes
+
     def build(self, encoder: spy.CommandEncoder) -> None:
         """Record the builds of the structures that are new and do not deform."""
         for geometry in self._unbuilt:

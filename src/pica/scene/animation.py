@@ -58,7 +58,7 @@ class Pose:
 
 
 def _keyed(*dimensions: int) -> Check[Floats]:
-    """An array of float64 of so many dimensions. Whether it is finite an animation looks at, for all channels at once."""
+    """An array of float64 of so many dimensions. Whether it is finite an animation sees to, for all at once."""
 
     def check(values: Any) -> Floats:
         if not (type(values) is np.ndarray and values.dtype == np.float64):

@@ -1,7 +1,7 @@
 """The arrays that the fields of a scene can hold; how they are checked values.py says.
 
-What is of the wanted type already and lies in one piece is kept as it is, not copied, so that it can be shared; all else
-becomes a new array: floats of any kind are rounded, integers are taken exactly, in whatever byte and memory order.
+What is of the wanted type already and lies in one piece is kept as it is, not copied, so that it can be shared. All
+else becomes a new array: floats of any kind are rounded, integers are taken exactly, in whatever byte and memory order.
 """
 
 from collections.abc import Callable
@@ -134,12 +134,10 @@ def _array(values: Any, shape: tuple[Shape, ...], kinds: str, what: str) -> NDAr
     if array.dtype.kind not in kinds:
         given = shown(values) if array.ndim == 0 else f"an array of {array.dtype.name}"
         raise UnfitError(f"{given} is not an array of {what}")
-    fits = (
-        not shape
-        or array.ndim == len(shape)
+    if shape and not (
+        array.ndim == len(shape)
         and all(isinstance(wanted, str) or wanted == length for wanted, length in zip(shape, array.shape, strict=True))
-    )
-    if not fits:
+    ):
         wanted = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
         raise UnfitError(f"has the shape {array.shape}, not ({wanted})")
     return array
@@ -158,19 +156,17 @@ def _check_range(array: NDArray[Any], limits: "np.iinfo[Any]") -> None:
     raise UnfitError(f"{place_of(bad)}is not from {least} to {most} ({shown(_first(array, bad))})")
 
 
-def _check_exact(integers: NDArray[Any], kept: NDArray[Any]) -> None:
+def _check_exact(given: NDArray[Any], kept: NDArray[Any]) -> None:
     """Raises UnfitError for integers that floats do not hold."""
-    large = (integers > _EXACT) | (integers < -_EXACT) if integers.dtype.itemsize > 2 else np.zeros(0, bool)
+    large = (given > _EXACT) | (given < -_EXACT) if given.dtype.itemsize > 2 else np.zeros(0, bool)
     if not large.any():
         return
     # Python compares integers and floats exactly.
     lost = large.copy()
-    lost[large] = kept[large].astype(object) != integers[large].astype(object)
+    lost[large] = kept[large].astype(object) != given[large].astype(object)
     if lost.any():
-        given = shown(_first(integers, lost))
-        raise UnfitError(
-            f"{place_of(lost)}is an integer that {kept.dtype.name} does not hold ({given}); round it to a float"
-        )
+        fault = f"is an integer that {kept.dtype.name} does not hold ({_first(given, lost)}); round it to a float"
+        raise UnfitError(f"{place_of(lost)}{fault}")
 
 
 def _check_last_rows(matrices: NDArray[np.float64]) -> None:

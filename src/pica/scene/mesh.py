@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.errors import SceneError, shown
+from pica.errors import SceneError
 from pica.scene.arrays import floats, integers, place_of
 from pica.scene.checked_field import CheckedField, check_again, described
 from pica.scene.material import Material
@@ -99,14 +99,15 @@ class Section:
         return self._misfit_of_weights()
 
     def _misfit_of_weights(self) -> str:
+        if self.joints is None and self.weights is None:
+            return ""
         if self.joints is None or self.weights is None:
-            return "" if self.joints is self.weights else "weights: joints and weights go together, but one is None"
+            return "weights: joints and weights go together, but one is None"
         if self.joints.shape != self.weights.shape:
             return f"weights: have the shape {self.weights.shape}, but joints have {self.joints.shape}"
-        off = np.abs(self.weights.sum(axis=1) - 1) > _WEIGHTS_OFF
-        return (
-            f"weights: {place_of(off)}does not add up to 1 ({shown(self.weights[off][0].sum())})" if off.any() else ""
-        )
+        sums = self.weights.sum(axis=1)
+        off = np.abs(sums - 1) > _WEIGHTS_OFF
+        return f"weights: {place_of(off)}does not add up to 1 ({sums[off][0]:g})" if off.any() else ""
 
 
 _ATTRIBUTES = ("positions", "normals", "tangents", "uv0", "uv1", "colors")
@@ -136,7 +137,8 @@ class Mesh:
     def check(self) -> None:
         """Raises SceneError when the sections, as they are now, cannot be shown."""
         self.__post_init__()
-        for index, part in enumerate((*self.sections, *self.primitives)):
+        parts: list[Section | Primitives] = [*self.sections, *self.primitives]
+        for index, part in enumerate(parts):
             try:
                 part.check()
             except SceneError as fault:

@@ -79,8 +79,8 @@ class Node:
 
     @property
     def transform(self) -> NDArray[np.float64]:
-        """(4, 4) this node to its parent, last row 0, 0, 0, 1. Assign a new matrix to move the node, which is copied; do
-        not write into it. Raises SceneError for what is not finite."""
+        """(4, 4) this node to its parent, last row 0, 0, 0, 1. Assign a new matrix, which is copied, to move the node;
+        do not write into it. Raises SceneError for one that is not finite."""
         return self._transform
 
     @transform.setter
@@ -307,6 +307,16 @@ class Scene:
             for listener in self._listeners:
                 listener.remove(below)
 
+    def __contains__(self, node: Node) -> bool:
+        return node._listeners is self._listeners
+
+    def check(self) -> None:
+        """Raises SceneError when something, the meshes' own arrays apart, cannot be shown as it is now."""
+        if self.environment is not None:
+            self.environment.check()
+        for node in self.nodes():
+            node.check()
+
     def nodes(self) -> Iterator[Node]:
         """Every node, parents before children."""
         for root in self.roots:
@@ -330,10 +340,10 @@ class Scene:
             if self._together[0] != animations:
                 self._together = list(animations), together(animations)
             return self._together[1]
-        for number, animation in enumerate(animations):
-            if type(which) in (int, str) and which in (number, animation.name):
+        for index, animation in enumerate(animations):
+            if type(which) in (int, str) and which in (index, animation.name):
                 return animation
-        known = ", ".join(f"{number} {animation.name!r}" for number, animation in enumerate(animations))
+        known = ", ".join(f"{index} {animation.name!r}" for index, animation in enumerate(animations))
         raise SceneError(f"animate: no animation {shown(which)}; the scene has {known or 'none'}")
 
     def subscribe(self) -> ChangeSet:
@@ -373,7 +383,10 @@ class Scene:
         return low, high
 
     def default_camera(self, aspect: float) -> Camera:
-        """The file's first camera, or one that frames the whole scene; `aspect` is width over height. Raises SceneError."""
+        """The file's first camera, or one that frames the whole scene; `aspect` is width over height.
+
+        Raises SceneError for a scene that cannot be shown.
+        """
         cameras = self.cameras()
         return cameras[0] if cameras else Camera.framing(*self.bounds(), aspect)
 

@@ -1,17 +1,29 @@
 """What is not made of triangles: spheres, capsules, rings, rounded boxes and shapes of the user's own."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError, shown
 from pica.scene.arrays import doubles, floats, numbers
-from pica.scene.checked_field import CheckedField
+from pica.scene.checked_field import CheckedField, check_again
 from pica.scene.material import Material
 from pica.scene.values import UnfitError, checked, instance, text
 
 _Floats = NDArray[np.float64]
+
+
+def _arrays(values: Any) -> dict[str, NDArray[np.generic]]:
+    """Parameters by name."""
+    kept = {}
+    for name, given in instance(dict)(values).items():
+        try:
+            kept[text(name)] = numbers()(given)
+        except UnfitError as unfit:
+            raise UnfitError(f"{shown(name)}: {unfit}") from None
+    return kept
 
 
 @dataclass(eq=False)
@@ -24,31 +36,27 @@ class Primitives:
 
     shape: CheckedField[str] = CheckedField(text)
     """"sphere", "capsule", "torus", "rounded_box", or the name that register_shape gave to one of your own."""
-    parameters: dict[str, NDArray[np.generic]]
+    parameters: CheckedField[dict[str, NDArray[np.generic]]] = CheckedField(_arrays)
     """What the shape's `struct Parameters` names: (count,) or (count, components) each."""
-    bounds: NDArray[np.float32]
+    bounds: CheckedField[NDArray[np.float32]] = CheckedField(floats())
     """(count, 2, 3) metres, object space: lowest and highest corner of a box that each keeps within."""
     material: CheckedField[Material] = CheckedField(instance(Material))
 
     def __post_init__(self) -> None:
-        self.check()
-
-    def check(self) -> None:
-        """Raises SceneError when the arrays, as they are now, do not fit each other."""
         primitives = f"primitives of shape {self.shape!r}"
-        self.bounds = checked(f"{primitives}: bounds", floats(), self.bounds)
         if self.bounds.ndim != 3 or self.bounds.shape[1:] != (2, 3):
             raise SceneError(f"{primitives}: bounds are {self.bounds.shape}, not (count, 2, 3)")
         if not (self.bounds[:, 0] <= self.bounds[:, 1]).all():
             raise SceneError(f"{primitives}: bounds are not finite, or low lies above high")
-        given = checked(f"{primitives}: parameters", instance(dict), self.parameters)
-        self.parameters = {
-            name: checked(f"{primitives}: parameter {shown(name)}", numbers(), values) for name, values in given.items()
-        }
         for name, values in self.parameters.items():
             if values.ndim not in (1, 2) or len(values) != len(self):
                 fault = f"parameter {shown(name)} is {values.shape}, but there are {len(self)} bounds"
                 raise SceneError(f"{primitives}: {fault}")
+
+    def check(self) -> None:
+        """Raises SceneError when the arrays, as they are now, do not fit their fields or each other."""
+        check_again(self)
+        self.__post_init__()
 
     def __len__(self) -> int:
         return len(self.bounds)

@@ -1,7 +1,7 @@
 """What the fields of a scene can hold: checks that give the value to keep, or say why there is none.
 
-A check is a function of the value that a user gave. What it raises, UnfitError, says only what is wrong; whoever knows the
-field, `checked` or a CheckedField, makes a SceneError of it that names the field. Arrays have theirs in arrays.py.
+A check is a function of the value that a user gave. What it raises, UnfitError, says only what is wrong; whoever knows
+the field, `checked` or a CheckedField, makes a SceneError of it that names the field. Those of arrays are in arrays.py.
 """
 
 import math
@@ -69,7 +69,7 @@ def whole(low: int, high: int) -> Check[int]:
         found = plain(value)
         if isinstance(found, bool) or not isinstance(found, Integral):
             raise UnfitError(f"{shown(value)} is not a whole number")
-        if not low <= found <= high:
+        if not low <= int(found) <= high:
             raise UnfitError(f"{shown(value)} is not from {low} to {high}")
         return int(found)
 
@@ -154,7 +154,7 @@ def optional(check: Check[_Value]) -> Check[_Value | None]:
     return lambda value: None if value is None else check(value)
 
 
-def _real(value: Any) -> Real:
+def _real(value: Any) -> Any:
     found = plain(value)
     if isinstance(found, bool) or not isinstance(found, Real):
         raise UnfitError(f"{shown(value)} is not a number")
