@@ -44,7 +44,13 @@ class _Short(reprlib.Repr):
         self.maxstring = self.maxother = self.maxlong = 2 * _LONGEST
 
     def repr1(self, x: Any, level: int) -> str:
-        return super().repr1(plain(x), level)
+        value = plain(x)
+        return str(value) if getattr(value, "shape", None) == () else super().repr1(value, level)
+
+    def repr_instance(self, x: Any, level: int) -> str:
+        kind = type(x)
+        known = kind.__module__ in ("builtins", "numpy", "pathlib")
+        return super().repr_instance(x, level) if known else f"a {kind.__name__}"
 
 
 _SHORT = _Short()

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.errors import SceneError, shown
+from pica.errors import SceneError
 from pica.scene.arrays import doubles
 from pica.scene.checked_field import CheckedField, described, fitting
-from pica.scene.values import LARGEST, Check, UnfitError, choice, items, number, text
+from pica.scene.values import LARGEST, Check, UnfitError, choice, instance, items, number, text
 
 if TYPE_CHECKING:
     from pica.scene.model import Node
@@ -70,6 +70,13 @@ def _keyed(*dimensions: int) -> Check[Floats]:
     return check
 
 
+def _node(value: Any) -> "Node":
+    from pica.scene.model import Node  # which knows animations
+
+    found: Node = instance(Node)(value)
+    return found
+
+
 _KEYS = {(1,): "(keys,)", (2, 3): "(keys, components) or, for CUBICSPLINE, (keys, 3, components)"}
 
 
@@ -77,7 +84,7 @@ _KEYS = {(1,): "(keys,)", (2, 3): "(keys, components) or, for CUBICSPLINE, (keys
 class Channel:
     """What one value of one node is over time. Arrays are kept as they are. Raises SceneError for what does not fit."""
 
-    node: "Node"
+    node: CheckedField["Node"] = CheckedField(_node)
     path: CheckedField[Path] = CheckedField(choice(*_PLACING, "weights"))
     times: CheckedField[Floats] = CheckedField(_keyed(1))
     """(keys,) seconds, ascending, at least one. Before the first and after the last the value stands still."""
@@ -108,15 +115,10 @@ class Animation:
         drivers: Iterable[Callable[[float], None]] = (),
         duration: float = 0.0,
     ) -> None:
-        from pica.scene.model import Node  # which knows animations
-
         self.name = fitting(self, "name", text, name)
-        self.channels = fitting(self, "channels", items(Channel), list(channels))
+        self.channels = fitting(self, "channels", items(Channel), channels)
         self.drivers = list(drivers)
         least = fitting(self, "duration", number(0), duration)
-        for channel in self.channels:
-            if not isinstance(channel.node, Node):
-                raise SceneError(f"{described(self)}: channels: {shown(channel.node)} is not a Node")
         placing = (channel.node for channel in self.channels if channel.path in _PLACING)
         self._nodes = list(dict.fromkeys(placing))
         for node in self._nodes:

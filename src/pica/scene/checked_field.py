@@ -13,7 +13,8 @@ _REQUIRED = object()
 class CheckedField(Generic[_Value]):
     """A field that keeps what its check gives for the value that it is set to. Raises SceneError, naming the field.
 
-    A descriptor, as dataclasses know them. The default is not checked; without one the field must be given.
+    A descriptor, as dataclasses know them. The default is not checked; a class stands for a new object of it each time.
+    Without a default the field must be given.
     """
 
     def __init__(self, check: Check[_Value], default: Any = _REQUIRED) -> None:
@@ -35,6 +36,8 @@ class CheckedField(Generic[_Value]):
     def __set__(self, holder: object, value: _Value) -> None:
         if value is not self._default:
             value = fitting(holder, self._name, self._check, value)
+        elif isinstance(value, type):
+            value = value()
         holder.__dict__[self._name] = value
 
     def check_again(self, holder: object) -> None:
@@ -61,4 +64,4 @@ def described(holder: object) -> str:
     """What a message calls an object: its class and, where it is known by then, its name."""
     kind = re.sub("(?<!^)(?=[A-Z])", " ", type(holder).__name__).lower()
     name = vars(holder).get("name")
-    return f"{kind} {shown(name)}" if name else kind
+    return f"{kind} {shown(name)}" if isinstance(name, str) and name else kind

@@ -75,6 +75,14 @@ class Texture:
 _TEXTURE = optional(instance(Texture))
 
 
+def _parameters(values: Any) -> dict[str, Any]:
+    """What they must be, only the compiled type knows (programs/material_types.py)."""
+    found: dict[str, Any] = instance(dict)(values)
+    for name in found:
+        text(name)
+    return found
+
+
 def _index_of_refraction(value: Any) -> float:
     found = _NOT_NEGATIVE(value)
     if 0 < found < 1:
@@ -137,6 +145,6 @@ class Material:
     leaves at the back (KHR_materials_volume with a thickness)."""
     type: CheckedField[str] = CheckedField(text, STANDARD)
     """"standard", or the name that register_material gave to a type of your own."""
-    parameters: dict[str, float | Sequence[float]] = field(default_factory=dict)
+    parameters: CheckedField[dict[str, float | Sequence[float]]] = CheckedField(_parameters, dict)
     """The numbers that a type of your own wants, by the names in its `struct Parameters`."""
     extras: dict[str, object] = field(default_factory=dict)

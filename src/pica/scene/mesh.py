@@ -1,6 +1,6 @@
 """Meshes: triangles and other primitives, each with a material."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from pica.scene.arrays import floats, integers, place_of
 from pica.scene.checked_field import CheckedField, check_again, described
 from pica.scene.material import Material
 from pica.scene.primitives import Primitives
-from pica.scene.values import checked, flag, instance, items, optional, text
+from pica.scene.values import flag, instance, items, optional, text
 
 _OFFSETS = optional(floats("targets", "vertices", 3))
 
@@ -121,21 +121,19 @@ _WEIGHTS_OFF = 1e-2
 class Mesh:
     """Sections and primitives that move together. One without any shows nothing. Raises SceneError for other things."""
 
-    sections: list[Section] = field(default_factory=list)
+    sections: CheckedField[list[Section]] = CheckedField(items(Section), list)
     name: CheckedField[str] = CheckedField(text, "")
-    primitives: list[Primitives] = field(default_factory=list)
+    primitives: CheckedField[list[Primitives]] = CheckedField(items(Primitives), list)
     """What is not made of triangles. A node whose mesh has any can be moved, but not skinned or morphed."""
 
     def __post_init__(self) -> None:
-        mesh = described(self)
-        self.sections = checked(f"{mesh}: sections", items(Section), self.sections)
-        self.primitives = checked(f"{mesh}: primitives", items(Primitives), self.primitives)
         targets = {0 if s.morph_positions is None else len(s.morph_positions) for s in self.sections}
         if len(targets) > 1:
-            raise SceneError(f"{mesh}: sections: differ in their number of morph targets, {sorted(targets)}")
+            raise SceneError(f"{described(self)}: sections: differ in their number of morph targets, {sorted(targets)}")
 
     def check(self) -> None:
         """Raises SceneError when the sections, as they are now, cannot be shown."""
+        check_again(self)
         self.__post_init__()
         parts: list[Section | Primitives] = [*self.sections, *self.primitives]
         for index, part in enumerate(parts):

@@ -215,11 +215,13 @@ class Node:
 
     def check(self) -> None:
         """Raises SceneError when what stands here, the mesh's own arrays apart, cannot be shown as it is now."""
-        world = self.world if self._skin is None else self._skin.world
+        world = self._checked_place(self.world if self._skin is None else self._skin.world)
         if self.instances is not None:
             farthest = np.abs(self.instances).max(initial=0)
             if not farthest * np.abs(world).max() <= LARGEST / 4:
-                checked(f"{described(self)}: instances: in the world", affines, self.instance_transforms())
+                with np.errstate(over="ignore", invalid="ignore"):
+                    placed = world @ self.instances
+                checked(f"{described(self)}: instances: in the world", affines, placed)
         self._check_identities(self.instances, self.identities)
         if self.light is not None and not extent(self.light) * np.linalg.norm(world[:3, :3]) <= WIDEST:
             raise SceneError(f"{described(self)}: light: with the node's scale it is too large for 32-bit floats")

@@ -10,7 +10,7 @@ from pica.errors import SceneError
 from pica.scene.arrays import doubles
 from pica.scene.checked_field import described, fitting
 from pica.scene.normals import face_normals, perpendicular
-from pica.scene.values import UnfitError, items
+from pica.scene.values import UnfitError, items, text
 
 if TYPE_CHECKING:
     from pica.scene.model import Node, Section
@@ -40,6 +40,7 @@ class Skin:
     _joint_rows: list[int] = field(init=False)
 
     def __post_init__(self) -> None:
+        self.name = fitting(self, "name", text, self.name)
         self.joints = fitting(self, "joints", _joints, self.joints)
         self.inverse_bind = fitting(self, "inverse_bind", doubles("joints", 4, 4), self.inverse_bind)
         if len(self.inverse_bind) != len(self.joints):

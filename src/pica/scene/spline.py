@@ -15,7 +15,7 @@ from pica.errors import SceneError, shown
 from pica.scene.arrays import doubles
 from pica.scene.deformer import Deformer, Floats, unit
 from pica.scene.model import Mesh, Node, Section
-from pica.scene.values import checked, instance, vector, whole
+from pica.scene.values import checked, instance, text, vector, whole
 
 _SAMPLES = 32
 """Of the arc length, for each piece of the curve."""
@@ -166,6 +166,7 @@ class Spline(Deformer):
 def bend(mesh: Mesh, spline: Spline, copies: int = 1, name: str = "") -> Node:
     """A node whose mesh, `copies` of the given one end to end along Z, is bent along the whole spline."""
     checked("bend: mesh", instance(Mesh), mesh)
+    checked("bend: name", text, name)
     checked("bend: spline", instance(Spline), spline)
     bent = f"bend {shown(name or mesh.name)}"
     checked(f"{bent}: copies", whole(1, 1 << 24), copies)

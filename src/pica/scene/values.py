@@ -5,7 +5,7 @@ the field, `checked` or a CheckedField, makes a SceneError of it that names the 
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
 from itertools import islice
 from numbers import Integral, Real
 from typing import Any, TypeVar
@@ -81,16 +81,10 @@ def vector(count: int, low: float = -LARGEST, high: float = LARGEST) -> Check[tu
     one = number(low, high)
 
     def check(values: Any) -> tuple[float, ...]:
-        if type(values) is not tuple:
-            if isinstance(values, str | bytes) or not isinstance(values, Iterable):
-                raise UnfitError(f"{shown(values)} is not {count} numbers")
-            given = values
-            values = tuple(islice(given, count + 1))
-            if len(values) != count:
-                raise UnfitError(f"{shown(given)} is not {count} numbers")
-        if len(values) != count:
+        found = values if type(values) is tuple else tuple(islice(_each(values), count + 1))
+        if len(found) != count:
             raise UnfitError(f"{shown(values)} is not {count} numbers")
-        return tuple(one(value) for value in values)
+        return tuple(one(value) for value in found)
 
     return check
 
@@ -139,12 +133,8 @@ def items(kind: type[Any]) -> Check[list[Any]]:
     one = instance(kind)
 
     def check(values: Any) -> list[Any]:
-        if isinstance(values, str | bytes) or not isinstance(values, Iterable):
-            raise UnfitError(f"{shown(values)} is not a list")
-        kept = values if isinstance(values, list) else list(values)
-        for value in kept:
-            one(value)
-        return kept
+        kept = [one(value) for value in _each(values)]
+        return values if isinstance(values, list) else kept
 
     return check
 
@@ -152,6 +142,17 @@ def items(kind: type[Any]) -> Check[list[Any]]:
 def optional(check: Check[_Value]) -> Check[_Value | None]:
     """None, or what fits."""
     return lambda value: None if value is None else check(value)
+
+
+def _each(values: Any) -> Iterator[Any]:
+    if isinstance(values, str | bytes):
+        raise UnfitError(f"{shown(values)} is text, not several values")
+    try:
+        yield from values
+    except UnfitError:
+        raise
+    except Exception:  # what going through them raises
+        raise UnfitError(f"{shown(values)} is not several values") from None
 
 
 def _real(value: Any) -> Any:
