@@ -16,7 +16,7 @@ def checked_size(size: Size) -> Size:
     """(width, height) as it is, or PicaError when no picture can have it."""
     try:
         width, height = (index(length) for length in size)
-    except (TypeError, ValueError):
+    except Exception:  # what going through it raises
         raise PicaError(f"picture size {shown(size)}: must be two whole numbers, width and height") from None
     if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
         raise PicaError(f"picture size {shown(width)}x{shown(height)}: width and height must be 1 to {LARGEST} pixels")

@@ -68,7 +68,7 @@ class GeometryBuffers:
     """Vertices and indices of every mesh. Indices count from their section's first vertex.
 
     Whoever shows the same mesh shares it; what deforms has vertices and structures of its own. Where those were in the
-    frame before is for each view to know (previous_shapes.py).
+    frame before is for each view to know (previous_frame.py).
     """
 
     def __init__(self, device: Device) -> None:
