@@ -14,6 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pica import errors, scenes
+    from pica.errors import (
+        BindingError,
+        DeviceError,
+        MaterialTypeError,
+        PicaError,
+        SceneError,
+        SettingsError,
+        ShapeError,
+    )
     from pica.output import Frame
     from pica.path_tracer.path_tracer import PathTracer
     from pica.renderer import Renderer
@@ -29,16 +38,23 @@ if TYPE_CHECKING:
     from pica.settings import Settings
 
 __all__ = [
+    "BindingError",
     "Camera",
+    "DeviceError",
     "DynamicVertices",
     "Environment",
     "Frame",
     "Material",
+    "MaterialTypeError",
     "PathTracer",
+    "PicaError",
     "Primitives",
     "Renderer",
     "Scene",
+    "SceneError",
     "Settings",
+    "SettingsError",
+    "ShapeError",
     "errors",
     "load",
     "register_material",
@@ -47,16 +63,23 @@ __all__ = [
 ]
 
 _HOME = {
+    "BindingError": "pica.errors",
     "Camera": "pica.scene.camera",
+    "DeviceError": "pica.errors",
     "DynamicVertices": "pica.scene.dynamic_vertices",
     "Environment": "pica.scene.environment",
     "Frame": "pica.output",
     "Material": "pica.scene.material",
+    "MaterialTypeError": "pica.errors",
     "PathTracer": "pica.path_tracer.path_tracer",
+    "PicaError": "pica.errors",
     "Primitives": "pica.scene.primitives",
     "Renderer": "pica.renderer",
     "Scene": "pica.scene.model",
+    "SceneError": "pica.errors",
     "Settings": "pica.settings",
+    "SettingsError": "pica.errors",
+    "ShapeError": "pica.errors",
     "load": "pica.scene.loading",
     "register_material": "pica.scene.material_registry",
     "register_shape": "pica.scene.shape_registry",

@@ -1,12 +1,15 @@
 """The errors that pica raises on purpose: one line that says what, where and what to do."""
 
+import reprlib
+from typing import Any
+
 
 class PicaError(Exception):
     """Base of every error below; the command line prints its one line and exits with code 2."""
 
 
 class SceneError(PicaError):
-    """A scene, or a file that it needs, cannot be used. Names the file and the fault."""
+    """A scene, or a file that it needs, cannot be used. Names the file or the field and the fault."""
 
 
 class DeviceError(PicaError):
@@ -27,3 +30,41 @@ class SettingsError(PicaError, ValueError):
 
 class BindingError(PicaError):
     """A shader resource that was left unbound, or a name that the shader does not have."""
+
+
+_LONGEST = 60
+"""Characters of a user's value that a message shows."""
+
+
+class _Short(reprlib.Repr):
+    """Looks at no more of a value than a message can show."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxother = self.maxlong = 2 * _LONGEST
+
+    def repr1(self, x: Any, level: int) -> str:
+        value = plain(x)
+        return str(value) if getattr(value, "shape", None) == () else super().repr1(value, level)
+
+    def repr_instance(self, x: Any, level: int) -> str:
+        kind = type(x)
+        known = kind.__module__ in ("builtins", "numpy", "pathlib")
+        return super().repr_instance(x, level) if known else f"a {kind.__name__}"
+
+
+_SHORT = _Short()
+
+
+def shown(value: Any) -> str:
+    """A user's value as a message of one line shows it; NumPy's scalars are plain numbers there."""
+    try:
+        text = " ".join(_SHORT.repr(value).split())
+    except Exception:  # the value's own, or an integer of too many digits
+        text = f"a value of type {type(value).__name__}"
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+
+
+def plain(value: Any) -> Any:
+    """A Python value of a scalar of NumPy or alike; any other as it is."""
+    return value.item() if getattr(value, "shape", None) == () and hasattr(value, "item") else value

@@ -1,11 +1,11 @@
 """The whole frame, top to bottom."""
 
-from collections.abc import Callable
 from typing import Any
 
 import slangpy as spy
 
 from pica.frame.aovs import at_size
+from pica.frame.arguments import Progress, check_progress, checked_camera, checked_count
 from pica.frame.context import Size
 from pica.frame.effect import Aov, kept
 from pica.output import Frame
@@ -15,15 +15,14 @@ from pica.scene.model import Scene
 from pica.settings import Settings
 from pica.stages import Stages
 
-Progress = Callable[[int, int], None]
-
 
 class Renderer(Stages):
     """The hybrid renderer: one frame a call from about one ray per pixel and effect.
 
     `size`: (width, height) in pixels. `device`: a Device, part of a device's name, or None for the best there is. On
     one without ray tracing, stages that need it fall back, each with a warning (docs/tiers.md); `settings` tells how.
-    Raises DeviceError without a usable device and PicaError for an impossible size.
+    Raises DeviceError without a usable device, SceneError for a scene that cannot be shown and PicaError for an
+    impossible size.
     """
 
     def __init__(
@@ -72,6 +71,7 @@ class Renderer(Stages):
 
     def _advance(self, camera: Camera, wait: bool, jittered: bool = True) -> dict[str, spy.Texture]:
         self.check_open()
+        camera = checked_camera("render", camera)
         scene, slots = self.view, self._slots
         scene.admit(wait)
         self._running = True
@@ -100,10 +100,13 @@ class Renderer(Stages):
         All that is in the scene is shown: material types that are new are compiled before the frame that meets them.
         The G-buffer's AOVs are those of the first of these frames, when motion is that since the call before.
         `camera` None takes the scene's first, or one that shows the whole scene. `progress(done, frames)` is called
-        after each frame.
+        after each frame. Raises SceneError for what cannot be shown as it is now: in each call, until it is mended.
         """
-        camera = camera or self.scene.default_camera(self.size[0] / self.size[1])
-        for done in range(max(frames, 1)):
+        frames = checked_count("render: frames", frames)
+        check_progress("render", progress)
+        if camera is None:
+            camera = self.scene.default_camera(self.size[0] / self.size[1])
+        for done in range(frames):
             buffers = self._advance(camera, wait=True)
             if done == 0:
                 seen = kept(self.device, self.gbuffer.aovs())

@@ -11,6 +11,8 @@ from pica.effects.post.post import Post
 from pica.effects.shadow_maps.shadow_maps import ShadowMaps
 from pica.effects.shadows.shadows import Shadows
 from pica.effects.stochastic_light.stochastic_light import StochasticLightDenoiser
+from pica.errors import SettingsError
+from pica.frame.arguments import check_made_with
 from pica.frame.closing import Closing
 from pica.frame.context import FrameSequence, Size
 from pica.frame.effect import Effect
@@ -20,6 +22,7 @@ from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_slots import LightSlots
 from pica.rhi.device import Device, open_device
 from pica.scene.model import Scene
+from pica.scene.values import checked, instance
 from pica.settings import Settings
 from pica.tracing.fallbacks import runnable
 from pica.tracing.tracers import choose_tracer
@@ -31,6 +34,7 @@ class Stages(Closing):
     """All that a renderer calls in a frame, and what goes for all stages alike. Parameters as Renderer's."""
 
     def __init__(self, scene: Scene, size: Size, settings: Settings | None, device: Device | str | None) -> None:
+        check_made_with(type(self).__name__, scene, settings, device)
         self.size = checked_size(size)
         self.device = device = open_device(device)
         self.settings = runnable(device, settings or Settings())
@@ -116,6 +120,7 @@ class Stages(Closing):
         Raises SettingsError when other renderers of the scene want another geometry.rebuild_at, which they share.
         """
         self.check_open()
+        checked("configure: settings", instance(Settings), settings, SettingsError)
         settings = runnable(self.device, settings)
         self.view.configure(settings)
         before, self.settings = self.settings, settings

@@ -1,10 +1,11 @@
 """Pictures that outlive the frame which made them."""
 
 from collections.abc import Mapping
+from operator import index
 
 import slangpy as spy
 
-from pica.errors import PicaError
+from pica.errors import PicaError, shown
 from pica.frame.context import Size
 from pica.rhi.device import Device
 
@@ -13,9 +14,12 @@ LARGEST = 16384
 
 def checked_size(size: Size) -> Size:
     """(width, height) as it is, or PicaError when no picture can have it."""
-    width, height = (int(length) for length in size)
+    try:
+        width, height = (index(length) for length in size)
+    except Exception:  # what going through it raises
+        raise PicaError(f"picture size {shown(size)}: must be two whole numbers, width and height") from None
     if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
-        raise PicaError(f"picture size {width}x{height}: width and height must be 1 to {LARGEST} pixels")
+        raise PicaError(f"picture size {shown(width)}x{shown(height)}: width and height must be 1 to {LARGEST} pixels")
     return width, height
 
 

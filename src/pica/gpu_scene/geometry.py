@@ -68,7 +68,7 @@ class GeometryBuffers:
     """Vertices and indices of every mesh. Indices count from their section's first vertex.
 
     Whoever shows the same mesh shares it; what deforms has vertices and structures of its own. Where those were in the
-    frame before is for each view to know (previous_shapes.py).
+    frame before is for each view to know (previous_frame.py).
     """
 
     def __init__(self, device: Device) -> None:
@@ -134,6 +134,10 @@ class GeometryBuffers:
             part.geometry.forget()
         gone = {part.geometry for part in mesh.parts}
         self._unbuilt = [geometry for geometry in self._unbuilt if geometry not in gone]
+
+    def has(self, mesh: Mesh) -> bool:
+        """Whether somebody shows the mesh as it is, without deforming it."""
+        return id(mesh) in self._meshes
 
     def build(self, encoder: spy.CommandEncoder) -> None:
         """Record the builds of the structures that are new and do not deform."""

@@ -5,9 +5,9 @@ from weakref import WeakKeyDictionary, WeakSet, WeakValueDictionary
 
 import numpy as np
 
-from pica.errors import SceneError, SettingsError
+from pica.errors import SettingsError
 from pica.gpu_scene.bounds import joined, object_box, world_box
-from pica.gpu_scene.deformation.deformation import Deformation, check_deformer, deform_all, deformation_of
+from pica.gpu_scene.deformation.deformation import Deformation, check_deforming, deform_all, deformation_of
 from pica.gpu_scene.draws import is_mirrored
 from pica.gpu_scene.geometry import GeometryBuffers
 from pica.gpu_scene.lights.emissive_triangles import EmissiveTriangles
@@ -25,7 +25,7 @@ from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
 from pica.scene.changes import Changes
 from pica.scene.dynamic_vertices import DynamicVertices
-from pica.scene.model import Node, Scene
+from pica.scene.model import Mesh, Node, Scene
 from pica.scene.skin import deformed_positions
 
 if TYPE_CHECKING:
@@ -59,6 +59,9 @@ class GpuScene:
         """Of all nodes that are shown."""
         self.deformations: dict[Node, Deformation] = {}
         """Of those whose meshes deform for all views alike."""
+        for node in scene.nodes():
+            check_deforming(node)
+        scene.check()
         self.bounds = scene.bounds()
         """Lowest and highest corner (3,) of a box round all that has been shown so far: it never shrinks."""
         self.revision = 0
@@ -133,7 +136,8 @@ class GpuScene:
         """Take in what changed, before a frame of some view begins. Without `wait`, nodes of new material types stay
         out until their programs are made (pending_nodes.py).
 
-        Raises MaterialTypeError for a type with a fault; frames can go on without what has it.
+        Raises MaterialTypeError for a type with a fault; frames can go on without what has it. Raises SceneError for
+        what cannot be shown as it is now, before any of it is: each time, until it is mended or taken out.
         """
         changes = self._changes.take()
         self._pending_nodes.forget(changes.removed)
@@ -141,6 +145,7 @@ class GpuScene:
         if self._due is not None:  # a fault has kept these from their frame, or another view's frame has not begun
             changes = self._due.then(changes)
         self._due = changes
+        self._check(changes)
         if wait:
             self._pending_nodes.finish()
         else:
@@ -153,6 +158,22 @@ class GpuScene:
         assert self._due is not None
         changes, self._due = self._due, None
         self._update(recording, changes)
+
+    def _check(self, changes: Changes) -> None:
+        """Raises SceneError for what the device could not show. Nodes may have gone again since they changed."""
+        for node in dict.fromkeys((*changes.moved, *changes.altered)):
+            if node in self.source:
+                node.check()
+        new_meshes: dict[int, Mesh] = {}
+        for node in changes.added:
+            if node not in self.source:
+                continue
+            node.check()
+            check_deforming(node)
+            if node.mesh is not None and not self.geometry.has(node.mesh):
+                new_meshes[id(node.mesh)] = node.mesh
+        for mesh in new_meshes.values():
+            mesh.check()
 
     def _update(self, recording: Recording, changes: Changes) -> None:
         come, switched = self._pending_nodes.take()
@@ -190,9 +211,6 @@ class GpuScene:
             self._numbers[node] = self._node_count
         if node.mesh is None or not (node.mesh.sections or node.mesh.primitives) or not len(node.instance_transforms()):
             return False
-        if node.deforms and any(len(primitives) for primitives in node.mesh.primitives):
-            raise SceneError(f"node {node.name!r}: its mesh has primitives, which cannot be skinned or morphed")
-        check_deformer(node)
         transforms = node.instance_transforms()[:, :3]
         first = self.instance_table.take(len(transforms))
         instances = range(first, first + len(transforms))

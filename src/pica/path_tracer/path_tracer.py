@@ -1,12 +1,11 @@
 """The reference path tracer: slow, unbiased, progressive."""
 
-from collections.abc import Callable
-
 import slangpy as spy
 
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
-from pica.errors import SettingsError
+from pica.errors import SettingsError, plain, shown
+from pica.frame.arguments import Progress, check_made_with, check_progress, checked_camera, checked_count
 from pica.frame.closing import Closing
 from pica.frame.context import FrameSequence, Size
 from pica.frame.effect import Aov, kept
@@ -39,8 +38,10 @@ class PathTracer(Closing):
         settings: Settings | None = None,
         device: Device | str | None = None,
     ) -> None:
-        if max_depth is not None and max_depth < 1:
-            raise SettingsError(f"max_depth {max_depth}: must be 1 or more, or None for no limit")
+        check_made_with(type(self).__name__, scene, settings, device)
+        max_depth = plain(max_depth)
+        if max_depth is not None and not (isinstance(max_depth, int) and 1 <= max_depth < 1 << 31):
+            raise SettingsError(f"max_depth {shown(max_depth)}: must be 1 or more, or None for no limit")
         self.size = size = checked_size(size)
         self.device = open_device(device)
         device = self.device.part()
@@ -63,15 +64,17 @@ class PathTracer(Closing):
         """The adapter that renders."""
         return self.device.name
 
-    def render(
-        self, samples: int = 1024, camera: Camera | None = None, progress: Callable[[int, int], None] | None = None
-    ) -> Frame:
+    def render(self, samples: int = 1024, camera: Camera | None = None, progress: Progress | None = None) -> Frame:
         """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each."""
         self.check_open()
-        camera = camera or self.scene.default_camera(self.size[0] / self.size[1])
+        samples = checked_count("render: samples", samples)
+        check_progress("render", progress)
+        if camera is None:
+            camera = self.scene.default_camera(self.size[0] / self.size[1])
+        camera = checked_camera("render", camera)
         self._frames.rewind()
-        samples = max(samples, 1)
         for done in range(samples):
+            self.view.admit()
             frame = self._frames.begin(camera, jittered=False)
             self.view.update(frame, frame.camera)
             if done == 0:

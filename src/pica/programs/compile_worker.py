@@ -1,4 +1,4 @@
-"""The other end of background.Compiler: makes the programs that it is told to, so that the shader cache has them."""
+"""The other end of compiler.Compiler: makes the programs that it is told to, so that the shader cache has them."""
 
 import os
 import pickle

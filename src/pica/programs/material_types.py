@@ -12,9 +12,11 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.errors import MaterialTypeError
+from pica.errors import MaterialTypeError, shown
 from pica.rhi.device import Device
+from pica.scene.arrays import floats, integers, numbers
 from pica.scene.material_registry import STANDARD, STANDARD_SOURCE, MaterialSource
+from pica.scene.values import UnfitError
 
 
 @dataclass(frozen=True)
@@ -104,10 +106,11 @@ class MaterialType:
         row = np.zeros((), self.parameters)
         for name in expected:
             try:
-                row[name] = np.asarray(values[name]).reshape(row[name].shape)
-            except (ValueError, TypeError):
+                row[name] = fitting_numbers(values[name], row[name].dtype).reshape(row[name].shape)
+            except (ValueError, UnfitError):
                 shape = f"{row[name].size} numbers" if row[name].size > 1 else "a number"
-                message = f"material {what!r}: parameter {name!r} is {values[name]!r}, but must be {shape}"
+                kind = "" if row[name].dtype.kind == "f" else " of type " + row[name].dtype.name
+                message = f"material {what!r}: parameter {name!r} is {shown(values[name])}, but must be {shape}{kind}"
                 raise MaterialTypeError(message) from None
         numbers = np.zeros(MAX_PARAMETERS, np.uint32)
         numbers[: row.nbytes // 4] = np.frombuffer(row.tobytes(), np.uint32)
@@ -162,6 +165,18 @@ class MaterialTypes:
             evaluate=switch("{}.evaluate(input, surface); return;"),
         )
         return self._device.load_module_from_source(name, text)
+
+
+def fitting_numbers(values: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Numbers as a type that shaders have, whole ones for integers. Raises UnfitError where that is impossible."""
+    given = numbers()(values)
+    if dtype.kind == "f":
+        return floats()(given)
+    with np.errstate(invalid="ignore"):
+        whole = given.astype(np.int64)
+    if (whole != given).any():
+        raise UnfitError("are not whole")
+    return integers(dtype)(whole)
 
 
 def plain(types: MaterialTypeSet) -> dict[int, MaterialSource]:

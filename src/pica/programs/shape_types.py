@@ -12,10 +12,11 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.errors import ShapeError
-from pica.programs.material_types import MaterialTypes, MaterialTypeSet, ShapeOn, compiled, digest
+from pica.programs.material_types import MaterialTypes, MaterialTypeSet, ShapeOn, compiled, digest, fitting_numbers
 from pica.rhi.device import Device
 from pica.scene.material_registry import MaterialSource
 from pica.scene.primitives import Primitives
+from pica.scene.values import UnfitError
 
 _ALL = """
 module {name};
@@ -67,7 +68,10 @@ class ShapeType:
             if values.shape != rows[name].shape:
                 fault = f"parameter {name!r} is {values.shape}, but must be {rows[name].shape}"
                 raise ShapeError(f"primitives of shape {self.name!r}: {fault}")
-            rows[name] = values
+            try:
+                rows[name] = fitting_numbers(values, rows[name].dtype)
+            except UnfitError as unfit:
+                raise ShapeError(f"primitives of shape {self.name!r}: parameter {name!r}: {unfit}") from None
         return rows.view(np.uint32).reshape(len(rows), -1)
 
 

@@ -5,12 +5,16 @@ Times are in seconds, rotations unit quaternions (x, y, z, w).
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import SceneError
+from pica.scene.arrays import doubles
+from pica.scene.checked_field import CheckedField, described, fitting
+from pica.scene.values import LARGEST, Check, UnfitError, choice, instance, items, number, text
 
 if TYPE_CHECKING:
     from pica.scene.model import Node
@@ -18,12 +22,15 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Path = Literal["translation", "rotation", "scale", "weights"]
 Interpolation = Literal["STEP", "LINEAR", "CUBICSPLINE"]
-_PLACING: tuple[Path, ...] = ("translation", "rotation", "scale")
+_PLACING: dict[Path, int] = {"translation": 3, "rotation": 4, "scale": 3}
+"""What moves a node, and how many numbers each has."""
+_NO_TURN = "a quaternion of zeros is no rotation"
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Where a node stands relative to its parent, in the three parts that animations move."""
+    """Where a node stands relative to its parent, in the three parts that animations move. Raises SceneError for what
+    is not finite."""
 
     translation: Floats = field(default_factory=lambda: np.zeros(3))
     """(3,) metres."""
@@ -32,26 +39,70 @@ class Pose:
     scale: Floats = field(default_factory=lambda: np.ones(3))
     """(3,)"""
 
+    def __post_init__(self) -> None:
+        for name, count in _PLACING.items():
+            object.__setattr__(self, name, fitting(self, name, doubles(count), getattr(self, name)))
+        if not np.linalg.norm(self.rotation):
+            raise SceneError(f"pose: rotation: {_NO_TURN}")
+
+    @staticmethod
+    def of(translation: Floats, rotation: Floats, scale: Floats) -> "Pose":
+        """A pose of arrays that are known to fit."""
+        pose = object.__new__(Pose)
+        pose.__dict__.update(translation=translation, rotation=rotation, scale=scale)
+        return pose
+
     def matrix(self) -> Floats:
         """(4, 4) node to parent."""
         return compose(self.translation[None], self.rotation[None], self.scale[None])[0]
 
 
+def _keyed(*dimensions: int) -> Check[Floats]:
+    """An array of float64 of so many dimensions. Whether it is finite an animation sees to, for all at once."""
+
+    def check(values: Any) -> Floats:
+        if not (type(values) is np.ndarray and values.dtype == np.float64):
+            values = doubles()(values)
+        if values.ndim not in dimensions or not len(values):
+            raise UnfitError(f"has the shape {values.shape}; give one or more keys, {_KEYS[dimensions]}")
+        return np.asarray(values)
+
+    return check
+
+
+def _node(value: Any) -> "Node":
+    from pica.scene.model import Node  # which knows animations
+
+    found: Node = instance(Node)(value)
+    return found
+
+
+_KEYS = {(1,): "(keys,)", (2, 3): "(keys, components) or, for CUBICSPLINE, (keys, 3, components)"}
+
+
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """What one value of one node is over time."""
+    """What one value of one node is over time. Arrays are kept as they are. Raises SceneError for what does not fit."""
 
-    node: "Node"
-    path: Path
-    times: Floats
+    node: CheckedField["Node"] = CheckedField(_node)
+    path: CheckedField[Path] = CheckedField(choice(*_PLACING, "weights"))
+    times: CheckedField[Floats] = CheckedField(_keyed(1))
     """(keys,) seconds, ascending, at least one. Before the first and after the last the value stands still."""
-    values: Floats
+    values: CheckedField[Floats] = CheckedField(_keyed(2, 3))
     """(keys, components); CUBICSPLINE: (keys, 3, components), incoming tangent, value, outgoing tangent."""
-    interpolation: Interpolation = "LINEAR"
+    interpolation: CheckedField[Interpolation] = CheckedField(choice("STEP", "LINEAR", "CUBICSPLINE"), "LINEAR")
+
+    def __post_init__(self) -> None:
+        components = _PLACING.get(self.path, self.values.shape[-1])
+        tangents = (3,) if self.interpolation == "CUBICSPLINE" else ()
+        if self.values.shape != (len(self.times), *tangents, components):
+            fault = f"of the shape {self.values.shape} do not go with {len(self.times)} times"
+            raise SceneError(f"channel: values: {fault}, {self.interpolation} and {self.path}")
 
 
 class Animation:
-    """Channels that play together. Raises SceneError for a channel that moves a node without a pose.
+    """Channels that play together. Raises SceneError for a channel that moves a node without a pose, and for one whose
+    numbers are not finite or whose times do not ascend.
 
     `drivers` are called with the time in seconds, to set what no channel reaches, such as particles; they must look at
     nothing else. `duration`: seconds, the least, for drivers that go on after the last key.
@@ -64,11 +115,10 @@ class Animation:
         drivers: Iterable[Callable[[float], None]] = (),
         duration: float = 0.0,
     ) -> None:
-        self.name = name
-        self.channels = list(channels)
+        self.name = fitting(self, "name", text, name)
+        self.channels = fitting(self, "channels", items(Channel), channels)
         self.drivers = list(drivers)
-        self.duration = max([duration, *(float(channel.times[-1]) for channel in self.channels)])
-        """Seconds until the last key; play `time % duration` for a loop."""
+        least = fitting(self, "duration", number(0), duration)
         placing = (channel.node for channel in self.channels if channel.path in _PLACING)
         self._nodes = list(dict.fromkeys(placing))
         for node in self._nodes:
@@ -80,7 +130,9 @@ class Animation:
         alike: dict[tuple[Path, Interpolation, int], list[Channel]] = {}
         for channel in self.channels:
             alike.setdefault((channel.path, channel.interpolation, channel.values.shape[-1]), []).append(channel)
-        self._tracks = [_Track(channels, rows) for channels in alike.values()]
+        self._tracks = [fitting(self, "channels", partial(_Track, rows=rows), each) for each in alike.values()]
+        self.duration = max([least, *(float(channel.times[-1]) for channel in self.channels)])
+        """Seconds until the last key; play `time % duration` for a loop."""
 
     def apply(self, time: float) -> None:
         """Give every node what its channels say at `time`; nodes that stand there already are left alone."""
@@ -94,18 +146,18 @@ class Animation:
                 if not np.array_equal(node.weights if node.weights is not None else (), weights):
                     node.weights = weights
         if self._nodes:
-            self._place(Pose(**parts))
+            self._place(**parts)
         for drive in self.drivers:
             drive(time)
 
-    def _place(self, poses: Pose) -> None:
-        """Move the nodes to the poses, which hold one row a node."""
-        matrices = compose(poses.translation, poses.rotation, poses.scale)
+    def _place(self, translation: Floats, rotation: Floats, scale: Floats) -> None:
+        """Move the nodes to their poses, one row each."""
+        matrices = compose(translation, rotation, scale)
         moved = (matrices != np.stack([node.transform for node in self._nodes])).any((1, 2))
         for row in np.flatnonzero(moved):
             node = self._nodes[row]
-            node.pose = Pose(poses.translation[row], poses.rotation[row], poses.scale[row])
             node.transform = matrices[row]
+            node.pose = Pose.of(translation[row], rotation[row], scale[row])
 
 
 def together(animations: Iterable[Animation]) -> Animation:
@@ -137,16 +189,36 @@ class _Track:
     """Channels of one path, interpolation and number of components: sampled in one go."""
 
     def __init__(self, channels: list[Channel], rows: dict["Node", int]) -> None:
+        """Raises UnfitError."""
         self.path, self._interpolation = channels[0].path, channels[0].interpolation
         self.nodes = [channel.node for channel in channels]
         self.rows = [rows[node] for node in self.nodes] if self.path != "weights" else []
         self._times = np.concatenate([channel.times for channel in channels]).astype(np.float64)
         self._values = np.concatenate([channel.values for channel in channels]).astype(np.float64)
-        if self.path == "rotation" and self._interpolation != "CUBICSPLINE":
-            self._values = _unit(self._values)
         counts = np.array([len(channel.times) for channel in channels])
         self._first = np.cumsum(counts) - counts
         self._last = self._first + counts - 1
+        self._check()
+        if self.path == "rotation" and self._interpolation != "CUBICSPLINE":
+            self._values = _unit(self._values)
+
+    def _check(self) -> None:
+        descends = np.diff(self._times, prepend=-np.inf) < 0
+        descends[self._first] = False
+        faults = {
+            "times are not finite": ~(np.abs(self._times) <= LARGEST),
+            "times do not ascend": descends,
+            "values are not finite, or too large for 32-bit floats": ~(np.abs(self._values) <= LARGEST),
+        }
+        if self.path == "rotation":
+            values = self._values[:, 1] if self._interpolation == "CUBICSPLINE" else self._values
+            faults[_NO_TURN] = ~(np.linalg.norm(values, axis=1) > 0)
+        for fault, bad in faults.items():
+            if bad.any():
+                row = int(np.argwhere(bad)[0][0])
+                channel = int(np.searchsorted(self._first, row, "right")) - 1
+                key = f"key {row - self._first[channel]}"
+                raise UnfitError(f"{self.path} of {described(self.nodes[channel])}: {fault} ({key})")
 
     def at(self, time: float) -> Floats:
         """(channels, components) at `time`."""

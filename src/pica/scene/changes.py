@@ -1,12 +1,12 @@
 """What becomes of a scene's nodes, gathered for somebody who keeps a copy of it."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from weakref import ref
 
 if TYPE_CHECKING:
-    from pica.scene.model import Node
+    from pica.scene.model import Node, Scene
 
 
 @dataclass
@@ -75,8 +75,14 @@ class Listeners:
     """The change sets of a scene that somebody still holds. Nodes go through them whenever they move: WeakSet, which
     does the same, takes six times as long."""
 
-    def __init__(self) -> None:
+    def __init__(self, scene: "Scene") -> None:
         self._references: list[ref[ChangeSet]] = []
+        self._scene: Callable[[], Scene | None] = ref(scene)
+
+    @property
+    def in_use(self) -> bool:
+        """Whether anybody still has the scene."""
+        return self._scene() is not None
 
     def add(self, changes: ChangeSet) -> None:
         """Tell these too, as long as somebody holds them."""
@@ -85,3 +91,12 @@ class Listeners:
     def __iter__(self) -> Iterator[ChangeSet]:
         found = [reference() for reference in tuple(self._references)]
         return (changes for changes in found if changes is not None)
+
+    def __getstate__(self) -> "tuple[Scene | None]":
+        return (self._scene(),)
+
+    def __setstate__(self, state: "tuple[Scene | None]") -> None:
+        """A copy follows the copied scene, and nobody follows that yet."""
+        (scene,) = state
+        self._references = []
+        self._scene = (lambda: None) if scene is None else ref(scene)

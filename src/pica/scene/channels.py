@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from operator import index
 
-from pica.errors import SceneError
+from pica.errors import SceneError, shown
 
 CHANNEL_COUNT = 6
 ALL_CHANNELS = frozenset(range(CHANNEL_COUNT))
@@ -13,10 +13,10 @@ def checked_channels(channels: Iterable[int]) -> frozenset[int]:
     """The channels as a set. Raises SceneError for what is none."""
     try:
         chosen = frozenset(index(channel) for channel in channels)
-    except TypeError:
+    except Exception:  # what going through them raises
         chosen = None
     if chosen is None or not chosen <= ALL_CHANNELS:
-        raise SceneError(f"lighting channels {channels!r}: must be some of the numbers 0 to {CHANNEL_COUNT - 1}")
+        raise SceneError(f"lighting channels {shown(channels)}: must be some of the numbers 0 to {CHANNEL_COUNT - 1}")
     return chosen
 
 

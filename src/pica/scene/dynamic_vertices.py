@@ -6,9 +6,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pica.errors import SceneError
+from pica.errors import SceneError, shown
+from pica.scene.arrays import floats
 from pica.scene.deformer import Deformer, Floats, unit
 from pica.scene.model import Mesh, Node, Section
+from pica.scene.values import checked, instance
 
 _NOTHING = np.zeros(0, np.uint32)
 
@@ -25,6 +27,7 @@ class DynamicVertices(Deformer):
     """
 
     def __init__(self, node: Node) -> None:
+        checked("dynamic vertices: node", instance(Node), node)
         if node.mesh is None or not node.mesh.sections or node.mesh.primitives:
             raise SceneError(f"dynamic vertices: node {node.name!r} needs a mesh that is made of triangles alone")
         if node.deforms:
@@ -96,17 +99,11 @@ class DynamicVertices(Deformer):
         return normals, unit(across, rest.tangents[:, :3].astype(np.float64))
 
     def _checked(self, name: str, values: ArrayLike) -> NDArray[np.float32]:
-        try:
-            array = np.array(values, np.float32)
-        except (TypeError, ValueError):
-            array = np.array(0, np.float32)
-        where = f"dynamic vertices of node {self._node_name!r}: {name}"
+        where = f"dynamic vertices of node {shown(self._node_name)}: {name}"
+        array = checked(where, floats(), values)
         if array.shape != (self.count, 3):
             raise SceneError(f"{where} of shape {array.shape}; give ({self.count}, 3), one row a vertex")
-        if not np.isfinite(array).all():
-            row = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
-            raise SceneError(f"{where}: row {row} is {array[row].tolist()}; give finite numbers")
-        return array
+        return array.copy()
 
 
 class Corners:

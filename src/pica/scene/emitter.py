@@ -2,17 +2,31 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.errors import SceneError
+from pica.scene.arrays import doubles
+from pica.scene.checked_field import CheckedField
 from pica.scene.deformer import Floats
-from pica.scene.light import Color
+from pica.scene.light import COLOR, Color
 from pica.scene.particles import Particles
+from pica.scene.values import checked, number, positive, vector, whole
 
 Path = Callable[[Floats], Floats]
 """(n,) seconds to (n, 3) metres."""
+_LATEST = 1e6
+"""Lives: of each particle so many have come and gone at most, to either side of time 0."""
+
+
+def _origin(value: Any) -> Path | tuple[float, float, float]:
+    return value if callable(value) else vector(3)(value)
+
+
+def _two_colors(values: Any) -> tuple[Color, Color]:
+    pair: NDArray[np.float64] = doubles(2, 3)(values)
+    return COLOR(pair[0]), COLOR(pair[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,33 +34,30 @@ class Emitter:
     """Gives off `count` particles in every `life` seconds, evenly, for ever; each flies freely and fades.
 
     Everything follows from the time and the seed, so any moment can be asked for at once and always looks the same.
+    Raises SceneError for numbers that are not finite and for a count or life that is not above 0.
     """
 
-    count: int
-    life: float
+    count: CheckedField[int] = CheckedField(whole(1, 1 << 31))
+    life: CheckedField[float] = CheckedField(positive())
     """Seconds."""
-    origin: Path | tuple[float, float, float] = (0.0, 0.0, 0.0)
+    origin: CheckedField[Path | tuple[float, float, float]] = CheckedField(_origin, (0.0, 0.0, 0.0))
     """Metres; a function of time for an emitter that moves: particles start where it is when they are born."""
-    origin_radius: float = 0.0
+    origin_radius: CheckedField[float] = CheckedField(number(0), 0.0)
     """Metres, of the ball round the origin in which they start."""
-    velocity: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    velocity: CheckedField[tuple[float, float, float]] = CheckedField(vector(3), (0.0, 1.0, 0.0))
     """Metres a second at birth."""
-    spread: float = 0.3
+    spread: CheckedField[float] = CheckedField(number(), 0.3)
     """Metres a second that each particle's own velocity may differ by, in any direction."""
-    acceleration: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    acceleration: CheckedField[tuple[float, float, float]] = CheckedField(vector(3), (0.0, 0.0, 0.0))
     """Metres a second squared; gravity, or the rise of smoke."""
-    size: tuple[float, float] = (0.1, 0.1)
+    size: CheckedField[tuple[float, float]] = CheckedField(vector(2), (0.1, 0.1))
     """Metres at birth and at the end."""
-    color: tuple[Color, Color] = ((1.0, 1.0, 1.0), (1.0, 1.0, 1.0))
+    color: CheckedField[tuple[Color, Color]] = CheckedField(_two_colors, ((1.0, 1.0, 1.0), (1.0, 1.0, 1.0)))
     """Linear, at birth and at the end."""
-    alpha: tuple[float, float] = (1.0, 0.0)
-    spin: float = 1.0
+    alpha: CheckedField[tuple[float, float]] = CheckedField(vector(2), (1.0, 0.0))
+    spin: CheckedField[float] = CheckedField(number(), 1.0)
     """Radians a second at most, either way."""
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        if self.count < 1 or not self.life > 0:
-            raise SceneError(f"emitter: count {self.count} and life {self.life} s must be above 0")
+    seed: CheckedField[int] = CheckedField(whole(-(1 << 63), (1 << 63) - 1), 0)
 
     def at(self, time: float) -> Particles:
         """The particles at `time` seconds, a row each; a row goes to a new particle when its own has died."""
@@ -79,6 +90,7 @@ class Emitter:
 
     def _living(self, time: float) -> tuple[NDArray[np.int64], Floats]:
         """(count,) which particle each row shows, and its age in seconds."""
+        time = checked("emitter: time", number(-_LATEST * self.life, _LATEST * self.life), time)
         rows = np.arange(self.count)
         interval = self.life / self.count
         generation = np.floor((time / interval - rows) / self.count).astype(np.int64)

@@ -5,7 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.errors import SceneError
+from pica.errors import SceneError, shown
+from pica.scene.arrays import floats, picture
+from pica.scene.checked_field import CheckedField, check_again, described
+from pica.scene.values import LARGEST, number, text
 
 
 @dataclass(frozen=True, eq=False)
@@ -14,19 +17,23 @@ class Environment:
 
     The centre column looks towards +X, to its right +Z; the top row is +Y (as three.js):
     u = 0.5 + atan2(z, x) / (2 pi), v = acos(y) / pi.
+    Raises SceneError for other shapes, and for numbers that are not finite or negative.
     """
 
-    radiance: NDArray[np.float32]
+    radiance: CheckedField[NDArray[np.float32]] = CheckedField(picture(floats("height", "width", 3, low=0)))
     """(height, width, 3) linear Rec. 709, nits."""
-    strength: float = 1.0
+    strength: CheckedField[float] = CheckedField(number(0), 1.0)
     """Multiplies the radiance."""
-    rotation: float = 0.0
+    rotation: CheckedField[float] = CheckedField(number(), 0.0)
     """Radians about +Y by which the surroundings are turned, from +Z towards +X."""
-    name: str = ""
+    name: CheckedField[str] = CheckedField(text, "")
 
     def __post_init__(self) -> None:
-        shape = self.radiance.shape
-        if len(shape) != 3 or shape[2] != 3 or min(shape) < 1:
-            raise SceneError(f"environment {self.name!r}: expected pixels (height, width, 3), got {shape}")
-        if not (np.isfinite(self.radiance).all() and self.radiance.min() >= 0):
-            raise SceneError(f"environment {self.name!r}: radiance must be finite and not negative")
+        if not float(self.radiance.max()) * self.strength <= LARGEST:
+            fault = f"{shown(self.strength)} times the radiance is too large for 32-bit floats"
+            raise SceneError(f"{described(self)}: strength: {fault}")
+
+    def check(self) -> None:
+        """Raises SceneError when what was written into the radiance since does not fit."""
+        check_again(self)
+        self.__post_init__()

@@ -13,11 +13,13 @@ from weakref import WeakValueDictionary
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pica.errors import SceneError
+from pica.errors import SceneError, shown
+from pica.scene.arrays import doubles
 from pica.scene.camera import Camera
 from pica.scene.deformer import Floats
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Section
+from pica.scene.values import checked, positive, whole
 
 Edges = tuple[int, int, int, int]
 """Every how many vertices a patch has one on its borders towards -X, +X, -Z and +Z."""
@@ -56,14 +58,17 @@ class Landscape:
 
         Raises SceneError unless rows and columns are 1 more than multiples of `patch`, which 2^(levels - 1) divides.
         """
-        self.heights = np.array(heights, np.float64)
-        if self.heights.ndim != 2 or not np.isfinite(self.heights).all() or spacing <= 0 or full_detail <= 0:
-            raise SceneError(f"landscape {name!r}: needs (rows, columns) finite heights and distances above 0")
+        landscape = f"landscape {shown(name)}"
+        self.heights = checked(f"{landscape}: heights", doubles("rows", "columns"), heights).copy()
+        spacing = checked(f"{landscape}: spacing", positive(), spacing)
+        full_detail = checked(f"{landscape}: full_detail", positive(), full_detail)
+        patch = checked(f"{landscape}: patch", whole(1, 1 << 15), patch)
+        levels = checked(f"{landscape}: levels", whole(1, 16), levels)
         rows, columns = self.heights.shape
-        if patch < 1 or levels < 1 or min(rows, columns) <= patch or (rows - 1) % patch or (columns - 1) % patch:
-            raise SceneError(f"landscape {name!r}: {rows} x {columns} heights are not 1 more than patches of {patch}")
+        if min(rows, columns) <= patch or (rows - 1) % patch or (columns - 1) % patch:
+            raise SceneError(f"{landscape}: {rows} x {columns} heights are not 1 more than patches of {patch}")
         if patch % 2 ** (levels - 1):
-            raise SceneError(f"landscape {name!r}: {levels} levels halve a side of {patch} quads too often")
+            raise SceneError(f"{landscape}: {levels} levels halve a side of {patch} quads too often")
         self.spacing, self.material, self.patch, self.levels = spacing, material, patch, levels
         self.full_detail = full_detail
         self._vertices = self._made()

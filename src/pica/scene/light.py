@@ -1,124 +1,163 @@
 """Lights. Each shines along its node's -Z (those that have a direction), as in KHR_lights_punctual.
 
-Photometric units are glTF's. Colours are linear Rec. 709 and multiply the unit.
+Photometric units are glTF's. Colours are linear Rec. 709 and multiply the unit. What is not finite, negative or, of the
+size of a light that has an area, zero is a SceneError that names the field.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
+from pica.errors import SceneError, shown
 from pica.scene.channels import ALL_CHANNELS, checked_channels
+from pica.scene.checked_field import CheckedField, described
+from pica.scene.values import LARGEST, choice, number, optional, positive, text, vector
 
 Color = tuple[float, float, float]
 WHITE: Color = (1.0, 1.0, 1.0)
+COLOR = vector(3, 0)
+"""What a colour can be."""
+_STRENGTH = number(0)
+WIDEST = math.sqrt(LARGEST / (4 * math.pi))
+"""Metres: the largest ball whose area shaders can hold."""
+_LENGTH = number(0, WIDEST)
+_SIZE = positive(WIDEST)
+_CONE = number(0, math.pi / 2)
+_RANGE = optional(positive())
 
 
 @dataclass(frozen=True, kw_only=True)
 class _AnyLight:
     """What all lights have."""
 
-    lighting_channels: frozenset[int] = ALL_CHANNELS
+    lighting_channels: CheckedField[frozenset[int]] = CheckedField(checked_channels, ALL_CHANNELS)
     """Of 0 to 5: the light reaches the nodes that are in one of them, and only these hide it."""
-    shadow_denoiser: Literal["svgf", "anisotropic", "off"] | None = None
+    shadow_denoiser: CheckedField[Literal["svgf", "anisotropic", "off"] | None] = CheckedField(
+        optional(choice("svgf", "anisotropic", "off")), None
+    )
     """The filter of this light's soft shadow in real time; None: as the setting shadows.denoiser says."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "lighting_channels", checked_channels(self.lighting_channels))
+        for name in ("illuminance", "intensity", "radiance"):
+            strength = getattr(self, name, 0.0)
+            if not max(getattr(self, "color", WHITE)) * strength <= LARGEST:
+                fault = f"{shown(strength)} times the colour is too large for 32-bit floats"
+                raise SceneError(f"{described(self)}: {name}: {fault}")
 
 
 @dataclass(frozen=True)
 class DirectionalLight(_AnyLight):
     """A light so far away that its rays are parallel, such as the sun."""
 
-    color: Color = WHITE
-    illuminance: float = 1.0
+    color: CheckedField[Color] = CheckedField(COLOR, WHITE)
+    illuminance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
     """Lux on a surface that faces the light."""
-    angular_diameter: float = 0.0
+    angular_diameter: CheckedField[float] = CheckedField(number(0, math.pi), 0.0)
     """Radians across the light's disk as seen from the scene; 0 gives hard shadows. The sun has 0.0093."""
-    name: str = ""
+    name: CheckedField[str] = CheckedField(text, "")
 
 
 @dataclass(frozen=True)
 class PointLight(_AnyLight):
     """A light that shines equally in all directions, from a sphere of the given radius."""
 
-    color: Color = WHITE
-    intensity: float = 1.0
+    color: CheckedField[Color] = CheckedField(COLOR, WHITE)
+    intensity: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
     """Candela."""
-    radius: float = 0.0
+    radius: CheckedField[float] = CheckedField(_LENGTH, 0.0)
     """Metres; 0 gives hard shadows."""
-    range: float | None = None
+    range: CheckedField[float | None] = CheckedField(_RANGE, None)
     """Metres after which the light has faded to nothing; None: never (KHR_lights_punctual, "range")."""
-    name: str = ""
+    name: CheckedField[str] = CheckedField(text, "")
 
 
 @dataclass(frozen=True)
 class SpotLight(_AnyLight):
     """A point light limited to a cone."""
 
-    color: Color = WHITE
-    intensity: float = 1.0
+    color: CheckedField[Color] = CheckedField(COLOR, WHITE)
+    intensity: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
     """Candela, in the centre of the cone."""
-    inner_cone_angle: float = 0.0
+    inner_cone_angle: CheckedField[float] = CheckedField(_CONE, 0.0)
     """Radians from the axis at which the light starts to fade."""
-    outer_cone_angle: float = 0.7853981633974483
+    outer_cone_angle: CheckedField[float] = CheckedField(_CONE, math.pi / 4)
     """Radians from the axis at which nothing is left."""
-    radius: float = 0.0
+    radius: CheckedField[float] = CheckedField(_LENGTH, 0.0)
     """Metres; 0 gives hard shadows."""
-    range: float | None = None
+    range: CheckedField[float | None] = CheckedField(_RANGE, None)
     """As PointLight.range."""
-    name: str = ""
+    name: CheckedField[str] = CheckedField(text, "")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.inner_cone_angle < self.outer_cone_angle:
+            fault = f"{self.inner_cone_angle:g} is not less than outer_cone_angle, {self.outer_cone_angle:g}"
+            raise SceneError(f"{described(self)}: inner_cone_angle: {fault}")
 
 
 @dataclass(frozen=True)
 class RectangleLight(_AnyLight):
     """A rectangle in its node's XY plane that shines from its -Z side."""
 
-    color: Color = WHITE
-    radiance: float = 1.0
+    color: CheckedField[Color] = CheckedField(COLOR, WHITE)
+    radiance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
     """Nits (candela per square metre)."""
-    width: float = 1.0
+    width: CheckedField[float] = CheckedField(_SIZE, 1.0)
     """Metres along X."""
-    height: float = 1.0
+    height: CheckedField[float] = CheckedField(_SIZE, 1.0)
     """Metres along Y."""
-    name: str = ""
+    name: CheckedField[str] = CheckedField(text, "")
 
 
 @dataclass(frozen=True)
 class DiskLight(_AnyLight):
     """A disk in its node's XY plane that shines from its -Z side."""
 
-    color: Color = WHITE
-    radiance: float = 1.0
+    color: CheckedField[Color] = CheckedField(COLOR, WHITE)
+    radiance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
     """Nits."""
-    radius: float = 0.5
+    radius: CheckedField[float] = CheckedField(_SIZE, 0.5)
     """Metres."""
-    name: str = ""
+    name: CheckedField[str] = CheckedField(text, "")
 
 
 @dataclass(frozen=True)
 class SphereLight(_AnyLight):
     """A sphere around its node's origin that shines outwards."""
 
-    color: Color = WHITE
-    radiance: float = 1.0
+    color: CheckedField[Color] = CheckedField(COLOR, WHITE)
+    radiance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
     """Nits."""
-    radius: float = 0.5
+    radius: CheckedField[float] = CheckedField(_SIZE, 0.5)
     """Metres."""
-    name: str = ""
+    name: CheckedField[str] = CheckedField(text, "")
 
 
 @dataclass(frozen=True)
 class TubeLight(_AnyLight):
     """A tube along its node's X axis with round ends, a capsule, that shines outwards."""
 
-    color: Color = WHITE
-    radiance: float = 1.0
+    color: CheckedField[Color] = CheckedField(COLOR, WHITE)
+    radiance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
     """Nits."""
-    length: float = 1.0
+    length: CheckedField[float] = CheckedField(_SIZE, 1.0)
     """Metres between the middles of the two round ends."""
-    radius: float = 0.05
+    radius: CheckedField[float] = CheckedField(_SIZE, 0.05)
     """Metres."""
-    name: str = ""
+    name: CheckedField[str] = CheckedField(text, "")
 
 
 Light = DirectionalLight | PointLight | SpotLight | RectangleLight | DiskLight | SphereLight | TubeLight
+
+
+def extent(light: Light) -> float:
+    """Metres: the largest of an area light's sizes; 0 for other lights, whose sizes their nodes do not scale."""
+    match light:
+        case RectangleLight():
+            return max(light.width, light.height)
+        case TubeLight():
+            return max(light.length, light.radius)
+        case DiskLight() | SphereLight():
+            return light.radius
+        case _:
+            return 0.0

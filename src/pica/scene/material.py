@@ -3,12 +3,20 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.light import WHITE, Color
+from pica.errors import shown
+from pica.scene.arrays import integers, picture
+from pica.scene.checked_field import CheckedField
+from pica.scene.light import COLOR, WHITE, Color
 from pica.scene.material_registry import STANDARD
+from pica.scene.values import UnfitError, flag, instance, number, optional, text, vector, whole
+
+_SHARE = number(0, 1)
+_NOT_NEGATIVE = number(0)
 
 
 class AlphaMode(Enum):
@@ -33,81 +41,110 @@ class Wrap(Enum):
 class Sampler:
     """How a texture is read between and outside its texels."""
 
-    wrap_u: Wrap = Wrap.REPEAT
-    wrap_v: Wrap = Wrap.REPEAT
-    linear: bool = True
+    wrap_u: CheckedField[Wrap] = CheckedField(instance(Wrap), Wrap.REPEAT)
+    wrap_v: CheckedField[Wrap] = CheckedField(instance(Wrap), Wrap.REPEAT)
+    linear: CheckedField[bool] = CheckedField(flag, True)
     """Interpolate between texels; False shows them as blocks."""
 
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """Pixels of a texture: (height, width, 4) uint8, row 0 on top; what they mean depends on the use."""
+    """Pixels of a texture: (height, width, 4) uint8, row 0 on top; what they mean depends on the use.
 
-    pixels: NDArray[np.uint8]
-    name: str = ""
+    Raises SceneError for other shapes, sides beyond 16384, and what is not an integer of 0 to 255.
+    """
+
+    pixels: CheckedField[NDArray[np.uint8]] = CheckedField(picture(integers(np.uint8, "height", "width", 4)))
+    name: CheckedField[str] = CheckedField(text, "")
 
 
 @dataclass(frozen=True, eq=False)
 class Texture:
     """An image as one material uses it."""
 
-    image: Image
-    sampler: Sampler = Sampler()
-    uv_set: int = 0
+    image: CheckedField[Image] = CheckedField(instance(Image))
+    sampler: CheckedField[Sampler] = CheckedField(instance(Sampler), Sampler())
+    uv_set: CheckedField[int] = CheckedField(whole(0, 1), 0)
     """Which texture coordinates to use, 0 or 1."""
-    transform: tuple[float, float, float, float, float, float] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    transform: CheckedField[tuple[float, float, float, float, float, float]] = CheckedField(
+        vector(6), (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    )
     """Rows of a 2x3 matrix: (u', v') = matrix * (u, v, 1) (KHR_texture_transform)."""
+
+
+_TEXTURE = optional(instance(Texture))
+
+
+def _parameters(values: Any) -> dict[str, Any]:
+    """What they must be, only the compiled type knows (programs/material_types.py)."""
+    found: dict[str, Any] = instance(dict)(values)
+    for name in found:
+        text(name)
+    return found
+
+
+def _index_of_refraction(value: Any) -> float:
+    found = _NOT_NEGATIVE(value)
+    if 0 < found < 1:
+        raise UnfitError(f"{shown(found)} is neither 0 nor 1 or more")
+    return found
 
 
 @dataclass(eq=False)
 class Material:
-    """Metallic-roughness material; factors multiply their textures (glTF 2.0, 3.9)."""
+    """Metallic-roughness material; factors multiply their textures (glTF 2.0, 3.9).
 
-    name: str = ""
-    base_color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    Raises SceneError, whenever a field is set, for what is out of its range: 0 to 1 where nothing else is said.
+    """
+
+    name: CheckedField[str] = CheckedField(text, "")
+    base_color: CheckedField[tuple[float, float, float, float]] = CheckedField(vector(4, 0, 1), (1.0, 1.0, 1.0, 1.0))
     """Linear Rec. 709 and alpha."""
-    metallic: float = 1.0
-    roughness: float = 1.0
+    metallic: CheckedField[float] = CheckedField(_SHARE, 1.0)
+    roughness: CheckedField[float] = CheckedField(_SHARE, 1.0)
     """GGX's alpha is roughness squared."""
-    emission: Color = (0.0, 0.0, 0.0)
-    """Nits: glTF's emissiveFactor times KHR_materials_emissive_strength."""
-    base_color_texture: Texture | None = None
+    emission: CheckedField[Color] = CheckedField(COLOR, (0.0, 0.0, 0.0))
+    """Nits, 0 or more: glTF's emissiveFactor times KHR_materials_emissive_strength."""
+    base_color_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
     """sRGB; alpha linear."""
-    metallic_roughness_texture: Texture | None = None
+    metallic_roughness_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
     """Linear: roughness in green, metallic in blue."""
-    normal_texture: Texture | None = None
+    normal_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
     """Linear, tangent space, +Y up."""
-    normal_scale: float = 1.0
-    occlusion_texture: Texture | None = None
+    normal_scale: CheckedField[float] = CheckedField(number(), 1.0)
+    """Any number: less than 0 turns bumps into dents."""
+    occlusion_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
     """Linear, in red."""
-    occlusion_strength: float = 1.0
-    emissive_texture: Texture | None = None
+    occlusion_strength: CheckedField[float] = CheckedField(_SHARE, 1.0)
+    emissive_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
     """sRGB."""
-    alpha_mode: AlphaMode = AlphaMode.OPAQUE
-    alpha_cutoff: float = 0.5
-    double_sided: bool = False
+    alpha_mode: CheckedField[AlphaMode] = CheckedField(instance(AlphaMode), AlphaMode.OPAQUE)
+    alpha_cutoff: CheckedField[float] = CheckedField(_NOT_NEGATIVE, 0.5)
+    """0 or more."""
+    double_sided: CheckedField[bool] = CheckedField(flag, False)
     """False: the camera sees front faces only. Other rays meet both sides."""
-    unlit: bool = False
+    unlit: CheckedField[bool] = CheckedField(flag, False)
     """Show the base colour as it is (KHR_materials_unlit)."""
-    ior: float = 1.5
-    """Index of refraction (KHR_materials_ior); 0 stands for infinity."""
-    specular: float = 1.0
+    ior: CheckedField[float] = CheckedField(_index_of_refraction, 1.5)
+    """Index of refraction (KHR_materials_ior), 1 or more; 0 stands for infinity."""
+    specular: CheckedField[float] = CheckedField(_SHARE, 1.0)
     """Strength of the dielectric reflection; 0 leaves pure Lambert (KHR_materials_specular)."""
-    specular_color: Color = WHITE
-    specular_texture: Texture | None = None
+    specular_color: CheckedField[Color] = CheckedField(COLOR, WHITE)
+    """0 or more."""
+    specular_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
     """Linear, in alpha."""
-    specular_color_texture: Texture | None = None
+    specular_color_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
     """sRGB."""
-    transmission: float = 0.0
+    transmission: CheckedField[float] = CheckedField(_SHARE, 0.0)
     """Share of the light that enters the dielectric and leaves on its far side, 0 to 1, tinted by the base colour
     (KHR_materials_transmission). Only shadows of direct light know of it; all else sees an opaque surface."""
-    transmission_texture: Texture | None = None
+    transmission_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
     """Linear, in red."""
-    thin_walled: bool = True
+    thin_walled: CheckedField[bool] = CheckedField(flag, True)
     """True: the surface is a pane with air on both sides. False: it bounds a solid, which light enters at the front and
     leaves at the back (KHR_materials_volume with a thickness)."""
-    type: str = STANDARD
+    type: CheckedField[str] = CheckedField(text, STANDARD)
     """"standard", or the name that register_material gave to a type of your own."""
-    parameters: dict[str, float | Sequence[float]] = field(default_factory=dict)
+    parameters: CheckedField[dict[str, float | Sequence[float]]] = CheckedField(_parameters, dict)
     """The numbers that a type of your own wants, by the names in its `struct Parameters`."""
     extras: dict[str, object] = field(default_factory=dict)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from pica.errors import MaterialTypeError, PicaError
+from pica.errors import MaterialTypeError, PicaError, shown
 
 STANDARD = "standard"
 """glTF's metallic-roughness material."""
@@ -28,19 +28,21 @@ class MaterialSource:
 
     def fault(self, what: str) -> PicaError:
         """The error that says what is wrong with it."""
-        return self.error(f"{self.kind} {self.name!r}: {what}")
+        return self.error(f"{self.kind} {shown(self.name)}: {what}")
 
 
 def read_source(made: type[MaterialSource], name: str, path: str | Path) -> MaterialSource:
     """A source from its file. Raises its error for a name that is not a word and for a file that cannot be read."""
-    path = Path(path).resolve()
-    if not re.fullmatch("[a-z][a-z0-9_]*", name):
-        raise made(name, path, "").fault("a name is a lower case letter, then letters, digits and _")
+    if not isinstance(name, str) or not re.fullmatch("[a-z][a-z0-9_]*", name):
+        raise made(name, Path(), "").fault("a name is a lower case letter, then letters, digits and _")
     try:
+        path = Path(path).resolve()
         return made(name, path, path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
+    except TypeError:
+        raise made(name, Path(), "").fault(f"{shown(path)} is not the path of a file") from None
+    except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not a text file"
-        raise made(name, path, "").fault(f"{path}: {reason}") from None
+        raise made(name, Path(), "").fault(f"{path}: {reason}") from None
 
 
 STANDARD_SOURCE = MaterialSource(STANDARD, Path(), "")

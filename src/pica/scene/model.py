@@ -3,131 +3,69 @@
 World matrices are float64, right-handed, +Y up, metres; column vectors: world = parent * local.
 """
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pica.errors import SceneError
+from pica.errors import SceneError, plain, shown
 from pica.scene.animation import Animation, Pose, together
+from pica.scene.arrays import affine, affines, doubles, integers
 from pica.scene.camera import Camera
 from pica.scene.changes import ChangeSet, Listeners
 from pica.scene.channels import ALL_CHANNELS, checked_channels
+from pica.scene.checked_field import CheckedField, described, fitting
 from pica.scene.deformer import CameraFacing, Deformer
 from pica.scene.environment import Environment
-from pica.scene.light import Light
-from pica.scene.material import Material
-from pica.scene.primitives import Primitives
+from pica.scene.light import WIDEST, Light, extent
+from pica.scene.mesh import Mesh, Section
 from pica.scene.skin import Skin, deformed_positions
 from pica.scene.tracked_field import TrackedField
+from pica.scene.values import LARGEST, UnfitError, checked, flag, instance, items, number, optional, text
 
 if TYPE_CHECKING:
     from pica.scene.landscape import Landscape
 
+__all__ = ["Mesh", "Node", "Scene", "Section"]
 
-@dataclass(eq=False)
-class Section:
-    """A part of a mesh with one material (a glTF primitive): indexed triangles.
-
-    Attributes that a file lacks are generated when it is loaded, so all are always there.
-    """
-
-    positions: NDArray[np.float32]
-    """(vertices, 3) metres, object space."""
-    normals: NDArray[np.float32]
-    """(vertices, 3) unit length."""
-    tangents: NDArray[np.float32]
-    """(vertices, 4) unit length, w = sign of the bitangent cross(normal, tangent) (glTF 2.0, 3.7.2.1)."""
-    uv0: NDArray[np.float32]
-    """(vertices, 2) first texture coordinates, v down."""
-    uv1: NDArray[np.float32]
-    """(vertices, 2) second texture coordinates."""
-    colors: NDArray[np.float32]
-    """(vertices, 4) linear, multiplies the base colour."""
-    indices: NDArray[np.uint32]
-    """(triangles, 3), counter-clockwise from the front."""
-    material: Material
-    flat: bool = False
-    """Normals are those of the triangles, which share no vertices; where those bend, normals follow their new faces."""
-    joints: NDArray[np.uint16] | None = None
-    """(vertices, k) which of the skin's joints a vertex follows; None: no skin can move it."""
-    weights: NDArray[np.float32] | None = None
-    """(vertices, k) how far it follows each: 0 or more, sums of 1."""
-    morph_positions: NDArray[np.float32] | None = None
-    """(targets, vertices, 3) metres, offsets that the node's weights scale and add; None: no morph targets."""
-    morph_normals: NDArray[np.float32] | None = None
-    """(targets, vertices, 3) offsets to the normals; None: they stay."""
-    morph_tangents: NDArray[np.float32] | None = None
-    """(targets, vertices, 3) offsets to the tangents' directions; None: they stay."""
-
-    rows: NDArray[np.uint32] | None = None
-    """(vertices,) which rows of a deformer's arrays the vertices take; None: no deformer has an array for them."""
-
-    def take(self, vertices: NDArray[np.intp], indices: NDArray[np.uint32]) -> "Section":
-        """The section with only the given vertices, (count,), in that order; `indices` (triangles, 3) count in them."""
-        per_vertex = {name: getattr(self, name) for name in ("joints", "weights", "rows")}
-        per_target = {name: getattr(self, name) for name in ("morph_positions", "morph_normals", "morph_tangents")}
-        return replace(
-            self,
-            **{name: getattr(self, name)[vertices] for name in _ATTRIBUTES},
-            **{name: values[vertices] for name, values in per_vertex.items() if values is not None},
-            **{name: values[:, vertices] for name, values in per_target.items() if values is not None},
-            indices=indices,
-        )
-
-
-_ATTRIBUTES = ("positions", "normals", "tangents", "uv0", "uv1", "colors")
-
-
-@dataclass(eq=False)
-class Mesh:
-    """Sections and primitives that move together."""
-
-    sections: list[Section] = field(default_factory=list)
-    name: str = ""
-    primitives: list[Primitives] = field(default_factory=list)
-    """What is not made of triangles. A node whose mesh has any can be moved, but not skinned or morphed."""
-
-    @property
-    def target_count(self) -> int:
-        """How many morph targets the sections have, all the same number."""
-        targets = (section.morph_positions for section in self.sections)
-        return max((len(positions) for positions in targets if positions is not None), default=0)
+_WEIGHTS = doubles("targets")
+_IDENTITIES = optional(integers(np.int64, "count"))
+_FARTHEST = LARGEST**2
 
 
 @dataclass(eq=False)
 class Node:
     """A place in the world and what stands there. Set `transform` to move it with its children."""
 
-    name: str = ""
-    mesh: Mesh | None = None
-    light: TrackedField[Light | None] = TrackedField(None)
+    name: CheckedField[str] = CheckedField(text, "")
+    mesh: CheckedField[Mesh | None] = CheckedField(optional(instance(Mesh)), None)
+    light: TrackedField[Light | None] = TrackedField(optional(instance(*get_args(Light))), None)
     """Lights are immutable: set another one, such as `dataclasses.replace(node.light, intensity=3.0)`."""
-    camera: Camera | None = None
+    camera: CheckedField[Camera | None] = CheckedField(optional(instance(Camera)), None)
     """Its own transform is ignored: the node's world matrix places it."""
-    instances: NDArray[np.float64] | None = None
+    instances: CheckedField[NDArray[np.float64] | None] = CheckedField(optional(affines), None)
     """(count, 4, 4) copies of the mesh relative to this node (EXT_mesh_gpu_instancing); None: one, at the node."""
     extras: dict[str, object] = field(default_factory=dict)
-    visible_to_camera: TrackedField[bool] = TrackedField(True)
+    visible_to_camera: TrackedField[bool] = TrackedField(flag, True)
     """Whether the camera sees the mesh. This and what follows is about the node's own mesh, not about its children."""
-    visible_to_reflections: TrackedField[bool] = TrackedField(True)
+    visible_to_reflections: TrackedField[bool] = TrackedField(flag, True)
     """Whether rays for reflected light meet it; if not, its emission lights nothing."""
-    casts_shadows: TrackedField[bool] = TrackedField(True)
+    casts_shadows: TrackedField[bool] = TrackedField(flag, True)
     """Whether it hides lights of its channels, and the environment."""
-    lighting_channels: TrackedField[frozenset[int]] = TrackedField(ALL_CHANNELS, checked_channels)
+    lighting_channels: TrackedField[frozenset[int]] = TrackedField(checked_channels, ALL_CHANNELS)
     """Of 0 to 5: lights reach meshes in one of their channels, and these alone hide them. The mesh's own emission
     reaches those in one of its channels. SceneError for other numbers."""
-    pose: Pose | None = None
+    pose: CheckedField[Pose | None] = CheckedField(optional(instance(Pose)), None)
     """What a file or an animation made `transform` from; None: a matrix, and animations cannot place the node."""
     detail: "Landscape | None" = None
     """What gives the meshes that the node shows to each camera instead of its own; set before it comes into a scene."""
-    identities: NDArray[np.int64] | None = None
+    identities: CheckedField[NDArray[np.int64] | None] = CheckedField(_IDENTITIES, None)
     """(count,) which thing each instance shows: where that changes, it has come, not moved. None: always the same."""
-    children: list["Node"] = field(default_factory=list)
-    parent: "Node | None" = field(default=None, repr=False)
+    children: list["Node"] = field(default_factory=list, init=False)
+    """Do not write into it: `add` and Scene.remove do."""
+    parent: "Node | None" = field(default=None, init=False, repr=False)
     _transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
     _world: NDArray[np.float64] | None = field(default=None, repr=False)
     _weights: NDArray[np.float64] | None = field(default=None, repr=False)
@@ -141,12 +79,13 @@ class Node:
 
     @property
     def transform(self) -> NDArray[np.float64]:
-        """(4, 4) this node to its parent. Assign a new matrix to move the node; do not write into it."""
+        """(4, 4) this node to its parent, last row 0, 0, 0, 1. Assign a new matrix, which is copied, to move the node;
+        do not write into it. Raises SceneError for one that is not finite."""
         return self._transform
 
     @transform.setter
     def transform(self, matrix: ArrayLike) -> None:
-        self._transform = np.array(matrix, np.float64).reshape(4, 4)
+        self._transform = fitting(self, "transform", affine, matrix)
         for node in self.walk():
             node._world = None
             for listener in node._listeners or ():
@@ -163,11 +102,9 @@ class Node:
 
     @weights.setter
     def weights(self, weights: ArrayLike) -> None:
-        values = np.array(weights, np.float64).reshape(-1)
-        count = 0 if self.mesh is None else self.mesh.target_count
-        if len(values) != count:
-            raise SceneError(f"node {self.name!r}: {len(values)} weights for a mesh with {count} morph targets")
-        self._weights = values
+        values = fitting(self, "weights", _WEIGHTS, weights)
+        self._check_weights(values)
+        self._weights = values.copy()
         self.tell_deformed()
 
     @property
@@ -177,7 +114,9 @@ class Node:
 
     @skin.setter
     def skin(self, skin: Skin) -> None:
-        self._skin = skin
+        if self._skin is not None:
+            raise SceneError(f"{described(self)}: skin: it has one already")
+        self._skin = fitting(self, "skin", instance(Skin), skin)
         if skin.root is not None:
             skin.root._carried += (self,)
         for link in skin.links:
@@ -190,8 +129,11 @@ class Node:
 
     @deformer.setter
     def deformer(self, deformer: Deformer) -> None:
+        fitting(self, "deformer", instance(Deformer), deformer)
+        if self._deformer is not None:
+            raise SceneError(f"{described(self)}: deformer: it has one already")
         if deformer.node is not None:
-            raise SceneError(f"node {self.name!r}: its deformer belongs to node {deformer.node.name!r} already")
+            raise SceneError(f"{described(self)}: its deformer belongs to {described(deformer.node)} already")
         self._deformer, deformer.node = deformer, self
 
     @property
@@ -220,35 +162,39 @@ class Node:
     def place_instances(self, instances: NDArray[np.float64], identities: NDArray[np.int64] | None = None) -> None:
         """Put the copies of the mesh elsewhere: `instances` and `identities` as above, as many as there were or not."""
         count = None if self.instances is None else len(self.instances)
-        self.instances, self.identities = instances, identities
-        if len(instances) != count:
+        placed = fitting(self, "instances", affines, instances)
+        numbers = fitting(self, "identities", _IDENTITIES, identities)
+        self._check_identities(placed, numbers)
+        self.instances, self.identities = placed, numbers
+        if len(placed) != count:
             self.show(self.mesh)
         for listener in self._listeners or ():
             listener.moved[self] = None
 
     @property
     def world(self) -> NDArray[np.float64]:
-        """(4, 4) this node to the world."""
+        """(4, 4) this node to the world. Raises SceneError where that is too large for 32-bit floats."""
         outdated: list[Node] = []
         above = self
         while above._world is None and above.parent is not None:  # a loop: files nest deeper than Python recurses
             outdated.append(above)
             above = above.parent
-        world = above._transform if above._world is None else above._world
-        above._world = world
+        if above._world is None:
+            above._world = above._checked_place(above._transform)
+        world = above._world
         for node in reversed(outdated):
-            node._world = world = world @ node._transform
+            node._world = world = node._checked_place(world @ node._transform)
         return world
 
     def add(self, child: "Node") -> "Node":
-        """Make `child` a child of this node and return it."""
+        """Make `child` a child of this node and return it. Raises SceneError for one that stands elsewhere already, and
+        for this node or one above it."""
+        below = _loose(child, self)
+        if self in below:
+            raise SceneError(f"{described(self)}: add: {described(child)} is this node, or above it")
         child.parent = self
         self.children.append(child)
-        for node in child.walk():
-            node._world = None
-            node._listeners = self._listeners
-            for listener in self._listeners or ():
-                listener.add(node)
+        _enter(below, self._listeners)
         return child
 
     def walk(self) -> Iterator["Node"]:
@@ -267,38 +213,111 @@ class Node:
         world = self.world if self._skin is None else self._skin.world
         return world[None] if self.instances is None else world @ self.instances
 
+    def check(self) -> None:
+        """Raises SceneError when what stands here, the mesh's own arrays apart, cannot be shown as it is now."""
+        world = self._checked_place(self.world if self._skin is None else self._skin.world)
+        if self.instances is not None:
+            farthest = np.abs(self.instances).max(initial=0)
+            if not farthest * np.abs(world).max() <= LARGEST / 4:
+                with np.errstate(over="ignore", invalid="ignore"):
+                    placed = world @ self.instances
+                checked(f"{described(self)}: instances: in the world", affines, placed)
+        self._check_identities(self.instances, self.identities)
+        if self.light is not None and not extent(self.light) * np.linalg.norm(world[:3, :3]) <= WIDEST:
+            raise SceneError(f"{described(self)}: light: with the node's scale it is too large for 32-bit floats")
+        if self.mesh is not None and self._weights is not None:
+            self._check_weights(self._weights)
+        if self.mesh is not None and self._skin is not None:
+            for section in self.mesh.sections:
+                joint = 0 if section.joints is None else int(section.joints.max(initial=0))
+                if joint >= len(self._skin.joints):
+                    fault = f"its mesh follows joint {joint} of {len(self._skin.joints)}"
+                    raise SceneError(f"{described(self)}: skin: {fault}")
+
+    def _checked_place(self, world: NDArray[np.float64]) -> NDArray[np.float64]:
+        if not np.vdot(world, world) <= _FARTHEST:
+            raise SceneError(f"{described(self)}: its place in the world is too large for 32-bit floats")
+        return world
+
+    def _check_weights(self, weights: NDArray[np.float64]) -> None:
+        count = 0 if self.mesh is None else self.mesh.target_count
+        if len(weights) != count:
+            raise SceneError(f"{described(self)}: {len(weights)} weights for a mesh with {count} morph targets")
+
+    def _check_identities(self, instances: NDArray[np.float64] | None, identities: NDArray[np.int64] | None) -> None:
+        count = 1 if instances is None else len(instances)
+        if identities is not None and len(identities) != count:
+            raise SceneError(f"{described(self)}: identities: {len(identities)} for {count} instances")
+
+
+def _loose(node: Node, above: "Node | Scene") -> list[Node]:
+    """A node that is to come below another or into a scene, and all below it. Raises SceneError unless it is free."""
+    if not isinstance(node, Node):
+        raise SceneError(f"{described(above)}: add: {shown(node)} is not a Node")
+    if node.parent is not None:
+        fault = f"is below {described(node.parent)} already"
+        raise SceneError(f"{described(above)}: add: {described(node)} {fault}; a node has one parent")
+    if node._listeners is not None and node._listeners.in_use:
+        raise SceneError(f"{described(above)}: add: {described(node)} is in a scene already; remove it there first")
+    return list(node.walk())
+
+
+def _enter(nodes: list[Node], listeners: Listeners | None) -> None:
+    """Nodes that were free come into a scene, or below a node that is in none."""
+    for node in nodes:
+        node._world = None
+        node._listeners = listeners
+        for listener in listeners or ():
+            listener.add(node)
+
 
 class Scene:
     """Nodes and an environment. A renderer keeps a copy on the GPU and follows what moves."""
+
+    name: CheckedField[str] = CheckedField(text, "")
+    environment: CheckedField[Environment | None] = CheckedField(optional(instance(Environment)), None)
 
     def __init__(self, name: str = "", environment: Environment | None = None) -> None:
         self.name = name
         self.environment = environment
         self.roots: list[Node] = []
+        """Do not write into it: `add` and `remove` do."""
         self.animations: list[Animation] = []
         self._together: tuple[list[Animation], Animation] = ([], Animation([]))
-        self._listeners = Listeners()
+        self._listeners = Listeners(self)
 
     def add(self, node: Node) -> Node:
-        """Add a node without a parent, with all below it, and return it."""
+        """Add a node without a parent, with all below it, and return it. Raises SceneError for one that has a parent or
+        is in a scene."""
+        below = _loose(node, self)
         self.roots.append(node)
-        for below in node.walk():
-            below._listeners = self._listeners
-            for listener in self._listeners:
-                listener.add(below)
+        _enter(below, self._listeners)
         return node
 
     def remove(self, node: Node) -> None:
         """Take a node out, with all below it. Raises SceneError when it is not in this scene."""
+        if not isinstance(node, Node):
+            raise SceneError(f"remove: {shown(node)} is not a Node")
         siblings = self.roots if node.parent is None else node.parent.children
         if node._listeners is not self._listeners or node not in siblings:
-            raise SceneError(f"remove: node {node.name!r} is not in the scene")
+            raise SceneError(f"remove: {described(node)} is not in the scene")
         siblings.remove(node)
         node.parent = None
         for below in node.walk():
+            below._world = None
             below._listeners = None
             for listener in self._listeners:
                 listener.remove(below)
+
+    def __contains__(self, node: Node) -> bool:
+        return node._listeners is self._listeners
+
+    def check(self) -> None:
+        """Raises SceneError when something, the meshes' own arrays apart, cannot be shown as it is now."""
+        if self.environment is not None:
+            self.environment.check()
+        for node in self.nodes():
+            node.check()
 
     def nodes(self) -> Iterator[Node]:
         """Every node, parents before children."""
@@ -311,20 +330,23 @@ class Scene:
         None: all at once; where two move the same thing, the later one does. An animation holds its ends: use
         `time % scene.animations[i].duration` for a loop. Raises SceneError when there is no such animation.
         """
-        if not math.isfinite(time):
-            raise SceneError(f"animate: time {time} is not a number of seconds")
-        self._animation(animation).apply(time)
+        try:
+            seconds = number()(time)
+        except UnfitError:
+            raise SceneError(f"animate: time {shown(time)} is not a number of seconds") from None
+        self._animation(plain(animation)).apply(seconds)
 
     def _animation(self, which: int | str | None) -> Animation:
+        animations = fitting(self, "animations", items(Animation), self.animations)
         if which is None:
-            if self._together[0] != self.animations:
-                self._together = list(self.animations), together(self.animations)
+            if self._together[0] != animations:
+                self._together = list(animations), together(animations)
             return self._together[1]
-        for number, animation in enumerate(self.animations):
-            if which in (number, animation.name):
+        for index, animation in enumerate(animations):
+            if type(which) in (int, str) and which in (index, animation.name):
                 return animation
-        known = ", ".join(f"{number} {animation.name!r}" for number, animation in enumerate(self.animations))
-        raise SceneError(f"animate: no animation {which!r}; the scene has {known or 'none'}")
+        known = ", ".join(f"{index} {animation.name!r}" for index, animation in enumerate(animations))
+        raise SceneError(f"animate: no animation {shown(which)}; the scene has {known or 'none'}")
 
     def subscribe(self) -> ChangeSet:
         """A new record of moved and deformed nodes; kept up to date for as long as the caller holds it."""
@@ -337,7 +359,10 @@ class Scene:
         return [_placed(node.camera, node.world) for node in self.nodes() if node.camera is not None]
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lowest and highest corner of the box round all meshes, (3,) each; a unit box when there are none."""
+        """Lowest and highest corner of the box round all meshes, (3,) each; a unit box when there are none.
+
+        Raises SceneError for a mesh that cannot be shown, or cannot where it stands.
+        """
         boxes: dict[int, NDArray[np.float64]] = {}
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for node in self.nodes():
@@ -351,6 +376,8 @@ class Scene:
                 continue
             world = node.instance_transforms()
             points = np.einsum("nij,pj->npi", world[:, :3, :3], corners) + world[:, None, :3, 3]
+            if not np.abs(points).max(initial=0) <= LARGEST:
+                raise SceneError(f"{described(node)}: its mesh is too large in the world for 32-bit floats")
             low = np.minimum(low, points.min((0, 1), initial=np.inf))
             high = np.maximum(high, points.max((0, 1), initial=-np.inf))
         if not (low <= high).all():
@@ -358,7 +385,10 @@ class Scene:
         return low, high
 
     def default_camera(self, aspect: float) -> Camera:
-        """The file's first camera, or one that frames the whole scene; `aspect` is width over height."""
+        """The file's first camera, or one that frames the whole scene; `aspect` is width over height.
+
+        Raises SceneError for a scene that cannot be shown.
+        """
         cameras = self.cameras()
         return cameras[0] if cameras else Camera.framing(*self.bounds(), aspect)
 
@@ -372,7 +402,9 @@ class Scene:
 
 
 def _corners(node: Node, mesh: Mesh) -> NDArray[np.float64]:
-    """(8, 3) corners of the box round what the node's mesh shows; (0, 3) when that is nothing."""
+    """(8, 3) corners of the box round what the node's mesh shows; (0, 3) when that is nothing. Raises SceneError."""
+    mesh.check()
+    node.check()
     used = [
         (deformed_positions(section, node) if node.deforms else section.positions)[np.unique(section.indices)]
         for section in mesh.sections
@@ -388,7 +420,7 @@ def _corners(node: Node, mesh: Mesh) -> NDArray[np.float64]:
 
 def _placed(camera: Camera, world: NDArray[np.float64]) -> Camera:
     rotation, _ = np.linalg.qr(world[:3, :3])
-    rotation = rotation * np.sign(np.sum(rotation * world[:3, :3], axis=0))
+    rotation = rotation * np.where(np.sum(rotation * world[:3, :3], axis=0) < 0, -1, 1)  # a scale of 0 has no sign
     transform = np.eye(4)
     transform[:3, :3], transform[:3, 3] = rotation, world[:3, 3]
     return replace(camera, transform=transform)

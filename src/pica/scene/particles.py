@@ -5,13 +5,19 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pica.errors import SceneError
+from pica.errors import SceneError, shown
+from pica.scene.arrays import doubles, integers
+from pica.scene.checked_field import fitting
 from pica.scene.deformer import FROM_THE_FRONT, CameraFacing, Eye, Floats, unit
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Section
+from pica.scene.values import checked, instance, optional, whole
 
 SMALLEST = 1e-5
 """Scale of a mesh particle of size 0: a copy that is flat has no inverse, which ray tracing needs."""
+_MOST = 1 << 24
+"""Numbers of particles and points go through 32-bit floats."""
+_IDENTITIES = optional(integers(np.int64, "n"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,15 +40,17 @@ class Particles:
     """(n, 3) unit length, about which meshes turn."""
 
     def __post_init__(self) -> None:
-        count = len(self.positions)
         shapes = {"positions": (3,), "colors": (4,), "rotations": (), "ages": (), "axes": (3,)}
-        for name, shape in {**shapes, "sizes": np.shape(self.sizes)[1:]}.items():
-            values = np.asarray(getattr(self, name), np.float64)
+        given = {name: fitting(self, name, doubles(), getattr(self, name)) for name in (*shapes, "sizes")}
+        count = len(given["positions"]) if given["positions"].ndim else 0
+        for name, values in given.items():
+            shape = shapes.get(name, values.shape[1:])
             if values.shape[1:] != shape or values.ndim == 0 or len(values) not in (1, count):
                 raise SceneError(f"particles: {name} of shape {values.shape} do not go with {count} positions")
             object.__setattr__(self, name, np.broadcast_to(values, (count, *shape)))
-        if np.shape(self.sizes)[1:] not in ((), (2,)):
+        if self.sizes.shape[1:] not in ((), (2,)):
             raise SceneError(f"particles: sizes of shape {self.sizes.shape}; give one or two numbers for each")
+        object.__setattr__(self, "identities", fitting(self, "identities", _IDENTITIES, self.identities))
         if self.identities is not None and len(self.identities) != count:
             raise SceneError(f"particles: {len(self.identities)} identities for {count} positions")
 
@@ -72,10 +80,8 @@ class Sprites(CameraFacing):
     """
 
     def __init__(self, capacity: int, material: Material, name: str = "sprites") -> None:
-        """`capacity`: the most particles there will be. Raises SceneError below 1."""
-        if capacity < 1:
-            raise SceneError(f"sprites {name!r}: capacity {capacity} must be 1 or more")
-        self.capacity = capacity
+        """`capacity`: the most particles there will be, 1 to 2^24. Raises SceneError for others."""
+        self.capacity = capacity = checked(f"sprites {shown(name)}: capacity", whole(1, _MOST), capacity)
         self._particles = Particles(np.zeros((0, 3)))
         self.version = 1
         """Counts how often `particles` was set."""
@@ -85,8 +91,8 @@ class Sprites(CameraFacing):
         rest = np.column_stack([np.tile(corners, (capacity, 1)), number])
         indices = (4 * np.arange(capacity)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
         uv = rest[:, :2] * (1, -1) + 0.5
-        shown = Node(name, mesh=Mesh([facing_section(rest, uv, indices, material)], name))
-        shown.deformer = self
+        node = Node(name, mesh=Mesh([facing_section(rest, uv, indices, material)], name))
+        node.deformer = self
 
     @property
     def particles(self) -> Particles:
@@ -95,6 +101,7 @@ class Sprites(CameraFacing):
 
     @particles.setter
     def particles(self, particles: Particles) -> None:
+        checked("sprites: particles", instance(Particles), particles)
         if len(particles.positions) > self.capacity:
             raise SceneError(f"sprites: {len(particles.positions)} particles, but room for {self.capacity}")
         self._particles = particles
@@ -130,9 +137,8 @@ class Ribbons(CameraFacing):
 
     def __init__(self, strands: int, points: int, material: Material, name: str = "ribbons") -> None:
         """Room for `strands` strands of `points` points each. Raises SceneError for fewer than 1 and 2."""
-        if strands < 1 or points < 2:
-            raise SceneError(f"ribbons {name!r}: {strands} strands of {points} points; needs 1 of 2 at least")
-        self.strands, self.points = strands, points
+        self.strands = strands = checked(f"ribbons {shown(name)}: strands", whole(1, _MOST), strands)
+        self.points = points = checked(f"ribbons {shown(name)}: points", whole(2, _MOST), points)
         self.positions = np.zeros((strands, points, 3))
         self.widths = np.zeros((strands, points))
         self.colors = np.ones((strands, points, 4))
@@ -147,8 +153,8 @@ class Ribbons(CameraFacing):
         first = (2 * (points * np.arange(strands)[:, None] + np.arange(points - 1))).reshape(-1, 1, 1)
         indices = (first + np.array([[0, 1, 3], [0, 3, 2]])).reshape(-1, 3)
         uv = np.column_stack([side + 0.5, point / (points - 1)])
-        shown = Node(name, mesh=Mesh([facing_section(rest, uv, indices, material)], name))
-        shown.deformer = self
+        node = Node(name, mesh=Mesh([facing_section(rest, uv, indices, material)], name))
+        node.deformer = self
 
     def set(
         self,
@@ -160,13 +166,18 @@ class Ribbons(CameraFacing):
         """Where the strands are: `positions` (strands, points, 3) metres, `widths` (strands, points) metres or what
         broadcasts to it, `colors` (strands, points, 4) likewise, `identities` (strands,) as for particles."""
         shape = self.strands, self.points
+        places, across, tints = (
+            checked(f"ribbons: {name}", doubles(), values)
+            for name, values in (("positions", positions), ("widths", widths), ("colors", colors))
+        )
+        numbers = checked("ribbons: identities", optional(integers(np.int64, self.strands)), identities)
         try:
-            self.positions = np.broadcast_to(np.asarray(positions, np.float64), (*shape, 3))
-            self.widths = np.broadcast_to(np.asarray(widths, np.float64), shape)
-            self.colors = np.broadcast_to(np.asarray(colors, np.float64), (*shape, 4))
+            places, tints = np.broadcast_to(places, (*shape, 3)), np.broadcast_to(tints, (*shape, 4))
+            across = np.broadcast_to(across, shape)
         except ValueError:
             raise SceneError(f"ribbons: arrays do not fit {self.strands} strands of {self.points} points") from None
-        self.identities = np.arange(self.strands) if identities is None else identities
+        self.positions, self.widths, self.colors = places, across, tints
+        self.identities = np.arange(self.strands) if numbers is None else numbers
         self.version += 1
         self.changed()
 

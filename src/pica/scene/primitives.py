@@ -1,14 +1,29 @@
 """What is not made of triangles: spheres, capsules, rings, rounded boxes and shapes of the user's own."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pica.errors import SceneError
+from pica.errors import SceneError, shown
+from pica.scene.arrays import doubles, floats, numbers
+from pica.scene.checked_field import CheckedField, check_again
 from pica.scene.material import Material
+from pica.scene.values import UnfitError, checked, instance, text
 
 _Floats = NDArray[np.float64]
+
+
+def _arrays(values: Any) -> dict[str, NDArray[np.generic]]:
+    """Parameters by name."""
+    kept = {}
+    for name, given in instance(dict)(values).items():
+        try:
+            kept[text(name)] = numbers()(given)
+        except UnfitError as unfit:
+            raise UnfitError(f"{shown(name)}: {unfit}") from None
+    return kept
 
 
 @dataclass(eq=False)
@@ -19,25 +34,29 @@ class Primitives:
     do not fit each other.
     """
 
-    shape: str
+    shape: CheckedField[str] = CheckedField(text)
     """"sphere", "capsule", "torus", "rounded_box", or the name that register_shape gave to one of your own."""
-    parameters: dict[str, NDArray[np.generic]]
+    parameters: CheckedField[dict[str, NDArray[np.generic]]] = CheckedField(_arrays)
     """What the shape's `struct Parameters` names: (count,) or (count, components) each."""
-    bounds: NDArray[np.float32]
+    bounds: CheckedField[NDArray[np.float32]] = CheckedField(floats())
     """(count, 2, 3) metres, object space: lowest and highest corner of a box that each keeps within."""
-    material: Material
+    material: CheckedField[Material] = CheckedField(instance(Material))
 
     def __post_init__(self) -> None:
-        self.bounds = np.ascontiguousarray(self.bounds, np.float32)
+        primitives = f"primitives of shape {self.shape!r}"
         if self.bounds.ndim != 3 or self.bounds.shape[1:] != (2, 3):
-            raise SceneError(f"primitives of shape {self.shape!r}: bounds are {self.bounds.shape}, not (count, 2, 3)")
-        if not (np.isfinite(self.bounds).all() and (self.bounds[:, 0] <= self.bounds[:, 1]).all()):
-            raise SceneError(f"primitives of shape {self.shape!r}: bounds are not finite, or low lies above high")
-        self.parameters = {name: np.asarray(values) for name, values in self.parameters.items()}
+            raise SceneError(f"{primitives}: bounds are {self.bounds.shape}, not (count, 2, 3)")
+        if not (self.bounds[:, 0] <= self.bounds[:, 1]).all():
+            raise SceneError(f"{primitives}: bounds are not finite, or low lies above high")
         for name, values in self.parameters.items():
             if values.ndim not in (1, 2) or len(values) != len(self):
-                fault = f"parameter {name!r} is {values.shape}, but there are {len(self)} bounds"
-                raise SceneError(f"primitives of shape {self.shape!r}: {fault}")
+                fault = f"parameter {shown(name)} is {values.shape}, but there are {len(self)} bounds"
+                raise SceneError(f"{primitives}: {fault}")
+
+    def check(self) -> None:
+        """Raises SceneError when the arrays, as they are now, do not fit their fields or each other."""
+        check_again(self)
+        self.__post_init__()
 
     def __len__(self) -> int:
         return len(self.bounds)
@@ -72,7 +91,10 @@ def tori(centers: ArrayLike, radii: ArrayLike, tube_radii: ArrayLike, material: 
 def rounded_boxes(centers: ArrayLike, sizes: ArrayLike, radii: ArrayLike, material: Material) -> Primitives:
     """Boxes along the axes of (n, 3) `sizes` round (n, 3) `centers`, edges rounded by (n,) `radii`; metres."""
     center, radius = _points("rounded_box", centers), _lengths("rounded_box", radii, centers)
-    half = np.broadcast_to(np.asarray(sizes, np.float64) / 2, center.shape)
+    given = checked("primitives of shape 'rounded_box': sizes", doubles(), sizes)
+    if given.shape not in ((), (3,), (1, 3), center.shape):
+        raise SceneError(f"primitives of shape 'rounded_box': {given.shape} sizes for {len(center)} places")
+    half = np.broadcast_to(given / 2, center.shape)
     if (half.min(1, initial=np.inf) < radius).any():
         raise SceneError("primitives of shape 'rounded_box': a radius is larger than half of the box's least size")
     return _made("rounded_box", material, center - half, center + half, center=center, halfSize=half, radius=radius)
@@ -81,12 +103,12 @@ def rounded_boxes(centers: ArrayLike, sizes: ArrayLike, radii: ArrayLike, materi
 def _made(shape: str, material: Material, low: _Floats, high: _Floats, **parameters: _Floats) -> Primitives:
     # Rounded outwards, by more than the shapes' own rounding.
     slack = 1e-6 * (np.abs(low) + np.abs(high))
-    numbers: dict[str, NDArray[np.generic]] = {name: values.astype(np.float32) for name, values in parameters.items()}
-    return Primitives(shape, numbers, np.stack([low - slack, high + slack], 1).astype(np.float32), material)
+    given: dict[str, NDArray[np.generic]] = {name: values.astype(np.float32) for name, values in parameters.items()}
+    return Primitives(shape, given, np.stack([low - slack, high + slack], 1), material)
 
 
 def _points(shape: str, values: ArrayLike) -> NDArray[np.float64]:
-    points = np.asarray(values, np.float64)
+    points = checked(f"primitives of shape {shape!r}: places", doubles(), values)
     if points.ndim != 2 or points.shape[1] != 3:
         raise SceneError(f"primitives of shape {shape!r}: places are {points.shape}, not (count, 3)")
     return points
@@ -94,9 +116,12 @@ def _points(shape: str, values: ArrayLike) -> NDArray[np.float64]:
 
 def _lengths(shape: str, values: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:
     count = len(np.asarray(points))
-    lengths = np.asarray(values, np.float64)
+    try:
+        lengths = doubles()(values)
+    except UnfitError as unfit:
+        raise SceneError(f"primitives of shape {shape!r}: a radius is negative or not a number; {unfit}") from None
     if lengths.shape not in ((), (count,)):
         raise SceneError(f"primitives of shape {shape!r}: {lengths.shape} radii for {count} places")
-    if not (np.isfinite(lengths).all() and (lengths >= 0).all()):
+    if not (lengths >= 0).all():
         raise SceneError(f"primitives of shape {shape!r}: a radius is negative or not a number")
     return np.broadcast_to(lengths, (count,))

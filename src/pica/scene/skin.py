@@ -1,12 +1,16 @@
 """Skins and morph targets: how the vertices of a node's mesh move against each other (glTF 2.0, 3.7.2.2 and 3.7.3)."""
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.errors import SceneError
+from pica.scene.arrays import doubles
+from pica.scene.checked_field import described, fitting
 from pica.scene.normals import face_normals, perpendicular
+from pica.scene.values import UnfitError, items, text
 
 if TYPE_CHECKING:
     from pica.scene.model import Node, Section
@@ -21,6 +25,7 @@ class Skin:
     Skinned vertices are relative to `root`, the joints' closest common ancestor, whose world matrix places them; the
     skinned node's own is ignored (glTF 2.0, 3.7.3.3). So a figure that moves as a whole needs a new instance transform
     but neither skinning nor a new bottom-level structure, and 32-bit positions stay exact far from the world's origin.
+    Raises SceneError unless there are one or more joints and a finite matrix for each.
     """
 
     joints: list["Node"]
@@ -35,6 +40,12 @@ class Skin:
     _joint_rows: list[int] = field(init=False)
 
     def __post_init__(self) -> None:
+        self.name = fitting(self, "name", text, self.name)
+        self.joints = fitting(self, "joints", _joints, self.joints)
+        self.inverse_bind = fitting(self, "inverse_bind", doubles("joints", 4, 4), self.inverse_bind)
+        if len(self.inverse_bind) != len(self.joints):
+            fault = f"{len(self.inverse_bind)} matrices for {len(self.joints)} joints"
+            raise SceneError(f"{described(self)}: inverse_bind: {fault}")
         lines = [_line(joint) for joint in self.joints]
         depth = 0
         while all(len(line) > depth and line[depth] is lines[0][depth] for line in lines):
@@ -92,6 +103,15 @@ def deform(section: "Section", node: "Node") -> tuple[Floats, Floats, Floats]:
 def deformed_positions(section: "Section", node: "Node") -> Floats:
     """(vertices, 3) as `deform` has them."""
     return deform(section, node)[0] if node.deformer is None else node.deformer.positions_of(section)
+
+
+def _joints(values: Any) -> "list[Node]":
+    from pica.scene.model import Node  # which knows skins
+
+    joints = items(Node)(values)
+    if not joints:
+        raise UnfitError("are none")
+    return joints
 
 
 def _line(node: "Node") -> list["Node"]:

@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pica.errors import SceneError
+from pica.errors import SceneError, shown
+from pica.scene.arrays import doubles
 from pica.scene.deformer import Deformer, Floats, unit
 from pica.scene.model import Mesh, Node, Section
+from pica.scene.values import checked, instance, text, vector, whole
 
 _SAMPLES = 32
 """Of the arc length, for each piece of the curve."""
@@ -37,21 +39,25 @@ class Spline(Deformer):
     ) -> None:
         """`points` (n, 3) metres in the node's space, `rolls` (n,) radians, counter-clockwise as seen from ahead,
         `scales` (n,) of the cross-section, `up` (3,) at the start, `extent`: of the mesh along its Z axis."""
-        self._count = len(np.asarray(points))
-        self._up, self.extent = np.asarray(up, np.float64), extent
+        self._count = len(checked("spline: points", doubles("n", 3), points))
+        self._up = checked("spline: up", doubles(3), up)
+        self.extent = checked("spline: extent", vector(2), extent)
+        if self.extent[0] == self.extent[1]:
+            raise SceneError(f"spline: extent: its ends are the same, {self.extent[0]:g}")
         self.version = 0
         """Counts what `set` was called with."""
         self.set(points, rolls, scales)
 
     def set(self, points: ArrayLike, rolls: ArrayLike = 0.0, scales: ArrayLike = 1.0) -> None:
         """Bend the mesh along other control points, as many as there were; parameters as above."""
-        control = np.array(points, np.float64)
-        if control.shape != (self._count, 3) or self._count < 2 or not np.isfinite(control).all():
+        control = checked("spline: points", doubles(), points)
+        if control.shape != (self._count, 3) or self._count < 2:
             raise SceneError(
                 f"spline: control points of shape {control.shape}; give {max(self._count, 2)} finite places x, y, z"
             )
+        given = checked("spline: rolls", doubles(), rolls), checked("spline: scales", doubles(), scales)
         try:
-            spread = [np.broadcast_to(np.asarray(v, np.float64), (self._count,)) for v in (rolls, scales)]
+            spread = [np.broadcast_to(values, (self._count,)) for values in given]
         except ValueError:
             raise SceneError(f"spline: give one roll and one scale, or one of each for {self._count} points") from None
         rows = np.zeros((self._count, 8))
@@ -159,10 +165,15 @@ class Spline(Deformer):
 
 def bend(mesh: Mesh, spline: Spline, copies: int = 1, name: str = "") -> Node:
     """A node whose mesh, `copies` of the given one end to end along Z, is bent along the whole spline."""
-    depths = np.concatenate([section.positions[:, 2] for section in mesh.sections])
-    low, high = float(depths.min()), float(depths.max())
-    if copies < 1 or high <= low:
-        raise SceneError(f"bend {name or mesh.name!r}: needs 1 or more copies of a mesh that reaches along its Z axis")
+    checked("bend: mesh", instance(Mesh), mesh)
+    checked("bend: name", text, name)
+    checked("bend: spline", instance(Spline), spline)
+    bent = f"bend {shown(name or mesh.name)}"
+    checked(f"{bent}: copies", whole(1, 1 << 24), copies)
+    depths = np.concatenate([np.zeros(0), *(section.positions[:, 2] for section in mesh.sections)])
+    low, high = float(depths.min(initial=np.inf)), float(depths.max(initial=-np.inf))
+    if high <= low:
+        raise SceneError(f"{bent}: needs a mesh that reaches along its Z axis")
     sections = [_repeated(section, copies, high - low) for section in mesh.sections]
     spline.extent = low, low + copies * (high - low)
     node = Node(name or mesh.name, mesh=Mesh(sections, mesh.name))

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, ClassVar, Protocol, TypeVar
 
-from pica.errors import SettingsError
+from pica.errors import SettingsError, plain, shown
 
 Value = bool | int | float | str
 _N = TypeVar("_N", int, float)
@@ -156,14 +156,3 @@ def group_name(group: type) -> str:
 def dotted(group: type, name: str) -> str:
     """Name of a setting on the command line, "shadows.mode", or "seed" outside of all groups."""
     return f"{group_name(group)}.{name}".lstrip(".")
-
-
-def plain(value: Any) -> Any:
-    """A Python value of a scalar of NumPy or alike; any other as it is."""
-    return value.item() if getattr(value, "shape", None) == () else value
-
-
-def shown(value: Any) -> str:
-    """A value in a message of one line."""
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, get_type_hints
 
-from pica.errors import SettingsError
+from pica.errors import SettingsError, plain, shown
 from pica.settings.groups import (
     AmbientOcclusionSettings,
     AntialiasingSettings,
@@ -16,7 +16,7 @@ from pica.settings.groups import (
     ShadowsSettings,
     VisibilitySettings,
 )
-from pica.settings.setting import Group, Level, Value, declared, dotted, number, plain, shown
+from pica.settings.setting import Group, Level, Value, declared, dotted, number
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Settings(Group):
     @staticmethod
     def preset(name: str) -> "Settings":
         """Named settings, one of PRESETS: "hybrid" is the default. Raises SettingsError."""
-        if name not in PRESETS:
+        if not isinstance(name, str) or name not in PRESETS:
             raise SettingsError(f"preset {shown(name)} is not one of {', '.join(PRESETS)}")
         return Settings().with_values(PRESETS[name].values)
 
@@ -53,6 +53,8 @@ class Settings(Group):
         Values may also be given as text, as on the command line. Levels come first, in whatever order they are given,
         so that a single setting decides over the level of its group. Raises SettingsError.
         """
+        if not isinstance(values, Mapping) or not all(isinstance(path, str) for path in values):
+            raise SettingsError(f'settings: {shown(values)} is not a mapping such as {{"shadows.mode": "hard"}}')
         groups: dict[str, dict[str, Any]] = {}
         others: dict[str, Any] = {}
         for path in sorted(values, key=lambda path: path not in GROUPS):

@@ -1,0 +1,179 @@
+"""The arrays that the fields of a scene can hold; how they are checked values.py says.
+
+What is of the wanted type already and lies in one piece is kept as it is, not copied, so that it can be shared. All
+else becomes a new array: floats of any kind are rounded, integers are taken exactly, in whatever byte and memory order.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from pica.errors import shown
+from pica.scene.values import LARGEST, TOO_LARGE, Check, UnfitError
+
+Shape = int | str
+"""How long an array is along one axis, or what is counted there where any length will do. An array whose shape is not
+given may have any."""
+LARGEST_SIDE = 16384
+"""Texels of a picture along one side; more is not for every device."""
+_LAST_ROW = [0.0, 0.0, 0.0, 1.0]
+_EXACT = 1 << 24
+"""All integers up to this are 32-bit floats."""
+
+
+def floats(*shape: Shape, low: float = -LARGEST) -> Check[NDArray[np.float32]]:
+    """Finite numbers of at least `low` as 32-bit floats."""
+    return _numbers(np.dtype(np.float32), shape, low)
+
+
+def doubles(*shape: Shape, low: float = -LARGEST) -> Check[NDArray[np.float64]]:
+    """Finite numbers that fit 32-bit floats too, which they will be on the device, as 64-bit ones."""
+    return _numbers(np.dtype(np.float64), shape, low)
+
+
+def numbers(*shape: Shape) -> Check[NDArray[Any]]:
+    """Finite numbers that fit 32-bit floats, of whatever type they are."""
+
+    def check(values: Any) -> NDArray[Any]:
+        array = _array(values, shape, "fiu", "numbers")
+        floats()(array if array.dtype.kind == "f" else array.astype(np.float64))
+        return array
+
+    return check
+
+
+def integers(dtype: DTypeLike, *shape: Shape) -> Check[NDArray[Any]]:
+    """Integers that fit a type of them."""
+    made = np.dtype(dtype)
+
+    def check(values: Any) -> NDArray[Any]:
+        array = _array(values, shape, "iu", "integers")
+        if array.dtype != made:
+            _check_range(array, np.iinfo(made))
+        return _converted(array, made)
+
+    return check
+
+
+def picture(texels: Check[NDArray[Any]]) -> Check[NDArray[Any]]:
+    """Of (height, width, channels), sides from 1 to LARGEST_SIDE."""
+
+    def check(values: Any) -> NDArray[Any]:
+        kept = texels(values)
+        height, width, _ = kept.shape
+        if not (min(height, width) >= 1 and max(height, width) <= LARGEST_SIDE):
+            raise UnfitError(f"{width}x{height} texels; width and height must be 1 to {LARGEST_SIDE}")
+        return kept
+
+    return check
+
+
+def affine(matrix: ArrayLike) -> NDArray[np.float64]:
+    """A copy of a (4, 4) matrix that moves, turns and scales: finite, last row 0, 0, 0, 1. It may be flat."""
+    plain = type(matrix) is np.ndarray and matrix.dtype == np.float64 and matrix.shape == (4, 4)
+    kept = np.array(matrix) if plain else _MATRIX(matrix).copy()
+    # One product for sixteen comparisons: what moves is set in every frame.
+    if not np.vdot(kept, kept) <= LARGEST or kept[3].tolist() != _LAST_ROW:
+        _MATRIX(kept)
+        _check_last_rows(kept[None])
+        kept[3] = _LAST_ROW
+    return kept
+
+
+def affines(matrices: ArrayLike) -> NDArray[np.float64]:
+    """(count, 4, 4) of such matrices, not copied."""
+    kept = _MATRICES(matrices)
+    _check_last_rows(kept)
+    return kept
+
+
+def place_of(bad: NDArray[np.bool_]) -> str:
+    """Where the first True is: "row 3 "; nothing where there are no rows."""
+    return f"row {np.argwhere(bad)[0][0]} " if bad.ndim else ""
+
+
+def _numbers(dtype: np.dtype[Any], shape: tuple[Shape, ...], low: float) -> Callable[[Any], NDArray[Any]]:
+    def check(values: Any) -> NDArray[Any]:
+        array = _array(values, shape, "fiu", "numbers")
+        kept = _converted(array, dtype)
+        # The sum of squares tells in one go that nothing is amiss; if it does not, look more closely.
+        if not np.vdot(kept, kept) <= LARGEST:
+            bad = ~(np.abs(kept) <= LARGEST)
+            if bad.any():
+                given = _first(array, bad)
+                fault = TOO_LARGE if np.isfinite(given) else "is not finite"
+                raise UnfitError(f"{place_of(bad)}{fault} ({given:g})")
+        if array.dtype.kind != "f":
+            _check_exact(array, kept)
+        if low > -LARGEST and kept.min(initial=low) < low:
+            bad = kept < low
+            fault = "is negative" if low == 0 else f"is less than {low:g}"
+            raise UnfitError(f"{place_of(bad)}{fault} ({_first(array, bad):g})")
+        return kept
+
+    return check
+
+
+def _converted(array: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+    """In the byte and memory order that everything else expects; the array itself where it is so already."""
+    if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
+        return array
+    with np.errstate(over="ignore"):
+        return np.array(array, dtype, order="C")
+
+
+def _array(values: Any, shape: tuple[Shape, ...], kinds: str, what: str) -> NDArray[Any]:
+    """The values as an array of a shape and of some kinds of numbers."""
+    try:
+        array = np.asarray(values)
+    except Exception as error:  # what an object's own conversion raises
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise UnfitError(f"is not an array of {what} ({shown(reason)})") from None
+    if array.dtype.kind not in kinds:
+        given = shown(values) if array.ndim == 0 else f"an array of {array.dtype.name}"
+        raise UnfitError(f"{given} is not an array of {what}")
+    if shape and not (
+        array.ndim == len(shape)
+        and all(isinstance(wanted, str) or wanted == length for wanted, length in zip(shape, array.shape, strict=True))
+    ):
+        wanted = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
+        raise UnfitError(f"has the shape {array.shape}, not ({wanted})")
+    return array
+
+
+def _first(array: NDArray[Any], bad: NDArray[np.bool_]) -> Any:
+    return array[tuple(np.argwhere(bad)[0])]
+
+
+def _check_range(array: NDArray[Any], limits: "np.iinfo[Any]") -> None:
+    least, most = int(limits.min), int(limits.max)
+    if not array.size or (int(array.min()) >= least and int(array.max()) <= most):
+        return
+    exact = array.astype(object)
+    bad = np.array((exact < least) | (exact > most), bool)
+    raise UnfitError(f"{place_of(bad)}is not from {least} to {most} ({shown(_first(array, bad))})")
+
+
+def _check_exact(given: NDArray[Any], kept: NDArray[Any]) -> None:
+    """Raises UnfitError for integers that floats do not hold."""
+    large = (given > _EXACT) | (given < -_EXACT) if given.dtype.itemsize > 2 else np.zeros(0, bool)
+    if not large.any():
+        return
+    # Python compares integers and floats exactly.
+    lost = large.copy()
+    lost[large] = kept[large].astype(object) != given[large].astype(object)
+    if lost.any():
+        fault = f"is an integer that {kept.dtype.name} does not hold ({_first(given, lost)}); round it to a float"
+        raise UnfitError(f"{place_of(lost)}{fault}")
+
+
+def _check_last_rows(matrices: NDArray[np.float64]) -> None:
+    off = np.abs(matrices[:, 3] - _LAST_ROW) > 1e-4  # as close as files and inverses keep to it
+    if off.any():
+        row = matrices[int(np.argwhere(off)[0][0]), 3].tolist()
+        raise UnfitError(f"its last row is {shown(row)}, not 0, 0, 0, 1")
+
+
+_MATRIX, _MATRICES = doubles(4, 4), doubles("count", 4, 4)

@@ -1,0 +1,67 @@
+"""Fields of dataclasses that keep only what fits them, so that an error points at the line that set it."""
+
+import re
+from typing import Any, Generic, TypeVar, overload
+
+from pica.errors import SceneError, shown
+from pica.scene.values import Check, UnfitError
+
+_Value = TypeVar("_Value")
+_REQUIRED = object()
+
+
+class CheckedField(Generic[_Value]):
+    """A field that keeps what its check gives for the value that it is set to. Raises SceneError, naming the field.
+
+    A descriptor, as dataclasses know them. The default is not checked; a class stands for a new object of it each time.
+    Without a default the field must be given.
+    """
+
+    def __init__(self, check: Check[_Value], default: Any = _REQUIRED) -> None:
+        self._check, self._default = check, default
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, holder: None, owner: type) -> _Value: ...
+    @overload
+    def __get__(self, holder: object, owner: type) -> _Value: ...
+    def __get__(self, holder: object | None, owner: type) -> _Value:
+        value = self._default if holder is None else holder.__dict__.get(self._name, _REQUIRED)
+        if value is _REQUIRED:
+            raise AttributeError(f"{owner.__name__} has no {self._name}")
+        return value
+
+    def __set__(self, holder: object, value: _Value) -> None:
+        if value is not self._default:
+            value = fitting(holder, self._name, self._check, value)
+        elif isinstance(value, type):
+            value = value()
+        holder.__dict__[self._name] = value
+
+    def check_again(self, holder: object) -> None:
+        """Raises SceneError when what was written into an array since does not fit."""
+        CheckedField.__set__(self, holder, self.__get__(holder, type(holder)))
+
+
+def fitting(holder: object, field: str, check: Check[_Value], value: Any) -> _Value:
+    """The value to keep in a field of an object. Raises SceneError where it does not fit."""
+    try:
+        return check(value)
+    except UnfitError as unfit:
+        raise SceneError(f"{described(holder)}: {field}: {unfit}") from None
+
+
+def check_again(holder: object) -> None:
+    """Check all fields of an object, for what was written into their arrays. Raises SceneError."""
+    for field in vars(type(holder)).values():
+        if isinstance(field, CheckedField):
+            field.check_again(holder)
+
+
+def described(holder: object) -> str:
+    """What a message calls an object: its class and, where it is known by then, its name."""
+    kind = re.sub("(?<!^)(?=[A-Z])", " ", type(holder).__name__).lower()
+    name = vars(holder).get("name")
+    return f"{kind} {shown(name)}" if isinstance(name, str) and name else kind

@@ -1,0 +1,149 @@
+"""Meshes: triangles and other primitives, each with a material."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.errors import SceneError
+from pica.scene.arrays import floats, integers, place_of
+from pica.scene.checked_field import CheckedField, check_again, described
+from pica.scene.material import Material
+from pica.scene.primitives import Primitives
+from pica.scene.values import flag, instance, items, optional, text
+
+_OFFSETS = optional(floats("targets", "vertices", 3))
+
+
+@dataclass(eq=False)
+class Section:
+    """A part of a mesh with one material (a glTF primitive): indexed triangles. One without triangles shows nothing.
+
+    Attributes that a file lacks are generated when it is loaded, so all are always there. Arrays of the type and shape
+    below are kept as they are, not copied; others are converted where that loses nothing but a float's last digits.
+    Raises SceneError, which names the field, for what is not finite or does not fit, when a field is set; for what does
+    not fit each other, and for what was written into an array since, before the mesh is shown. What is shown does not
+    follow what is written into these arrays: DynamicVertices is for that.
+    """
+
+    positions: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 3))
+    """(vertices, 3) metres, object space."""
+    normals: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 3))
+    """(vertices, 3) unit length."""
+    tangents: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 4))
+    """(vertices, 4) unit length, w = sign of the bitangent cross(normal, tangent) (glTF 2.0, 3.7.2.1)."""
+    uv0: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 2))
+    """(vertices, 2) first texture coordinates, v down."""
+    uv1: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 2))
+    """(vertices, 2) second texture coordinates."""
+    colors: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 4))
+    """(vertices, 4) linear, multiplies the base colour."""
+    indices: CheckedField[NDArray[np.uint32]] = CheckedField(integers(np.uint32, "triangles", 3))
+    """(triangles, 3), counter-clockwise from the front."""
+    material: CheckedField[Material] = CheckedField(instance(Material))
+    flat: CheckedField[bool] = CheckedField(flag, False)
+    """Normals are those of the triangles, which share no vertices; where those bend, normals follow their new faces."""
+    joints: CheckedField[NDArray[np.uint16] | None] = CheckedField(
+        optional(integers(np.uint16, "vertices", "joints a vertex")), None
+    )
+    """(vertices, k) which of the skin's joints a vertex follows; None: no skin can move it."""
+    weights: CheckedField[NDArray[np.float32] | None] = CheckedField(
+        optional(floats("vertices", "joints a vertex", low=0)), None
+    )
+    """(vertices, k) how far it follows each: 0 or more, sums of 1."""
+    morph_positions: CheckedField[NDArray[np.float32] | None] = CheckedField(_OFFSETS, None)
+    """(targets, vertices, 3) metres, offsets that the node's weights scale and add; None: no morph targets."""
+    morph_normals: CheckedField[NDArray[np.float32] | None] = CheckedField(_OFFSETS, None)
+    """(targets, vertices, 3) offsets to the normals; None: they stay."""
+    morph_tangents: CheckedField[NDArray[np.float32] | None] = CheckedField(_OFFSETS, None)
+    """(targets, vertices, 3) offsets to the tangents' directions; None: they stay."""
+
+    rows: CheckedField[NDArray[np.uint32] | None] = CheckedField(optional(integers(np.uint32, "vertices")), None)
+    """(vertices,) which rows of a deformer's arrays the vertices take; None: no deformer has an array for them."""
+
+    def __post_init__(self) -> None:
+        if fault := self._misfit():
+            raise SceneError(f"section: {fault}")
+
+    def check(self) -> None:
+        """Raises SceneError when the arrays, as they are now, do not fit their fields or each other."""
+        check_again(self)
+        self.__post_init__()
+
+    def take(self, vertices: NDArray[np.intp], indices: NDArray[np.uint32]) -> "Section":
+        """The section with only the given vertices, (count,), in that order; `indices` (triangles, 3) count in them."""
+        per_vertex = {name: getattr(self, name) for name in _OPTIONAL_ATTRIBUTES}
+        per_target = {name: getattr(self, name) for name in _MORPHED}
+        return replace(
+            self,
+            **{name: getattr(self, name)[vertices] for name in _ATTRIBUTES},
+            **{name: values[vertices] for name, values in per_vertex.items() if values is not None},
+            **{name: values[:, vertices] for name, values in per_target.items() if values is not None},
+            indices=indices,
+        )
+
+    def _misfit(self) -> str:
+        """What does not fit each other; empty if nothing."""
+        count = len(self.positions)
+        for name in (*_ATTRIBUTES, *_OPTIONAL_ATTRIBUTES, *_MORPHED):
+            values = getattr(self, name)
+            length = count if values is None else values.shape[name in _MORPHED]
+            if length != count:
+                return f"{name}: for {length} vertices, but there are {count} positions"
+        if len(self.indices) and int(self.indices.max()) >= count:
+            bad = self.indices >= count
+            return f"indices: {place_of(bad)}names vertex {self.indices[bad][0]} of {count}"
+        targets = {len(values) for name in _MORPHED if (values := getattr(self, name)) is not None}
+        if len(targets) > 1:
+            return f"morph_positions: differ from morph_normals or morph_tangents in their number of targets, {targets}"
+        return self._misfit_of_weights()
+
+    def _misfit_of_weights(self) -> str:
+        if self.joints is None and self.weights is None:
+            return ""
+        if self.joints is None or self.weights is None:
+            return "weights: joints and weights go together, but one is None"
+        if self.joints.shape != self.weights.shape:
+            return f"weights: have the shape {self.weights.shape}, but joints have {self.joints.shape}"
+        sums = self.weights.sum(axis=1)
+        off = np.abs(sums - 1) > _WEIGHTS_OFF
+        return f"weights: {place_of(off)}does not add up to 1 ({sums[off][0]:g})" if off.any() else ""
+
+
+_ATTRIBUTES = ("positions", "normals", "tangents", "uv0", "uv1", "colors")
+_OPTIONAL_ATTRIBUTES = ("joints", "weights", "rows")
+_MORPHED = ("morph_positions", "morph_normals", "morph_tangents")
+_WEIGHTS_OFF = 1e-2
+"""By how much sums of weights, which files have in as few as eight bits, may differ from 1."""
+
+
+@dataclass(eq=False)
+class Mesh:
+    """Sections and primitives that move together. One without any shows nothing. Raises SceneError for other things."""
+
+    sections: CheckedField[list[Section]] = CheckedField(items(Section), list)
+    name: CheckedField[str] = CheckedField(text, "")
+    primitives: CheckedField[list[Primitives]] = CheckedField(items(Primitives), list)
+    """What is not made of triangles. A node whose mesh has any can be moved, but not skinned or morphed."""
+
+    def __post_init__(self) -> None:
+        targets = {0 if s.morph_positions is None else len(s.morph_positions) for s in self.sections}
+        if len(targets) > 1:
+            raise SceneError(f"{described(self)}: sections: differ in their number of morph targets, {sorted(targets)}")
+
+    def check(self) -> None:
+        """Raises SceneError when the sections, as they are now, cannot be shown."""
+        check_again(self)
+        self.__post_init__()
+        parts: list[Section | Primitives] = [*self.sections, *self.primitives]
+        for index, part in enumerate(parts):
+            try:
+                part.check()
+            except SceneError as fault:
+                raise SceneError(f"{described(self)}: part {index}: {fault}") from None
+
+    @property
+    def target_count(self) -> int:
+        """How many morph targets the sections have, all the same number."""
+        targets = (section.morph_positions for section in self.sections)
+        return max((len(positions) for positions in targets if positions is not None), default=0)

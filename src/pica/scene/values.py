@@ -1,0 +1,181 @@
+"""What the fields of a scene can hold: checks that give the value to keep, or say why there is none.
+
+A check is a function of the value that a user gave. What it raises, UnfitError, says only what is wrong; whoever knows
+the field, `checked` or a CheckedField, makes a SceneError of it that names the field. Those of arrays are in arrays.py.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from itertools import islice
+from numbers import Integral, Real
+from typing import Any, TypeVar
+
+import numpy as np
+
+from pica.errors import PicaError, SceneError, plain, shown
+
+_Value = TypeVar("_Value")
+Check = Callable[[Any], _Value]
+
+LARGEST = float(np.finfo(np.float32).max)
+"""Of the numbers that shaders can hold."""
+_SMALLEST = float(np.finfo(np.float32).tiny)
+"""Above 0, likewise."""
+TOO_LARGE = "is too large for 32-bit floats"
+
+
+class UnfitError(Exception):
+    """Why a value cannot be kept, such as "nan is not finite"."""
+
+
+def checked(what: str, check: Check[_Value], value: Any, error: type[PicaError] = SceneError) -> _Value:
+    """The value to keep of `what`, such as "spline: points". Raises the error where it does not fit."""
+    try:
+        return check(value)
+    except UnfitError as unfit:
+        raise error(f"{what}: {unfit}") from None
+
+
+def number(low: float = -LARGEST, high: float = LARGEST) -> Check[float]:
+    """A finite number from low to high."""
+
+    def check(value: Any) -> float:
+        if type(value) is not float:
+            value = _real(value)
+        if not low <= value <= high:
+            raise UnfitError(f"{shown(value)} {_outside(value, low, high)}")
+        return float(value)
+
+    return check
+
+
+def positive(high: float = LARGEST) -> Check[float]:
+    """A finite number above 0."""
+    within = number(high=high)
+
+    def check(value: Any) -> float:
+        found = within(value)
+        if found < _SMALLEST:
+            raise UnfitError(f"{shown(found)} is not above 0")
+        return found
+
+    return check
+
+
+def whole(low: int, high: int) -> Check[int]:
+    """A whole number from low to high."""
+
+    def check(value: Any) -> int:
+        found = plain(value)
+        if isinstance(found, bool) or not isinstance(found, Integral):
+            raise UnfitError(f"{shown(value)} is not a whole number")
+        if not low <= int(found) <= high:
+            raise UnfitError(f"{shown(value)} is not from {low} to {high}")
+        return int(found)
+
+    return check
+
+
+def vector(count: int, low: float = -LARGEST, high: float = LARGEST) -> Check[tuple[Any, ...]]:
+    """So many finite numbers from low to high, in anything that can be gone through."""
+    one = number(low, high)
+
+    def check(values: Any) -> tuple[float, ...]:
+        found = values if type(values) is tuple else tuple(islice(_each(values), count + 1))
+        if len(found) != count:
+            raise UnfitError(f"{shown(values)} is not {count} numbers")
+        return tuple(one(value) for value in found)
+
+    return check
+
+
+def flag(value: Any) -> bool:
+    """True or false."""
+    if type(value) is bool:
+        return value
+    if isinstance(value, np.bool_):
+        return bool(value)
+    raise UnfitError(f"{shown(value)} is not True or False")
+
+
+def text(value: Any) -> str:
+    """Text."""
+    if isinstance(value, str):
+        return value
+    raise UnfitError(f"{shown(value)} is not text")
+
+
+def choice(*known: str) -> Check[Any]:
+    """One of some words."""
+
+    def check(value: Any) -> str:
+        if isinstance(value, str) and value in known:
+            return value
+        raise UnfitError(f"{shown(value)} is not one of {', '.join(known)}")
+
+    return check
+
+
+def instance(*kinds: type[Any]) -> Check[Any]:
+    """An object of one of some classes."""
+
+    def check(value: Any) -> Any:
+        if isinstance(value, kinds):
+            return value
+        wanted = " or ".join(kind.__name__ for kind in kinds)
+        raise UnfitError(f"{shown(value)} is not {_article(wanted)} {wanted}")
+
+    return check
+
+
+def items(kind: type[Any]) -> Check[list[Any]]:
+    """A list of objects of a class."""
+    one = instance(kind)
+
+    def check(values: Any) -> list[Any]:
+        kept = [one(value) for value in _each(values)]
+        return values if isinstance(values, list) else kept
+
+    return check
+
+
+def optional(check: Check[_Value]) -> Check[_Value | None]:
+    """None, or what fits."""
+    return lambda value: None if value is None else check(value)
+
+
+def _each(values: Any) -> Iterator[Any]:
+    if isinstance(values, str | bytes):
+        raise UnfitError(f"{shown(values)} is text, not several values")
+    try:
+        yield from values
+    except UnfitError:
+        raise
+    except Exception:  # what going through them raises
+        raise UnfitError(f"{shown(values)} is not several values") from None
+
+
+def _real(value: Any) -> Any:
+    found = plain(value)
+    if isinstance(found, bool) or not isinstance(found, Real):
+        raise UnfitError(f"{shown(value)} is not a number")
+    return found
+
+
+def _outside(value: Any, low: float, high: float) -> str:
+    """Why a number is not from low to high."""
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:  # an integer beyond all floats
+        finite = True
+    if not finite:
+        return "is not finite"
+    if abs(value) > LARGEST:
+        return TOO_LARGE
+    if high == LARGEST:
+        return "is negative" if low == 0 else f"is less than {low:g}"
+    return f"is not from {low:g} to {high:g}"
+
+
+def _article(noun: str) -> str:
+    return "an" if noun[0] in "AEIOU" else "a"
