@@ -36,6 +36,13 @@ def picture(device, shown, kind=pica.Renderer):
     return kind(shown, SIZE, settings=settings(RAYS), device=device).render(1, CAMERA)
 
 
+def first(renderer):
+    """A frame that nothing came before."""
+    if isinstance(renderer, pica.Renderer):
+        renderer.reset()
+    return renderer.render(1, CAMERA)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_meshes_of_any_arrays_look_alike(device, kind):
     plain = section()
@@ -82,9 +89,8 @@ def test_a_frame_that_cannot_be_shown_is_refused_until_that_is_mended(device, ki
         with pytest.raises(SceneError, match=r"^node 'ball': its place in the world is too large for 32-bit floats$"):
             renderer.render(1, CAMERA)
     ball.transform, far.transform = move(-0.5, 0.5, 0), np.eye(4)
-    mended = renderer.render(1, CAMERA)
-    expected = picture(device, scene(placed(section(), move(0.2, 0, 0)), placed(section(), move(-0.5, 0.5, 0))), kind)
-    np.testing.assert_array_equal(mended.aov("depth"), expected.aov("depth"))
+    alike = scene(placed(section(), move(0.2, 0, 0)), placed(section(), move(-0.5, 0.5, 0)))
+    np.testing.assert_array_equal(first(renderer).aov("depth"), picture(device, alike, kind).aov("depth"))
 
 
 def test_what_cannot_be_shown_can_be_taken_out_again(device):
@@ -100,7 +106,7 @@ def test_what_cannot_be_shown_can_be_taken_out_again(device):
         with pytest.raises(SceneError, match=fault):
             renderer.render(1, CAMERA)
         shown.remove(node)
-        np.testing.assert_array_equal(renderer.render(1, CAMERA).aov("depth"), expected)
+        np.testing.assert_array_equal(first(renderer).aov("depth"), expected)
 
 
 def test_an_animated_node_that_leaves_the_numbers_says_so(device):
@@ -116,17 +122,31 @@ def test_an_animated_node_that_leaves_the_numbers_says_so(device):
     assert renderer.render(1, CAMERA).aov("instance").any()
 
 
-@pytest.mark.parametrize("value", [np.nan, 1e39, "1", None, (1.0, 2.0), True, 1j])
-def test_parameters_of_materials_are_finite_numbers(device, tmp_path, value):
-    path = tmp_path / "tinted.slang"
-    path.write_text(
-        "import materials.material_type;\n"
-        "struct Tinted : IMaterialType\n{\n    struct Parameters { float share; }\n"
-        "    static float coverage(MaterialInput input) { return 1; }\n"
-        "    static float3 emission(MaterialInput input) { return input.parameters<Parameters>().share; }\n"
-        "    static void evaluate(MaterialInput input, inout Surface surface) {}\n}\n"
-    )
-    pica.register_material("tinted", path)
-    material = Material("tint", type="tinted", parameters={"share": value})
-    with pytest.raises(MaterialTypeError, match=r"^material 'tint': parameter 'share' is .* but must be a number$"):
-        pica.Renderer(scene(placed(box(1, material))), SIZE, device=device)
+COUNTED = """
+import materials.material_type;
+struct Counted : IMaterialType
+{
+    struct Parameters { float share; int count; }
+    static void evaluate(MaterialInput input, inout Surface surface) {}
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("share", value) for value in (np.nan, 1e39, "1", None, (1.0, 2.0), True, 1j)]
+    + [("count", value) for value in (0.5, np.nan, 1e300, 1 << 40, "1", None, True)],
+)
+def test_parameters_of_materials_are_finite_numbers(device, tmp_path, name, value):
+    path = tmp_path / "counted.slang"
+    path.write_text(COUNTED)
+    pica.register_material("counted", path)
+    parameters = {"share": np.float64(0.5), "count": 3.0}
+
+    def shown(parameters):
+        material = Material("tally", type="counted", parameters=parameters)
+        return pica.Renderer(scene(placed(box(1, material))), SIZE, device=device)
+
+    shown(parameters).close()
+    with pytest.raises(MaterialTypeError, match=rf"^material 'tally': parameter '{name}' is .*, but must be a number"):
+        shown({**parameters, name: value})

@@ -216,14 +216,14 @@ def test_properties_of_nodes_name_themselves(name):
         ),
         (
             lambda: Environment(np.full((2, 4, 3), 1e30), 1e30),
-            "environment: strength: 1e+30 times the radiance is too large for 32-bit floats",
+            "environment: strength: 1e+30 times the radiance is more than 1e+36 nits",
         ),
         (lambda: SphereLight(radius=1e200), "sphere light: radius: 1e+200 is too large for 32-bit floats"),
         (lambda: DiskLight(radius=0), "disk light: radius: 0.0 is not above 0"),
         (lambda: RectangleLight(width=-1), "rectangle light: width: -1.0 is not above 0"),
         (
             lambda: PointLight((1, 1, 2), 3e38, name="lamp"),
-            "point light 'lamp': intensity: 3e+38 times the colour is too large for 32-bit floats",
+            "point light 'lamp': intensity: 3e+38 times the colour is more than 1e+36",
         ),
         (
             lambda: SpotLight(inner_cone_angle=1.0, outer_cone_angle=0.5),

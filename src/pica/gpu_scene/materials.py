@@ -229,7 +229,7 @@ class MaterialTable:
             height=height,
             mip_count=levels,
             usage=spy.TextureUsage.shader_resource | spy.TextureUsage.render_target,
-            label=image.name,
+            label=image.name.encode(errors="replace").decode(),  # files can name things by what is no text
         )
         self._device.count_memory(texture.memory_usage.device)
         # SlangPy refuses read-only arrays.

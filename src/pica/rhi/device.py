@@ -199,7 +199,7 @@ class Device:
         """A buffer with this data, or of `size` bytes; `struct_size` in bytes for structured ones."""
         content: dict[str, Any] = {"size": max(size, 4)}
         if data is not None and data.nbytes:
-            content = {"data": np.ascontiguousarray(data)}
+            content = {"data": np.require(data, requirements=["C", "W"])}  # SlangPy takes no read-only arrays
         buffer = self.handle.create_buffer(usage=usage, struct_size=struct_size, label=label, **content)
         self.count_memory(buffer.memory_usage.device)
         return buffer

@@ -180,7 +180,7 @@ class DeviceTable:
         count = rows.nbytes // self._stride
         first = self._runs.take(count)
         self._rows.reserve(encoder, first + count)
-        content = np.ascontiguousarray(rows).view(np.uint8).ravel()
+        content = np.require(rows, requirements=["C", "W"]).view(np.uint8).ravel()  # SlangPy takes no read-only arrays
         encoder.upload_buffer_data(self.buffer, first * self._stride, content)
         return first
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pica.errors import SceneError, shown
 from pica.scene.arrays import floats, picture
 from pica.scene.checked_field import CheckedField, check_again, described
-from pica.scene.values import LARGEST, number, text
+from pica.scene.values import BRIGHTEST, number, text
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +29,8 @@ class Environment:
     name: CheckedField[str] = CheckedField(text, "")
 
     def __post_init__(self) -> None:
-        if not float(self.radiance.max()) * self.strength <= LARGEST:
-            fault = f"{shown(self.strength)} times the radiance is too large for 32-bit floats"
+        if not float(self.radiance.max()) * self.strength <= BRIGHTEST:
+            fault = f"{shown(self.strength)} times the radiance is more than {BRIGHTEST:g} nits"
             raise SceneError(f"{described(self)}: strength: {fault}")
 
     def check(self) -> None:

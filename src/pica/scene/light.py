@@ -11,7 +11,7 @@ from typing import Literal
 from pica.errors import SceneError, shown
 from pica.scene.channels import ALL_CHANNELS, checked_channels
 from pica.scene.checked_field import CheckedField, described
-from pica.scene.values import LARGEST, choice, number, optional, positive, text, vector
+from pica.scene.values import BRIGHTEST, LARGEST, choice, number, optional, positive, text, vector
 
 Color = tuple[float, float, float]
 WHITE: Color = (1.0, 1.0, 1.0)
@@ -40,8 +40,8 @@ class _AnyLight:
     def __post_init__(self) -> None:
         for name in ("illuminance", "intensity", "radiance"):
             strength = getattr(self, name, 0.0)
-            if not max(getattr(self, "color", WHITE)) * strength <= LARGEST:
-                fault = f"{shown(strength)} times the colour is too large for 32-bit floats"
+            if not max(getattr(self, "color", WHITE)) * strength <= BRIGHTEST:
+                fault = f"{shown(strength)} times the colour is more than {BRIGHTEST:g}"
                 raise SceneError(f"{described(self)}: {name}: {fault}")
 
 

@@ -13,7 +13,7 @@ from pica.scene.arrays import integers, picture
 from pica.scene.checked_field import CheckedField
 from pica.scene.light import COLOR, WHITE, Color
 from pica.scene.material_registry import STANDARD
-from pica.scene.values import UnfitError, flag, instance, number, optional, text, vector, whole
+from pica.scene.values import BRIGHTEST, UnfitError, flag, instance, number, optional, text, vector, whole
 
 _SHARE = number(0, 1)
 _NOT_NEGATIVE = number(0)
@@ -103,7 +103,7 @@ class Material:
     metallic: CheckedField[float] = CheckedField(_SHARE, 1.0)
     roughness: CheckedField[float] = CheckedField(_SHARE, 1.0)
     """GGX's alpha is roughness squared."""
-    emission: CheckedField[Color] = CheckedField(COLOR, (0.0, 0.0, 0.0))
+    emission: CheckedField[Color] = CheckedField(vector(3, 0, BRIGHTEST), (0.0, 0.0, 0.0))
     """Nits, 0 or more: glTF's emissiveFactor times KHR_materials_emissive_strength."""
     base_color_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
     """sRGB; alpha linear."""

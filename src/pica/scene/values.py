@@ -19,6 +19,8 @@ Check = Callable[[Any], _Value]
 
 LARGEST = float(np.finfo(np.float32).max)
 """Of the numbers that shaders can hold."""
+BRIGHTEST = 1e36
+"""Nits, candela or lux: sums and products of light on its way to a picture must stay finite too."""
 _SMALLEST = float(np.finfo(np.float32).tiny)
 """Above 0, likewise."""
 TOO_LARGE = "is too large for 32-bit floats"
@@ -172,8 +174,10 @@ def _outside(value: Any, low: float, high: float) -> str:
         return "is not finite"
     if abs(value) > LARGEST:
         return TOO_LARGE
+    if value < 0 == low:
+        return "is negative"
     if high == LARGEST:
-        return "is negative" if low == 0 else f"is less than {low:g}"
+        return f"is less than {low:g}"
     return f"is not from {low:g} to {high:g}"
 
 
