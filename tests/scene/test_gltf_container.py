@@ -22,7 +22,7 @@ def test_gltf_and_glb_hold_the_same(tmp_path: Path) -> None:
     np.testing.assert_array_equal(sections[0].positions, sections[1].positions)
 
 
-@pytest.mark.parametrize("uri", ["my%20data.bin", "../side/data.bin", "./my data.bin"])
+@pytest.mark.parametrize("uri", ["my%20data.bin", "side/../my data.bin", "./my data.bin"])
 def test_buffers_in_files(uri: str, tmp_path: Path) -> None:
     file = triangle()
     folder = tmp_path / "models"
