@@ -23,11 +23,11 @@ _SCAN = b"\xff\xda"
 
 @dataclass(frozen=True)
 class PictureSize:
-    """How large a picture is, and how many channels its reader makes of it."""
+    """How large a picture is, and how many bytes a pixel takes while it becomes radiance, 12 of them in the end."""
 
     width: int
     height: int
-    channels: int = 4
+    pixel_bytes: int = 20
 
     @property
     def pixels(self) -> int:
@@ -38,8 +38,8 @@ class PictureSize:
 def radiance_size(file: BinaryIO) -> PictureSize:
     """The size of a .hdr, .exr, .png or .jpg picture, by what its content begins with.
 
-    Raises SceneError for any other, and for a .hdr picture that lacks pixels, for which its reader would give whatever
-    is in memory; what Pillow raises for a broken one.
+    Raises SceneError for any other, for a broken header, and for a .hdr picture that lacks pixels: its reader would give
+    whatever is in memory for them. For broken .png and .jpg pictures raises what Pillow does.
     """
     file.seek(0)
     start = file.read(8)
@@ -86,7 +86,7 @@ def _exr_size(file: BinaryIO) -> PictureSize:
     if b"tiles" in attributes:  # a tile is read as a whole, however little of it the picture shows
         tile_width, tile_height = struct.unpack("<2I", attributes[b"tiles"][:8])
         width, height = max(width, tile_width), max(height, tile_height)
-    return PictureSize(width, height, channels)
+    return PictureSize(width, height, 12 + 4 * channels)
 
 
 def _text(file: BinaryIO) -> bytes:
@@ -115,7 +115,7 @@ def _hdr_size(content: bytes) -> PictureSize:
         complete = len(content) - start >= 4 * width * height
     if not complete:
         raise SceneError(f"truncated, {width}x{height} pixels do not fit in the file")
-    return PictureSize(width, height, 3)
+    return PictureSize(width, height, 16)
 
 
 def _has_all_lines(content: bytes, start: int, width: int, height: int) -> bool:

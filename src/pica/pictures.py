@@ -17,8 +17,8 @@ from pica.errors import PicaError, SceneError
 from pica.files import open_file, printable, read_file, size_of
 from pica.picture_headers import check_scans, radiance_size
 
-MAX_PIXELS = 16384 * 8192
-"""Pictures larger than this are refused: a small broken file can claim any size."""
+MAX_PIXELS, MAX_SIDE = 16384 * 8192, 32768
+"""Pictures larger than this are refused: a small broken file can claim any size. No device takes longer sides."""
 
 Admit = Callable[[int, int], object]
 """Called with the pixels of a picture and the bytes that it takes, before it takes them; raises SceneError, which need
@@ -31,11 +31,7 @@ _STRIP = 1 << 16
 """Pixels that are converted at once: few enough to stay in a processor's cache."""
 
 
-def _admit_all(pixels: int, taken: int) -> None:
-    pass
-
-
-def _admit_file(length: int) -> None:
+def _admit_all(*_: int) -> None:
     pass
 
 
@@ -55,11 +51,12 @@ def read_image(data: bytes | memoryview | Path, name: str, admit: Admit = _admit
 
 
 def read_radiance(
-    path: str | Path, admit: Admit = _admit_all, admit_file: Callable[[int], object] = _admit_file
+    path: str | Path, admit: Admit = _admit_all, admit_file: Callable[[int], object] = _admit_all
 ) -> NDArray[np.float32]:
     """Read .hdr, .exr, .png or .jpg as linear radiance, (height, width, 3); eight-bit pictures are taken as sRGB.
 
-    `admit_file` is called before `admit`, with the bytes of the file, and may raise likewise. Raises SceneError when the file is missing, broken, too large or of another kind.
+    `admit_file` is called before `admit`, with the bytes of the file, and may raise likewise.
+    Raises SceneError when the file is missing, broken, too large or of another kind.
     """
     bitmap = _open_bitmap(path, admit, admit_file)
     rgb, float32 = slangpy.Bitmap.PixelFormat.rgb, slangpy.Bitmap.ComponentType.float32
@@ -77,7 +74,7 @@ def read_radiance(
 
 def read_exr_channels(path: str | Path) -> dict[str, NDArray[np.float32]]:
     """The channels of an OpenEXR file by name, (height, width) each. Raises SceneError."""
-    return _channels(_open_bitmap(path, _admit_all, _admit_file))
+    return _channels(_open_bitmap(path, _admit_all, _admit_all))
 
 
 def write_png(path: str | Path, pixels: NDArray[np.uint8]) -> None:
@@ -113,8 +110,10 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def _check_size(width: int, height: int) -> None:
-    if width * height > MAX_PIXELS:
-        raise SceneError(f"{width}x{height} pixels are too many (limit {MAX_PIXELS})")
+    if width * height > MAX_PIXELS or max(width, height) > MAX_SIDE:
+        raise SceneError(
+            f"{width}x{height} pixels are too many (limit {MAX_PIXELS}, and {MAX_SIDE} in a row or column)"
+        )
 
 
 def _eight_bits(image: PIL.Image.Image) -> NDArray[np.uint8]:
@@ -137,7 +136,7 @@ def _open_bitmap(path: str | Path, admit: Admit, admit_file: Callable[[int], obj
         admit_file(size_of(file))
         size = radiance_size(file)
         _check_size(size.width, size.height)
-        admit(size.pixels, 4 * size.pixels * (size.channels + 3))
+        admit(size.pixels, size.pixels * size.pixel_bytes)
         return slangpy.Bitmap(path)
 
 

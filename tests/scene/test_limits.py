@@ -261,6 +261,28 @@ def test_limits_are_raised_and_lowered_by_name(tmp_path: Path) -> None:
             load(path, limits=Limits(**{name: most}))
 
 
+@pytest.mark.parametrize(
+    ("most", "asks"),
+    [
+        (300, "the file"),
+        (60_000, "its JSON"),
+        (950_000, r"buffers\[0\].uri"),
+        (1_200_000, r"buffers\[1\].uri: 'more.bin'"),
+    ],
+)
+def test_the_bytes_of_files_count(most: float, asks: str, tmp_path: Path) -> None:
+    file = GltfFile()
+    (tmp_path / "more.bin").write_bytes(bytes(200_000))
+    file.more_buffers = [{"uri": "more.bin", "byteLength": 200_000}]
+    view = file.add("bufferViews", buffer=1, byteLength=36)
+    file.mesh(file.add("accessors", bufferView=view, componentType=5121, count=9, type="VEC3"))
+    file.mesh(file.accessor(np.zeros((3000, 3))))
+    file.json["nodes"].reverse()
+    path = file.write(tmp_path)
+    with pytest.raises(SceneError, match=rf"model.gltf: {asks}: would take .* MB of memory.*; the limit is"):
+        load(path, limits=Limits(bytes=most))
+
+
 def test_infinity_takes_a_limit_away() -> None:
     budget = Budget(Limits(bytes=math.inf, vertices=math.inf, expansion=math.inf))
     budget.read_file("a.bin", 1)

@@ -52,7 +52,10 @@ def morph_offsets(
 def joints_and_weights(
     document: Document, accessors: Element, vertex_count: int, wanted: Rows | None
 ) -> tuple[NDArray[np.uint16], NDArray[np.float32]] | None:
-    """(wanted vertices, k) each, from any number of sets, without columns that have no weight; None where there are none."""
+    """(vertices, k) each, of those `wanted` or all, from any number of sets, without columns that have no weight.
+
+    None where there are none.
+    """
     joint_sets, weight_sets = [], []
     for number in count():
         names = f"JOINTS_{number}", f"WEIGHTS_{number}"

@@ -111,7 +111,7 @@ class Meshes:
 
 
 def _renumbered(triangles: NDArray[np.uint32], vertex_count: int) -> tuple[NDArray[np.uint32], Rows | None]:
-    """The triangles, (n, 3), by the numbers of the vertices that they use among these; which those are, None for all."""
+    """The triangles, (n, 3), in numbers among the vertices that they use, and which those are; None for all."""
     if vertex_count > 8 * triangles.size:  # a part of a large mesh: looking at all its vertices would take longer
         used, corners = np.unique(triangles, return_inverse=True)
         return corners.reshape(-1, 3).astype(np.uint32), used.astype(np.intp)
