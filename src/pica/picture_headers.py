@@ -38,7 +38,7 @@ class PictureSize:
 def radiance_size(file: BinaryIO) -> PictureSize:
     """The size of a .hdr, .exr, .png or .jpg picture, by what its content begins with.
 
-    Raises SceneError for any other, for a broken header, and for a .hdr picture that lacks pixels: its reader would give
+    Raises SceneError for any other, for a broken header, and for a .hdr picture that lacks pixels: its reader gives
     whatever is in memory for them. For broken .png and .jpg pictures raises what Pillow does.
     """
     file.seek(0)
