@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from pica.scene.camera import Camera
     from pica.scene.dynamic_vertices import DynamicVertices
     from pica.scene.environment import Environment
+    from pica.scene.limits import Limits
     from pica.scene.loading import load
     from pica.scene.material import Material
     from pica.scene.material_registry import register_material
@@ -44,6 +45,7 @@ __all__ = [
     "DynamicVertices",
     "Environment",
     "Frame",
+    "Limits",
     "Material",
     "MaterialTypeError",
     "PathTracer",
@@ -69,6 +71,7 @@ _HOME = {
     "DynamicVertices": "pica.scene.dynamic_vertices",
     "Environment": "pica.scene.environment",
     "Frame": "pica.output",
+    "Limits": "pica.scene.limits",
     "Material": "pica.scene.material",
     "MaterialTypeError": "pica.errors",
     "PathTracer": "pica.path_tracer.path_tracer",

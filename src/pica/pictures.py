@@ -2,9 +2,9 @@
 
 import io
 import os
-import re
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
 
@@ -14,59 +14,67 @@ import slangpy
 from numpy.typing import NDArray
 
 from pica.errors import PicaError, SceneError
+from pica.files import open_file, printable, read_file, size_of
+from pica.picture_headers import check_scans, radiance_size
 
-MAX_PIXELS = 16384 * 8192
-"""Pictures larger than this are refused: a small broken file can claim any size."""
+MAX_PIXELS, MAX_SIDE = 16384 * 8192, 32768
+"""Pictures larger than this are refused: a small broken file can claim any size. No device takes longer sides."""
+
+Admit = Callable[[int, int], object]
+"""Called with the pixels of a picture and the bytes that it takes, before it takes them; raises SceneError, which need
+not name the picture, if that is too much."""
 
 _TEXTURE_FORMATS = ("PNG", "JPEG", "WEBP")
+_LONGEST = 200
+"""Characters of a message that may hold text of a file."""
+_STRIP = 1 << 16
+"""Pixels that are converted at once: few enough to stay in a processor's cache."""
 
 
-def read_image(data: bytes | Path, name: str) -> NDArray[np.uint8]:
+def _admit_all(*_: int) -> None:
+    pass
+
+
+def read_image(data: bytes | memoryview | Path, name: str, admit: Admit = _admit_all) -> NDArray[np.uint8]:
     """Decode a PNG, JPEG or WebP picture to (height, width, 4) uint8, row 0 on top.
 
     Colour profiles are ignored, as glTF asks (glTF 2.0, 3.8). `name` is what errors call the picture.
     Raises SceneError when the picture is missing, broken or too large.
     """
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)
-            source = data if isinstance(data, Path) else io.BytesIO(data)
-            with PIL.Image.open(source, formats=_TEXTURE_FORMATS) as image:
-                if image.width * image.height > MAX_PIXELS:
-                    raise SceneError(f"{name}: {image.width}x{image.height} pixels are too many (limit {MAX_PIXELS})")
-                return _eight_bits(image)
-    except PIL.UnidentifiedImageError:
-        raise SceneError(f"{name}: not a PNG, JPEG or WebP picture") from None
-    except PIL.Image.DecompressionBombError as error:
-        raise SceneError(f"{name}: {error}") from None
-    except OSError as error:
-        raise SceneError(f"{name}: cannot be read ({error.strerror or _first_line(error)})") from None
-    except (ValueError, SyntaxError, IndexError, TypeError, EOFError, MemoryError) as error:
-        raise SceneError(f"{name}: broken picture ({_first_line(error)})") from None
+    content = read_file(data, name) if isinstance(data, Path) else bytes(data)
+    with _faults_named(name):
+        check_scans(content)
+        with PIL.Image.open(io.BytesIO(content), formats=_TEXTURE_FORMATS) as image:
+            _check_size(*image.size)
+            admit(image.width * image.height, 4 * image.width * image.height)
+            return _eight_bits(image)
 
 
-def read_radiance(path: str | Path) -> NDArray[np.float32]:
+def read_radiance(
+    path: str | Path, admit: Admit = _admit_all, admit_file: Callable[[int], object] = _admit_all
+) -> NDArray[np.float32]:
     """Read .hdr, .exr, .png or .jpg as linear radiance, (height, width, 3); eight-bit pictures are taken as sRGB.
 
-    Raises SceneError when the file is missing, broken or of another kind.
+    `admit_file` is called before `admit`, with the bytes of the file, and may raise likewise.
+    Raises SceneError when the file is missing, broken, too large or of another kind.
     """
-    bitmap = _open_bitmap(path)
-    formats = slangpy.Bitmap.PixelFormat
-    if bitmap.pixel_format == formats.multi_channel:
-        channels = _channels(bitmap)
-        if not {"R", "G", "B"} <= channels.keys():
-            raise SceneError(f"{path}: holds no channels named R, G and B, but {', '.join(channels)}")
-        return np.stack([channels[name] for name in "RGB"], axis=-1)
-    try:
-        linear = bitmap.convert(formats.rgb, slangpy.Bitmap.ComponentType.float32, False)
-    except RuntimeError as error:
-        raise SceneError(f"{path}: cannot be converted to radiance ({_first_line(error)})") from None
-    return np.array(linear, np.float32)
+    bitmap = _open_bitmap(path, admit, admit_file)
+    rgb, float32 = slangpy.Bitmap.PixelFormat.rgb, slangpy.Bitmap.ComponentType.float32
+    with _faults_named(printable(path)):
+        if bitmap.pixel_format == slangpy.Bitmap.PixelFormat.multi_channel:
+            names = bitmap.channel_names
+            if not {"R", "G", "B"} <= set(names):
+                raise SceneError(f"holds no channels named R, G and B, but {', '.join(names)}"[:_LONGEST])
+            pixels = np.asarray(bitmap).reshape(bitmap.height, bitmap.width, -1)
+            return np.stack([pixels[..., names.index(name)].astype(np.float32, copy=False) for name in "RGB"], axis=-1)
+        if (bitmap.pixel_format, bitmap.component_type) != (rgb, float32):
+            bitmap = bitmap.convert(rgb, float32, False)
+        return np.asarray(bitmap)
 
 
 def read_exr_channels(path: str | Path) -> dict[str, NDArray[np.float32]]:
     """The channels of an OpenEXR file by name, (height, width) each. Raises SceneError."""
-    return _channels(_open_bitmap(path))
+    return _channels(_open_bitmap(path, _admit_all, _admit_all))
 
 
 def write_png(path: str | Path, pixels: NDArray[np.uint8]) -> None:
@@ -101,39 +109,54 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         temporary.unlink(missing_ok=True)
 
 
+def _check_size(width: int, height: int) -> None:
+    if width * height > MAX_PIXELS or max(width, height) > MAX_SIDE:
+        raise SceneError(
+            f"{width}x{height} pixels are too many (limit {MAX_PIXELS}, and {MAX_SIDE} in a row or column)"
+        )
+
+
 def _eight_bits(image: PIL.Image.Image) -> NDArray[np.uint8]:
-    if image.mode.startswith("I"):  # 16-bit grey, which Pillow would clip at 255 instead of scaling
-        grey = np.clip(np.round(np.asarray(image, np.float32) / 257), 0, 255).astype(np.uint8)
-        return np.dstack([grey, grey, grey, np.full_like(grey, 255)])
-    return np.asarray(image.convert("RGBA"), np.uint8)
+    """(height, width, 4), in strips: copies of the whole picture take several times its memory."""
+    pixels = np.empty((image.height, image.width, 4), np.uint8)
+    rows = max(_STRIP // image.width, 1)
+    for top in range(0, image.height, rows):
+        strip = image.crop((0, top, image.width, min(top + rows, image.height)))
+        if image.mode.startswith("I"):  # 16-bit grey, which Pillow would clip at 255 instead of scaling
+            grey = np.clip(np.round(np.asarray(strip, np.float32) / 257), 0, 255)
+            pixels[top : top + rows, :, :3], pixels[top : top + rows, :, 3] = grey[..., None], 255
+        else:
+            pixels[top : top + rows] = np.asarray(strip.convert("RGBA"))
+    return pixels
 
 
-def _open_bitmap(path: str | Path) -> slangpy.Bitmap:
-    path = Path(path)
-    if not path.is_file():
-        raise SceneError(f"{path}: no such file")
-    try:
-        _check_radiance_size(path)
+def _open_bitmap(path: str | Path, admit: Admit, admit_file: Callable[[int], object]) -> slangpy.Bitmap:
+    path, name = Path(path), printable(path)
+    with open_file(path, name) as file, _faults_named(name):
+        admit_file(size_of(file))
+        size = radiance_size(file)
+        _check_size(size.width, size.height)
+        admit(size.pixels, size.pixels * size.pixel_bytes)
         return slangpy.Bitmap(path)
-    except OSError as error:
-        raise SceneError(f"{path}: cannot be read ({error.strerror})") from None
-    except (RuntimeError, MemoryError) as error:
-        raise SceneError(f"{path}: not a readable picture ({_first_line(error)})") from None
 
 
-def _check_radiance_size(path: Path) -> None:
-    """The reader fills what an uncompressed .hdr lacks with whatever is in memory, so its size is checked here."""
-    with path.open("rb") as file:
-        start = file.read(8192)
-    resolution = re.search(rb"\n\n[-+][XY] (\d+) [-+][XY] (\d+)\n", start)
-    if not start.startswith(b"#?") or resolution is None:
-        return
-    pixels = int(resolution[1]) * int(resolution[2])
-    if pixels > MAX_PIXELS:
-        raise SceneError(f"{path}: {pixels} pixels are too many (limit {MAX_PIXELS})")
-    compressed = start[resolution.end() :][:2] == b"\x02\x02"
-    if not compressed and path.stat().st_size - resolution.end() < 4 * pixels:
-        raise SceneError(f"{path}: truncated, {pixels} pixels do not fit in the file")
+@contextmanager
+def _faults_named(name: str) -> Iterator[None]:
+    """Makes one line, with the name, of whatever the libraries that read pictures raise for broken ones."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)
+            yield
+    except SceneError as error:
+        raise SceneError(f"{name}: {printable(str(error))}") from None
+    except PIL.UnidentifiedImageError:
+        raise SceneError(f"{name}: not a PNG, JPEG or WebP picture") from None
+    except PIL.Image.DecompressionBombError as error:
+        raise SceneError(f"{name}: too many pixels ({error})") from None
+    except MemoryError:
+        raise SceneError(f"{name}: takes more memory than there is") from None
+    except Exception as error:  # they say nowhere which ones: struct.error, SyntaxError and EOFError are among them
+        raise SceneError(f"{name}: not a readable picture ({_first_line(error)})") from None
 
 
 def _channels(bitmap: slangpy.Bitmap) -> dict[str, NDArray[np.float32]]:
@@ -142,4 +165,4 @@ def _channels(bitmap: slangpy.Bitmap) -> dict[str, NDArray[np.float32]]:
 
 
 def _first_line(error: BaseException) -> str:
-    return (str(error).strip().splitlines() or [type(error).__name__])[0]
+    return printable((str(error).strip().splitlines() or [type(error).__name__])[0])[:_LONGEST]

@@ -67,7 +67,7 @@ def calls(monkeypatch):
     scene = pica.Scene("fake")
     side = Camera.look_at((1, 0, 0), (0, 0, 0), name="side")
     monkeypatch.setattr(scene, "cameras", lambda: [side], raising=False)
-    monkeypatch.setitem(vars(pica), "load", lambda path, environment=None: scene)
+    monkeypatch.setitem(vars(pica), "load", lambda path, environment=None, **_: scene)
     monkeypatch.setitem(vars(pica), "Renderer", FakeRenderer)
     monkeypatch.setitem(vars(pica), "PathTracer", FakePathTracer)
     monkeypatch.setattr("pica.quality.benchmark.benchmark", fake_benchmark)

@@ -42,7 +42,7 @@ def test_debug_lets_the_traceback_through(render, monkeypatch):
 def test_warnings_are_one_line(run, calls, tmp_path, monkeypatch):
     import pica
 
-    def load(path, environment=None):
+    def load(path, environment=None, **_):
         warnings.warn("model.glb: extension X is ignored", stacklevel=2)
         return pica.Scene()
 

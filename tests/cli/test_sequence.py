@@ -50,7 +50,7 @@ class PathPainter(Painter):
 def scene(monkeypatch):
     """A box that goes from x = 0 to 1 m in 1 s ("go"), and waits at 0 ("wait"); scenes are loaded as this one."""
 
-    def load(path, environment=None):
+    def load(path, environment=None, **_):
         scene = pica.Scene("moving")
         moving = scene.add(Node("box", mesh=Mesh([box((0.2, 0.2, 0.2), Material())]), pose=Pose()))
         go = Channel(moving, "translation", np.array([0.0, 1.0]), np.array([[0.0, 0, 0], [1.0, 0, 0]]))

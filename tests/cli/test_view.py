@@ -1,6 +1,7 @@
 """What is shown: the same arguments for every command that renders."""
 
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from typer.main import get_command
 
 import pica
 from pica.cli.main import app
+from pica.cli.view import LIMITS
 from pica.scene.animation import Animation, Channel, Pose
 from pica.scene.camera import Camera
 from pica.scene.model import Node
@@ -32,7 +34,7 @@ def loaded(calls, monkeypatch):
     """The environments asked for; every scene has a camera "eye" that goes from x = 0 to 1 m in 1 s ("go")."""
     environments = []
 
-    def load(path, environment=None):
+    def load(path, environment=None, **_):
         environments.append(environment)
         scene = pica.Scene()
         node = scene.add(Node("eye", camera=Camera(np.eye(4), name="eye"), pose=Pose()))
@@ -96,3 +98,30 @@ def test_without_a_moment_the_scene_is_as_its_file_has_it(show, calls, loaded, c
 def test_bad_input_is_one_line(show, loaded, command, arguments, says):
     code, err = show(command, *arguments)
     assert code == 2 and says in err and err.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_what_loading_may_take_and_read(show, calls, command, monkeypatch):
+    asked = []
+
+    def load(path, environment=None, **given):
+        asked.append(given)
+        return pica.Scene()
+
+    monkeypatch.setitem(vars(pica), "load", load)
+    assert show(command)[0] == 0
+    code, err = show(command, "--allow-outside", "--limit", "bytes=2e9", "--limit", "pixels = inf")
+    assert code == 0, err
+    assert asked[0] == {"allow_outside": False, "limits": pica.Limits()}
+    assert asked[-1] == {"allow_outside": True, "limits": pica.Limits(bytes=2e9, pixels=math.inf)}
+
+
+@pytest.mark.parametrize("limit", ["bytes", "bytes=", "bytes=many", "byte=3", "=3", "bytes=nan", "bytes=-1"])
+def test_limits_that_are_none(show, limit):
+    code, err = show("render", "--limit", limit)
+    assert code == 2 and err.count("\n") == 1
+    assert "limit" in err and ("name=number" in err or "there are bytes, vertices" in err or "at least 0" in err)
+
+
+def test_every_limit_has_its_name():
+    assert tuple(field.name for field in fields(pica.Limits)) == LIMITS

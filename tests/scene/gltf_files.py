@@ -19,6 +19,8 @@ class GltfFile:
     def __init__(self) -> None:
         self.json: dict[str, Any] = {"asset": {"version": "2.0"}}
         self.buffer = bytearray()
+        self.more_buffers: list[dict[str, Any]] = []
+        """Those after the one that is embedded."""
 
     def add(self, array: str, **entry: Any) -> int:
         """Append to one of the file's arrays and return the index."""
@@ -60,13 +62,14 @@ class GltfFile:
         document = dict(self.json)
         if self.buffer:
             uri = "data:application/octet-stream;base64," + base64.b64encode(self.buffer).decode()
-            document.setdefault("buffers", [{"uri": uri, "byteLength": len(self.buffer)}])
+            document.setdefault("buffers", [{"uri": uri, "byteLength": len(self.buffer)}, *self.more_buffers])
         path.write_text(json.dumps(document))
         return path
 
     def binary(self) -> bytes:
         """The file as .glb."""
-        document = json.dumps(self.json | {"buffers": [{"byteLength": len(self.buffer)}]}).encode()
+        buffers = [{"byteLength": len(self.buffer)}, *self.more_buffers]
+        document = json.dumps(self.json | {"buffers": buffers}).encode()
         chunks = b""
         for kind, content, filler in ((b"JSON", document, b" "), (b"BIN\0", bytes(self.buffer), b"\0")):
             content += filler * (-len(content) % 4)

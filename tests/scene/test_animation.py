@@ -1,6 +1,8 @@
 """Sampling of channels, what animating reports, skins and morph targets, against values worked out by hand."""
 
 import math
+from itertools import pairwise
+from time import process_time
 
 import numpy as np
 import pytest
@@ -243,6 +245,38 @@ def test_skinned_vertices_follow_their_joints_and_not_their_node() -> None:
     assert node.skin.root is upper
     np.testing.assert_allclose(node.instance_transforms(), [move(z=5)])
     np.testing.assert_allclose(scene.bounds(), [[0, 0, 5], [1, 0, 6]], atol=1e-12)
+
+
+def test_the_root_of_a_skin_is_the_closest_node_above_all_joints() -> None:
+    random = np.random.default_rng(4)
+    for _ in range(200):
+        nodes = [Node(str(number)) for number in range(12)]
+        for number in range(int(random.integers(1, 3)), 12):
+            nodes[int(random.integers(max(number - 4, 0), number))].add(nodes[number])
+        joints = [nodes[i] for i in random.choice(12, int(random.integers(1, 6)), replace=False)]
+        skin = Skin(joints, np.stack([np.eye(4)] * len(joints)))
+        lines = [line_of(joint) for joint in joints]
+        common = [node for node in lines[0] if all(node in line for line in lines)]
+        assert skin.root is (common[-1] if common else None)
+        assert set(skin.links) == {node for line in lines for node in line} - set(common)
+        for node in skin.links:
+            assert node.parent not in skin.links or skin.links.index(node.parent) < skin.links.index(node)
+
+
+def line_of(node: Node) -> list[Node]:
+    """A node's ancestors from the top, and the node."""
+    return [*([] if node.parent is None else line_of(node.parent)), node]
+
+
+def test_a_skin_of_many_joints_in_a_row_takes_no_time() -> None:
+    joints = [Node() for _ in range(20_000)]
+    for upper, lower in pairwise(joints):
+        lower.parent = upper
+        upper.children.append(lower)
+    start = process_time()
+    skin = Skin(joints, np.zeros((len(joints), 4, 4)))
+    assert process_time() - start < 1
+    assert skin.root is joints[0] and skin.links == joints[1:]
 
 
 def test_a_figure_that_moves_as_a_whole_is_moved_but_not_deformed() -> None:

@@ -1,4 +1,6 @@
 import json
+import re
+import time
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +24,7 @@ def test_gltf_and_glb_hold_the_same(tmp_path: Path) -> None:
     np.testing.assert_array_equal(sections[0].positions, sections[1].positions)
 
 
-@pytest.mark.parametrize("uri", ["my%20data.bin", "../side/data.bin", "./my data.bin"])
+@pytest.mark.parametrize("uri", ["my%20data.bin", "side/../my data.bin", "./my data.bin"])
 def test_buffers_in_files(uri: str, tmp_path: Path) -> None:
     file = triangle()
     folder = tmp_path / "models"
@@ -94,6 +96,61 @@ def test_broken_files_end_in_one_line(content: bytes, fault: str, tmp_path: Path
     with pytest.raises(SceneError, match=f"model.gltf: {fault}") as caught:
         read(path)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("depth", [90, 400, 700, 900, 950, 990, 5000])
+@pytest.mark.parametrize("key", ["extras", "nodes", "asset", "meshes", "scene"])
+def test_json_of_any_depth_loads_or_ends_in_one_line(key: str, depth: int, tmp_path: Path) -> None:
+    deep = "[" * depth + "]" * depth
+    path = tmp_path / "model.gltf"
+    path.write_text(json.dumps(triangle().json)[:-1].replace(f'"{key}"', '"instead"') + f', "{key}": {deep}}}')
+    try:
+        read(path)
+    except SceneError as error:
+        assert re.search(
+            rf"model.gltf: ({key}[\w.\[\]]*: .* not |its JSON is nested too deeply|\w+: is missing|.*buffer)",
+            str(error),
+        )
+        assert len(str(error)) < 300
+
+
+@pytest.mark.parametrize(
+    "number",
+    ["1" * 4300, "-" + "1" * 4300, "1e999999999", "0." + "3" * 10**6, "1" * 10**6, "NaN", "-Infinity", "1e-9999999"],
+)
+def test_numbers_of_any_length_take_no_time(number: str, tmp_path: Path) -> None:
+    start = time.process_time()
+    for key in ("scale", "mesh"):
+        path = tmp_path / "model.gltf"
+        path.write_text(
+            f'{{"asset": {{"version": "2.0"}}, "nodes": [{{"{key}": [{number}, 1, 1]}}, {{"mesh": {number}}}]}}'
+        )
+        with pytest.raises(
+            SceneError, match=r"model.gltf: (nodes\[\d\]\.(scale\[0\]|mesh|scale): |neither binary)"
+        ) as caught:
+            read(path)
+        assert len(str(caught.value)) < 400
+    assert time.process_time() - start < 2
+
+
+def test_there_is_an_end_to_warnings(tmp_path: Path) -> None:
+    file = triangle()
+    for number in range(100):
+        file.add("images", uri=f"{number}.ktx2")
+        texture = {"index": file.add("textures", source=number)}
+        file.mesh(0, material=file.add("materials", emissiveTexture=texture))
+    with pytest.warns(UserWarning) as caught:
+        read(file.write(tmp_path))
+    assert len(caught) == 21 and str(caught[-1].message).endswith("further warnings are left out")
+
+
+def test_names_of_extensions_are_shown_in_part_and_without_control_characters(tmp_path: Path) -> None:
+    file = triangle()
+    file.json["extensionsUsed"] = ["\x1b[31mred\n", "y" * 10**6, *map(str, range(1000))]
+    with pytest.warns(UserWarning) as caught:
+        read(file.write(tmp_path))
+    message = str(caught[0].message)
+    assert message.isprintable() and len(message) < 2000 and message.endswith(" and 990 more")
 
 
 def test_missing_file_and_folder(tmp_path: Path) -> None:

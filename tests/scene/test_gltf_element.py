@@ -95,6 +95,38 @@ def test_a_value_that_does_not_fit_is_named_with_its_place(ask: Any, value: Any,
     assert len(str(caught.value)) < 200
 
 
+def test_a_message_shows_little_of_a_value_however_large_or_deep() -> None:
+    deep: Any = 1
+    for _ in range(100_000):
+        deep = [deep]
+    values = [deep, [deep] * 99, {"a": deep}, "y" * 10**7, list(range(10**6)), {str(i): i for i in range(10**5)}]
+    for value in [*values, 10**4000, -(10**4000), "\x1b[31m\n\u202e" * 99]:
+        start = time.process_time()
+        with pytest.raises(SceneError, match=r"^nodes\[3\].extras.x: ") as caught:
+            element(x=value).flag("x", default=True)
+        assert len(str(caught.value)) < 200 and str(caught.value).isprintable()
+        assert time.process_time() - start < 0.1
+
+
+def test_numbers_are_what_a_device_can_hold() -> None:
+    largest = float(np.finfo(np.float32).max)
+    assert element(x=largest).number("x") == largest
+    for value in (2 * largest, 1e308, -1e300, 10**400, float("inf"), float("nan")):
+        with pytest.raises(SceneError, match=r"nodes\[3\].extras.x: .* is not a number"):
+            element(x=value).number("x")
+        with pytest.raises(SceneError, match=r"nodes\[3\].extras.x\[1\]: .* is not a number"):
+            element(x=[1, value]).numbers("x", 2)
+
+
+def test_what_a_function_finds_wrong_gets_its_place() -> None:
+    def refuse(value: int, *, named: int) -> None:
+        raise SceneError(f"{value} and {named} do not go together")
+
+    with pytest.raises(SceneError, match=r"^nodes\[3\].extras: 1 and 2 do not go together$"):
+        element().apply(refuse, 1, named=2)
+    assert element().apply(max, 1, 2) == 2
+
+
 def test_extras_and_names_may_be_any_json(tmp_path: Path) -> None:
     for extras in ([1], "text", 3, True, None, {"a": 1}):
         file = everything()
@@ -187,12 +219,13 @@ def holders(value: Any) -> Iterator[tuple[Any, Any]]:
         yield from holders(value[key])
 
 
-@pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.filterwarnings("ignore::UserWarning", "error::RuntimeWarning")
 @pytest.mark.parametrize(
     "wrong",
-    [None, 2.5, 10**400, "\ud800", [[]], {"pica": [1], "extensions": 1}],
+    [None, 2.5, -1, 3e38, 1e-320, 1e308, 10**400, "\ud800", "\0", [[]], {"pica": [1], "extensions": 1},
+     [1e38, 1e38], [1e38, 1e38, -1e38], [1e38, 1e38, 1e38, 1], [1e30] * 16, {"index": 0, "bufferView": 0, "source": 0}],
     ids=lambda wrong: ascii(wrong)[:12],
-)
+)  # fmt: skip
 def test_any_value_of_a_wrong_kind_loads_or_ends_in_its_place(wrong: Any, tmp_path: Path) -> None:
     """Each value of a file that uses all that is read is replaced in turn."""
     path = everything().write(tmp_path)

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,10 @@ from pica.scene.gltf.meshes import triangulate
 from pica.scene.model import Scene, Section
 from tests.scene.gltf_files import TRIANGLE, GltfFile
 
+PIXEL = (
+    "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR4nGP4z8DwHwAFAAH/iZk9HQAAAABJRU5E"
+    "rkJggg=="
+)
 SQUARE = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
 
 
@@ -160,3 +165,40 @@ def test_attributes_of_different_length_are_refused(tmp_path: Path) -> None:
     file.mesh(attributes={"NORMAL": file.accessor([[0, 0, 1]] * 2)})
     with pytest.raises(SceneError, match="NORMAL: 2 elements for 3 positions"):
         read(file.write(tmp_path))
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning", "error::RuntimeWarning")
+@pytest.mark.parametrize("extreme", [3.4e38, -3.4e38, 1e-45, 1e20, 0.0])
+def test_the_largest_and_smallest_numbers_give_finite_meshes(extreme: float, tmp_path: Path) -> None:
+    values = np.array([[0, 1, 2], [3, 4, 0], [1, 1, 5]], "f4")
+    made = 0
+    for changed in ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "COLOR_0", "WEIGHTS_0", "MORPH", "transform", None):
+        file = GltfFile()
+
+        def numbers(name: str, width: int, file: GltfFile = file, changed: str | None = changed) -> int:
+            array = np.resize(values, (3, width))
+            array[0] = extreme if name == changed else array[0]
+            return file.accessor(array)
+
+        attributes = {"NORMAL": 3, "TANGENT": 4, "TEXCOORD_0": 2, "COLOR_0": 4, "WEIGHTS_0": 4}
+        if changed == "TEXCOORD_0" or changed == "transform":
+            del attributes["TANGENT"]  # so that it is generated
+        file.add("images", uri=PIXEL)
+        transform = {"scale": [extreme or 1, 1], "rotation": extreme} if changed == "transform" else {}
+        texture = {"index": file.add("textures", source=0), "extensions": {"KHR_texture_transform": transform}}
+        file.mesh(
+            numbers("POSITION", 3),
+            attributes={name: numbers(name, width) for name, width in attributes.items()}
+            | {"JOINTS_0": file.accessor([[0] * 4] * 3, "u1")},
+            material=file.add("materials", normalTexture=texture),
+            targets=[{"POSITION": numbers("MORPH", 3)}],
+        )
+        try:
+            section = only_section(read(file.write(tmp_path)))
+        except SceneError as error:
+            assert re.search(r"primitives\[0\]|extensions.KHR_texture_transform", str(error))
+            continue
+        made += 1
+        for name in ("positions", "normals", "tangents", "uv0", "colors", "weights", "morph_positions"):
+            assert np.isfinite(getattr(section, name)).all(), (changed, name)
+    assert made >= 7

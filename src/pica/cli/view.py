@@ -12,7 +12,7 @@ import typer
 from pica.errors import PicaError
 
 if TYPE_CHECKING:
-    from pica import Camera, Scene
+    from pica import Camera, Limits, Scene
 
 BUILT_IN = {
     "demo": "machine_world",
@@ -21,10 +21,16 @@ BUILT_IN = {
     "sphere_grid": "sphere_grid",
     "landscape": "landscape",
 }
+LIMITS = ("bytes", "vertices", "instances", "pixels", "expansion")
+"""The names in pica.Limits, which is not imported for a help text."""
 
 
 def _option(metavar: str, text: str) -> Any:
     return typer.Option(metavar=metavar, help=text, rich_help_panel="What is shown")
+
+
+def _flag(name: str, text: str) -> Any:
+    return typer.Option(name, help=text, rich_help_panel="What is shown")
 
 
 @dataclass(frozen=True)
@@ -39,12 +45,19 @@ class View:
     eye: Annotated[str | None, _option("X,Y,Z", "Where to look from, in metres.")] = None
     target: Annotated[str | None, _option("X,Y,Z", "What to look at, in metres.")] = None
     fov: Annotated[float | None, _option("DEGREES", "Vertical field of view, 45 unless told.")] = None
+    allow_outside: Annotated[
+        bool, _flag("--allow-outside", "Also read files outside SCENE's folder, such as textures in ../")
+    ] = False
+    limit: Annotated[
+        list[str] | None,
+        _option("NAME=N", f"What loading may take: {', '.join(LIMITS)}; inf for any. May be repeated."),
+    ] = None
     start: Annotated[float | None, _option("S", "The time of the (first) picture, 0 unless told.")] = None
     animation: Annotated[str | None, _option("NAME|N", "The animation to play; without it, all together.")] = None
 
     def load(self, moving: bool = False) -> "Scene":
         """The scene at its moment; `moving`: also where no moment is asked for, at 0 s. Raises PicaError."""
-        scene = _load(self.scene, self.env)
+        scene = _load(self.scene, self.env, self.allow_outside, parse_limits(self.limit))
         if moving or self.start is not None or self.animation is not None:
             scene.animate(self.start or 0.0, find_animation(scene, self.animation))
         return scene
@@ -89,19 +102,36 @@ def find_animation(scene: "Scene", text: str | None) -> int | str | None:
     return int(text) if text is not None and text.isdecimal() and text not in names else text
 
 
-def _load(name: str, environment: Path | None) -> "Scene":
+def parse_limits(texts: list[str] | None) -> "Limits":
+    """pica.Limits with those of ["pixels=1e9"] changed. Raises PicaError."""
+    import pica
+
+    values = {}
+    for text in texts or []:
+        name, _, value = text.partition("=")
+        try:
+            values[name.strip()] = float(value)
+        except ValueError:
+            raise PicaError(f"--limit {text!r} is not name=number") from None
+        if name.strip() not in LIMITS:
+            raise PicaError(f"--limit {text!r}: there are {', '.join(LIMITS)}")
+    return pica.Limits(**values)
+
+
+def _load(name: str, environment: Path | None, allow_outside: bool, limits: "Limits") -> "Scene":
     """A built-in scene by its word or a file, under the light of an environment picture. Raises PicaError."""
     import pica
+    from pica.scene.limits import Budget
     from pica.scene.loading import read_environment
 
     if name in BUILT_IN and not Path(name).exists():
         scene: Scene = getattr(pica.scenes, BUILT_IN[name])()
         if environment is not None:
-            scene.environment = read_environment(environment)
+            scene.environment = read_environment(environment, Budget(limits))
         return scene
     if not Path(name).suffix and not Path(name).exists():
         raise PicaError(f"no file and no built-in scene {name!r}; the built-in ones are {', '.join(BUILT_IN)}")
-    return pica.load(name, environment=environment)
+    return pica.load(name, environment=environment, allow_outside=allow_outside, limits=limits)
 
 
 def _point(option: str, text: str) -> tuple[float, ...]:

@@ -7,29 +7,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import SceneError
+from pica.files import printable
 from pica.pictures import read_radiance
 from pica.scene import gltf
 from pica.scene.environment import Environment
+from pica.scene.limits import Budget, Limits
 from pica.scene.model import Scene
 
 
-def load(path: str | Path, environment: str | Path | Environment | None = None) -> Scene:
+def load(
+    path: str | Path,
+    environment: str | Path | Environment | None = None,
+    *,
+    allow_outside: bool = False,
+    limits: Limits | None = None,
+) -> Scene:
     """Load a .gltf or .glb file, lit from all around by `environment` (a .hdr or .exr file, or one in memory).
 
-    A scene without any light gets a neutral sky, and a warning that says so. Raises SceneError, one line that
-    names the file and the fault; warns about features of the file that are not supported.
+    A scene without any light gets a neutral sky, and a warning that says so. `allow_outside`: read buffers and pictures
+    from files outside the asset's folder too, such as textures in "../". `limits`: what loading may take, with the
+    environment; pica.Limits() without. Raises SceneError, one line that names the file and the fault; warns about
+    features of the file that are not supported.
     """
-    scene = gltf.read(path)
+    budget = Budget(limits)
+    scene = gltf.read(_checked(path, "path"), budget, allow_outside)
     if isinstance(environment, Environment):
         scene.environment = environment
     elif environment is not None:
-        scene.environment = read_environment(Path(environment))
+        scene.environment = read_environment(_checked(environment, "environment"), budget)
     elif not _gives_light(scene):
         warnings.warn(
-            f"{path}: has no light, so a neutral sky lights it; an environment would replace that", stacklevel=2
+            f"{printable(path)}: has no light, so a neutral sky lights it; an environment would replace that",
+            stacklevel=2,
         )
         scene.environment = default_environment()
     return scene
+
+
+def _checked(path: str | Path, name: str) -> Path:
+    try:
+        return Path(path)
+    except TypeError:
+        raise SceneError(f"{name}: {path!r} is not the path of a file") from None
 
 
 def default_environment(width: int = 256) -> Environment:
@@ -51,12 +70,17 @@ def default_environment(width: int = 256) -> Environment:
 _KEY_DIRECTION: NDArray[np.float64] = np.array([0.5, 0.7, 0.6]) / np.linalg.norm([0.5, 0.7, 0.6])
 
 
-def read_environment(path: Path) -> Environment:
+def read_environment(path: Path, budget: Budget | None = None) -> Environment:
     """The picture of the surroundings in a .hdr or .exr file. Raises SceneError."""
-    radiance = read_radiance(path)
-    if not np.isfinite(radiance).all():
-        raise SceneError(f"{path}: holds radiance that is not finite")
-    return Environment(np.maximum(radiance, 0), name=path.stem)  # filtering leaves values a little below zero
+    budget, name = budget or Budget(), printable(path)
+    radiance = read_radiance(path, budget.take_picture, lambda length: budget.read_file(path, length))
+    try:
+        if not np.isfinite(radiance).all():
+            raise SceneError(f"{name}: holds radiance that is not finite")
+        np.maximum(radiance, 0, out=radiance)  # filtering leaves values a little below zero
+        return Environment(radiance, name=path.stem)
+    except MemoryError:
+        raise SceneError(f"{name}: takes more memory than there is") from None
 
 
 def _gives_light(scene: Scene) -> bool:

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 def face_normals(positions: NDArray[np.floating[Any]], triangles: NDArray[np.uint32]) -> NDArray[np.float32]:
     """(triangles, 3) unit normals, on the side from which the corners go counter-clockwise; +Z where no area is."""
     corners = positions[triangles].astype(np.float64)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    edge1, edge2 = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    # np.cross takes several times as long for small meshes
+    normals = np.stack([edge1[i - 2] * edge2[i - 1] - edge1[i - 1] * edge2[i - 2] for i in range(3)], axis=1)
     return _unit(normals, np.array([0.0, 0.0, 1.0])).astype(np.float32)
 
 

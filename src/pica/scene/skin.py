@@ -1,5 +1,7 @@
 """Skins and morph targets: how the vertices of a node's mesh move against each other (glTF 2.0, 3.7.2.2 and 3.7.3)."""
 
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -46,12 +48,16 @@ class Skin:
         if len(self.inverse_bind) != len(self.joints):
             fault = f"{len(self.inverse_bind)} matrices for {len(self.joints)} joints"
             raise SceneError(f"{described(self)}: inverse_bind: {fault}")
-        lines = [_line(joint) for joint in self.joints]
-        depth = 0
-        while all(len(line) > depth and line[depth] is lines[0][depth] for line in lines):
-            depth += 1
-        self.root = lines[0][depth - 1] if depth else None
-        self.links = list(dict.fromkeys(node for line in lines for node in line[depth:]))
+        lines = _with_ancestors(self.joints)
+        branches = Counter(node.parent for node in lines)
+        below = {node.parent: node for node in lines}
+        joints = set(self.joints)
+        self.root = None
+        above = set()
+        while self.root not in joints and branches[self.root] == 1:
+            self.root = below[self.root]
+            above.add(self.root)
+        self.links = [node for node in lines if node not in above]
         rows: dict[Node | None, int] = {node: row for row, node in enumerate(self.links, start=1)}
         self._parent_rows = [rows.get(node.parent, 0) for node in self.links]
         self._joint_rows = [rows.get(joint, 0) for joint in self.joints]
@@ -114,12 +120,17 @@ def _joints(values: Any) -> "list[Node]":
     return joints
 
 
-def _line(node: "Node") -> list["Node"]:
-    """The node's ancestors from the top, and the node."""
-    line = [node]
-    while line[-1].parent is not None:
-        line.append(line[-1].parent)
-    return line[::-1]
+def _with_ancestors(joints: Iterable["Node"]) -> "dict[Node, None]":
+    """The nodes and all above them, each once, parents first."""
+    found: dict[Node, None] = {}
+    for joint in joints:
+        line = []
+        node: Node | None = joint
+        while node is not None and node not in found:
+            line.append(node)
+            node = node.parent
+        found.update(dict.fromkeys(reversed(line)))
+    return found
 
 
 def _morphed(base: NDArray[np.float32], offsets: NDArray[np.float32] | None, weights: Floats | None) -> Floats:

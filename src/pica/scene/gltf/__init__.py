@@ -3,22 +3,24 @@
 from pathlib import Path
 
 from pica.errors import SceneError
+from pica.files import printable
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.extensions import check_extensions
 from pica.scene.gltf.nodes import build_scene
+from pica.scene.limits import Budget
 from pica.scene.model import Scene
 
 
-def read(path: str | Path) -> Scene:
-    """Read a .gltf or .glb file with all that it refers to.
+def read(path: str | Path, budget: Budget | None = None, allow_outside: bool = False) -> Scene:
+    """Read a .gltf or .glb file with all that it refers to, which lies in its folder unless `allow_outside`.
 
     Raises SceneError, one line that names the file, the place in its JSON and the fault; warns about what is left out.
     """
     try:
-        document = Document(Path(path))
+        document = Document(Path(path), budget, allow_outside)
         check_extensions(document)
         return build_scene(document)
     except SceneError as error:
-        raise SceneError(f"{path}: {error}") from None
+        raise SceneError(f"{printable(path)}: {error}") from None
     except MemoryError:
-        raise SceneError(f"{path}: takes more memory than there is") from None
+        raise SceneError(f"{printable(path)}: takes more memory than there is") from None

@@ -8,9 +8,6 @@ from numpy.typing import NDArray
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 
-MAX_ZERO_BYTES = 1 << 26
-"""Accessors without data are zeros; a broken file could ask for any number of them."""
-
 _COMPONENTS: dict[int, np.dtype[Any]] = {
     5120: np.dtype("i1"), 5121: np.dtype("u1"), 5122: np.dtype("<i2"),
     5123: np.dtype("<u2"), 5125: np.dtype("<u4"), 5126: np.dtype("<f4"),
@@ -21,36 +18,58 @@ _SHAPES = {
 """Columns and rows; matrices are stored column by column."""
 _INDEX_COMPONENTS: dict[int, np.dtype[Any]] = {5121: np.dtype("u1"), 5123: np.dtype("<u2"), 5125: np.dtype("<u4")}
 
+_COPIES = 8
+"""Bytes that a component counts as: it is read, and becomes a 32-bit number."""
 
-def read_accessor(document: Document, source: Element, key: str, types: tuple[str, ...]) -> NDArray[Any]:
-    """(count, components) as stored, of the accessor that `source` refers to under `key`.
+Rows = NDArray[np.intp]
+"""(n,) which elements are wanted."""
 
-    Raises SceneError unless the accessor's type is one of `types`.
+
+def element_count(document: Document, source: Element, key: str) -> int:
+    """How many elements the accessor has that `source` refers to under `key`."""
+    return _accessor(document, source, key).integer("count", low=1)
+
+
+def read_accessor(
+    document: Document, source: Element, key: str, types: tuple[str, ...], wanted: Rows | None = None
+) -> NDArray[Any]:
+    """(count, components) as stored, of the accessor that `source` refers to under `key`; only `wanted` rows if given.
+
+    What it takes counts by the rows that are read. Raises SceneError unless the accessor's type is one of `types`.
     """
     accessor = _accessor(document, source, key)
     dtype = accessor.choice("componentType", _COMPONENTS)
     kind, shape = accessor.text("type"), accessor.choice("type", _SHAPES)
     if kind not in types:
         raise source.fault(f"must be {' or '.join(types)}, not {kind} ({accessor.place()})", key)
-    count = accessor.integer("count", low=1)
+    count, width = accessor.integer("count", low=1), shape[0] * shape[1]
+    rows = count if wanted is None else len(wanted)
+    sparse = "sparse" in accessor
+    document.take(accessor, bytes=(rows + count * sparse) * width * _COPIES)
     if "bufferView" in accessor:
         values = _elements(document, accessor, count, shape, dtype)
-    elif count * shape[0] * shape[1] * dtype.itemsize > MAX_ZERO_BYTES:
-        raise accessor.fault(f"{count} elements without a buffer view are too many")
     else:
-        values = np.zeros((count, shape[0] * shape[1]), dtype)
-    return _with_sparse(document, accessor.object("sparse"), values, shape) if "sparse" in accessor else values
+        values = np.zeros((count if sparse else rows, width), dtype)
+        wanted = wanted if sparse else None
+    if sparse:
+        values = _with_sparse(document, accessor.object("sparse"), values, shape)
+    return values if wanted is None else values[wanted]
 
 
-def read_floats(document: Document, source: Element, key: str, types: tuple[str, ...]) -> NDArray[np.float32]:
-    """(count, components) as numbers: normalized integers become 0 to 1 or -1 to 1. Raises SceneError unless finite."""
-    values = read_accessor(document, source, key, types)
+def read_floats(
+    document: Document, source: Element, key: str, types: tuple[str, ...], wanted: Rows | None = None
+) -> NDArray[np.float32]:
+    """(count, components) as numbers: normalized integers become 0 to 1 or -1 to 1; only `wanted` rows if given.
+
+    Raises SceneError unless they are finite.
+    """
+    values = read_accessor(document, source, key, types, wanted)
     accessor = _accessor(document, source, key)
     if values.dtype.kind != "f" and accessor.flag("normalized", default=False):
         # 3.11, decoding normalized integers: c / 255, max(c / 127, -1) and so on
         scaled = values.astype(np.float32) / np.float32(np.iinfo(values.dtype).max)
         return np.maximum(scaled, np.float32(-1))
-    floats = values.astype(np.float32)
+    floats = values.astype(np.float32, copy=wanted is None)  # wanted rows are a copy already
     if not np.isfinite(floats).all():
         raise source.fault(f"holds numbers that are not finite ({accessor.place()})", key)
     return floats
@@ -97,6 +116,7 @@ def _with_sparse(
 ) -> NDArray[Any]:  # fmt: skip
     """The values with some replaced (3.6.2.3)."""
     count = sparse.integer("count", low=1, high=len(values))
+    document.take(sparse, bytes=count * (values.shape[1] + 1) * _COPIES)
     indices = sparse.object("indices", required=True)
     rows = _elements(document, indices, count, (1, 1), indices.choice("componentType", _INDEX_COMPONENTS))
     replacements = _elements(document, sparse.object("values", required=True), count, shape, values.dtype)

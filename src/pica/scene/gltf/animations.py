@@ -1,5 +1,7 @@
 """Animations (3.11)."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,6 +9,7 @@ from pica.scene.animation import Animation, Channel, Interpolation, Path
 from pica.scene.gltf.accessors import read_floats
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
+from pica.scene.limits import OBJECT_BYTES
 from pica.scene.model import Node
 
 _PATHS: dict[str, Path] = {
@@ -15,6 +18,8 @@ _PATHS: dict[str, Path] = {
 _TYPES: dict[Path, tuple[str, ...]] = {
     "translation": ("VEC3",), "rotation": ("VEC4",), "scale": ("VEC3",), "weights": ("SCALAR",),
 }  # fmt: skip
+_KEY_BYTES = 4 * 8
+"""What a number of a key takes: it is kept, and once more in the track of its animation and in that of all together."""
 _INTERPOLATIONS: dict[str, Interpolation] = {"STEP": "STEP", "LINEAR": "LINEAR", "CUBICSPLINE": "CUBICSPLINE"}
 
 
@@ -41,7 +46,7 @@ def _animation(document: Document, entry: Element, nodes: dict[Element, Node]) -
         if path != "weights" and "matrix" in moved:
             raise target.fault(f"{moved.place()} has a matrix, which cannot be animated", "node")
         channels.append(_channel(document, channel.reference("sampler", samplers), nodes[moved], path))
-    return Animation(channels, entry.name)
+    return entry.apply(Animation, channels, entry.name)
 
 
 def _channel(document: Document, sampler: Element, node: Node, path: Path) -> Channel:
@@ -56,10 +61,11 @@ def _channel(document: Document, sampler: Element, node: Node, path: Path) -> Ch
         if not width:
             raise sampler.fault(f"animates the weights of node {node.name!r}, which has no morph targets")
     shape = (len(times), 3, width) if interpolation == "CUBICSPLINE" else (len(times), width)
-    if values.size != np.prod(shape):
+    if values.size != math.prod(shape):
         raise sampler.fault(f"{len(values)} elements do not fit {len(times)} keys of {path}", "output")
+    document.take(sampler, bytes=OBJECT_BYTES + (times.size + values.size) * _KEY_BYTES)
     shaped: NDArray[np.float64] = values.reshape(shape).astype(np.float64)
     keys = shaped[:, 1] if interpolation == "CUBICSPLINE" else shaped
     if path == "rotation" and not keys.any(axis=1).all():
         raise sampler.fault("a quaternion of zeros is no rotation", "output")
-    return Channel(node, path, times, shaped, interpolation)
+    return sampler.apply(Channel, node, path, times, shaped, interpolation)

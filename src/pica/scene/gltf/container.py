@@ -6,38 +6,61 @@ import json
 import warnings
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote, unquote_to_bytes
+from urllib.parse import unquote_to_bytes
 
 from pica.errors import SceneError
+from pica.files import printable
+from pica.scene.gltf.asset_files import AssetFiles
 from pica.scene.gltf.element import Element, shown
+from pica.scene.limits import Budget
 
 _GLB_MAGIC = b"glTF"
 _GLB_HEADER_BYTES, _CHUNK_HEADER_BYTES = 12, 8
+_MOST_WARNINGS = 20
+
+_JSON_BYTES = {b"{": 256, b"[": 72, b",": 32, b'"': 20}
+"""What a JSON text takes once it is read, by the characters that stand for objects, arrays, further values and strings;
+about as measured with CPython 3.11, an Element for each object included."""
 
 
 class Document:
-    """An open glTF file. Its arrays and buffers are read when first asked for."""
+    """An open glTF file. Its arrays and buffers are read when first asked for.
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        content = read_file(path, "the file")
+    What that takes, and what is made of it, counts in the budget. `allow_outside`: whether it may name files that lie
+    outside its folder.
+    """
+
+    def __init__(self, path: Path, budget: Budget | None = None, allow_outside: bool = False) -> None:
+        self._path = path
+        self.budget = Budget() if budget is None else budget
+        self._files = AssetFiles(path, self.budget, allow_outside)
+        content = self._files.read_asset()
         self._binary_chunk: memoryview | None = None
         if content.startswith(_GLB_MAGIC):
             text, self._binary_chunk = _chunks(content)
-            self.root = Element(_parse(text, "its first chunk is not JSON"))
+            self.root = Element(self._parse(text, "its first chunk is not JSON"))
         else:
-            self.root = Element(_parse(content, "neither binary glTF nor JSON"))
+            self.root = Element(self._parse(content, "neither binary glTF nor JSON"))
         """The file's whole JSON."""
         self._arrays: dict[str, list[Element]] = {}
         self._buffers: dict[Element, memoryview] = {}
         self._warned: set[str] = set()
         _check_version(self.root.object("asset"))
 
+    def take(self, source: Element, key: str = "", **amounts: int) -> None:
+        """Count what a part of the file asks for, by the names of Limits, before it is taken. Raises SceneError."""
+        try:
+            self.budget.take(**amounts)
+        except SceneError as error:
+            raise source.fault(str(error), key) from None
+
     def warn(self, text: str) -> None:
-        """Warn once, naming the file."""
-        if text not in self._warned:
+        """Warn once, naming the file; after twenty warnings no more."""
+        if text not in self._warned and len(self._warned) <= _MOST_WARNINGS:
             self._warned.add(text)
-            warnings.warn(f"{self.path}: {text}", stacklevel=2)
+            if len(self._warned) > _MOST_WARNINGS:
+                text = "there is more that is not as it should be; further warnings are left out"
+            warnings.warn(f"{printable(self._path)}: {text}", stacklevel=2)
 
     def entries(self, array: str) -> list[Element]:
         """One of the file's arrays, such as "accessors"; the same elements each time, so that they can be keys."""
@@ -63,11 +86,9 @@ class Document:
         """
         uri = source.text("uri")
         if uri.startswith("data:"):
+            self.take(source, "uri", bytes=2 * len(uri))
             return _data(uri, source)
-        name = unquote(uri)
-        if "://" in name or name.startswith(("/", "file:")) or "\0" in name:
-            raise source.fault(f"{shown(uri)} is not a path relative to the file", "uri")
-        return read_file(self.path.parent / name, f"{source.place('uri')}: {shown(uri)}", length)
+        return self._files.read(uri, source.place("uri"), length)
 
     def _buffer(self, buffer: Element) -> memoryview:
         if buffer not in self._buffers:
@@ -83,16 +104,25 @@ class Document:
             self._buffers[buffer] = content[:length]
         return self._buffers[buffer]
 
-
-def read_file(path: Path, what: str, length: int = -1) -> bytes:
-    """The first `length` bytes of a file, all by default. Raises SceneError, which calls it `what`."""
-    try:
-        if not path.is_file():  # neither folders nor devices that never end
-            raise SceneError(f"{what}: no such file" if not path.exists() else f"{what}: not a file")
-        with path.open("rb") as file:
-            return file.read(min(length, path.stat().st_size))
-    except OSError as error:
-        raise SceneError(f"{what}: cannot be read ({error.strerror})") from None
+    def _parse(self, content: bytes, otherwise: str) -> dict[str, Any]:
+        """The object that the text is. Raises SceneError, which says `otherwise` where it is no JSON."""
+        taken = len(content) * (1 if content.isascii() else 4)  # as text, with bytes enough for its widest character
+        taken += sum(content.count(sign) * each for sign, each in _JSON_BYTES.items())
+        try:
+            self.budget.take(bytes=taken)
+        except SceneError as error:
+            raise SceneError(f"its JSON: {error}") from None
+        try:
+            root = json.loads(content.decode("utf-8-sig"))
+        except UnicodeDecodeError:
+            raise SceneError(f"{otherwise} text") from None
+        except RecursionError:
+            raise SceneError("its JSON is nested too deeply") from None
+        except ValueError as error:  # JSONDecodeError, and what integers of thousands of digits raise
+            raise SceneError(f"{otherwise} ({error})") from None
+        if not isinstance(root, dict):
+            raise SceneError(f"its JSON is not an object but {shown(root)}")
+        return root
 
 
 def _chunks(content: bytes) -> tuple[bytes, memoryview | None]:
@@ -123,21 +153,6 @@ def _chunk(content: bytes, at: int) -> tuple[bytes, memoryview, int]:
 
 def _integers(content: bytes, at: int, count: int = 2) -> list[int]:
     return [int.from_bytes(content[i : i + 4], "little") for i in range(at, at + 4 * count, 4)]
-
-
-def _parse(content: bytes, otherwise: str) -> dict[str, Any]:
-    """The object that the text is. Raises SceneError, which says `otherwise` where it is no JSON."""
-    try:
-        root = json.loads(content.decode("utf-8-sig"))
-    except UnicodeDecodeError:
-        raise SceneError(f"{otherwise} text") from None
-    except RecursionError:
-        raise SceneError("its JSON is nested too deeply") from None
-    except ValueError as error:  # JSONDecodeError, and what integers of thousands of digits raise
-        raise SceneError(f"{otherwise} ({error})") from None
-    if not isinstance(root, dict):
-        raise SceneError(f"its JSON is not an object but {shown(root)}")
-    return root
 
 
 def _check_version(asset: Element) -> None:

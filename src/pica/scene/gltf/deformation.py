@@ -1,45 +1,61 @@
 """What deforms meshes: the joints that vertices follow, morph targets, and skins (3.7.2.2 and 3.7.3)."""
 
+from collections.abc import Collection
 from itertools import count
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.gltf.accessors import read_accessor, read_floats
+from pica.scene.gltf.accessors import Rows, element_count, read_accessor, read_floats
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.model import Node
 from pica.scene.skin import Skin
 
 _MORPHED = ("POSITION", "NORMAL", "TANGENT")
+_JOINT_BYTES = 1000
+"""What a joint of a skin takes: its matrices, and the rows by which those are found."""
 
 
 def morph_offsets(
-    document: Document, primitive: Element, base: dict[str, NDArray[Any]], vertex_count: int
+    document: Document, primitive: Element, base: Collection[str], vertex_count: int, wanted: Rows | None
 ) -> dict[str, NDArray[np.float32]]:
-    """Offsets (vertices, targets, 3) to those of POSITION, NORMAL and TANGENT that `base` has and a target changes."""
+    """Offsets to those of POSITION, NORMAL and TANGENT that `base` names and a target changes.
+
+    (vertices, targets, 3), for the `wanted` of all the vertices, or for all.
+    """
     offsets: dict[str, NDArray[np.float32]] = {}
     targets = primitive.objects("targets")
+    count = vertex_count if wanted is None else len(wanted)
+
+    def room() -> NDArray[np.float32]:
+        document.take(primitive, "targets", bytes=2 * 12 * count * len(targets))  # twice: by target in the end
+        return np.zeros((count, len(targets), 3), np.float32)
+
     for number, target in enumerate(targets):
         if not target.keys() <= set(_MORPHED):
             document.warn("morph targets change positions, normals and tangents; what else theirs do is left out")
         for name in _MORPHED:
             if name not in base or name not in target:
                 continue
-            values = read_floats(document, target, name, ("VEC3",))
+            check_per_vertex(document, target, name, vertex_count)
+            values = read_floats(document, target, name, ("VEC3",), wanted)
             if name not in offsets:
-                offsets[name] = np.zeros((vertex_count, len(targets), 3), np.float32)
-            offsets[name][:, number] = per_vertex(values, vertex_count, target, name)
-    if targets:
-        offsets.setdefault("POSITION", np.zeros((vertex_count, len(targets), 3), np.float32))
+                offsets[name] = room()
+            offsets[name][:, number] = values
+    if targets and "POSITION" not in offsets:
+        offsets["POSITION"] = room()
     return offsets
 
 
 def joints_and_weights(
-    document: Document, accessors: Element, vertex_count: int
+    document: Document, accessors: Element, vertex_count: int, wanted: Rows | None
 ) -> tuple[NDArray[np.uint16], NDArray[np.float32]] | None:
-    """(vertices, k) each, from any number of sets, without columns that have no weight; None where there are none."""
+    """(vertices, k) each, of those `wanted` or all, from any number of sets, without columns that have no weight.
+
+    None where there are none.
+    """
     joint_sets, weight_sets = [], []
     for number in count():
         names = f"JOINTS_{number}", f"WEIGHTS_{number}"
@@ -48,8 +64,10 @@ def joints_and_weights(
             break
         if missing:
             raise accessors.fault(f"lacks {missing[0]}, which goes with {(set(names) - set(missing)).pop()}")
-        joints = per_vertex(read_accessor(document, accessors, names[0], ("VEC4",)), vertex_count, accessors, names[0])
-        weights = per_vertex(read_floats(document, accessors, names[1], ("VEC4",)), vertex_count, accessors, names[1])
+        for name in names:
+            check_per_vertex(document, accessors, name, vertex_count)
+        joints = read_accessor(document, accessors, names[0], ("VEC4",), wanted)
+        weights = read_floats(document, accessors, names[1], ("VEC4",), wanted)
         if joints.dtype not in (np.uint8, np.uint16):
             raise accessors.fault("joints must be unsigned integers of 8 or 16 bits", names[0])
         if weights.min() < 0:
@@ -78,13 +96,14 @@ def read_skin(document: Document, entry: Element, nodes: dict[Element, Node]) ->
     for index, joint in enumerate(joints):
         if joint not in nodes:
             raise entry.fault(f"{joint.place()} is not in the scene that is shown", "joints", index)
+    document.take(entry, "joints", bytes=len(joints) * _JOINT_BYTES)
     inverse_bind = np.tile(np.eye(4), (len(joints), 1, 1))
     if "inverseBindMatrices" in entry:
         matrices = read_floats(document, entry, "inverseBindMatrices", ("MAT4",))
         if len(matrices) < len(joints):
             raise entry.fault(f"{len(matrices)} matrices for {len(joints)} joints", "inverseBindMatrices")
         inverse_bind = matrices[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
-    return Skin([nodes[joint] for joint in joints], inverse_bind, entry.name)
+    return entry.apply(Skin, [nodes[joint] for joint in joints], inverse_bind, entry.name)
 
 
 def bind(document: Document, entry: Element, node: Node, skin: Skin) -> None:
@@ -98,8 +117,8 @@ def bind(document: Document, entry: Element, node: Node, skin: Skin) -> None:
     node.skin = skin
 
 
-def per_vertex(values: NDArray[Any], vertex_count: int, source: Element, key: str) -> NDArray[Any]:
-    """The values that `source` has under `key`. Raises SceneError unless there is one for every vertex."""
-    if len(values) != vertex_count:
-        raise source.fault(f"{len(values)} elements for {vertex_count} positions", key)
-    return values
+def check_per_vertex(document: Document, source: Element, key: str, vertex_count: int) -> None:
+    """Raise SceneError unless the accessor that `source` has under `key` has an element for every vertex."""
+    elements = element_count(document, source, key)
+    if elements != vertex_count:
+        raise source.fault(f"{elements} elements for {vertex_count} positions", key)

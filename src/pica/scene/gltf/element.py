@@ -1,20 +1,28 @@
 """JSON objects that know their place in the file: every value of it is read, and checked, through one of these."""
 
-import sys
-from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from reprlib import Repr
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
 
 from pica.errors import SceneError
 
 LONGEST = 80
 """Characters of a file's own text that a message shows."""
 
-_HIGHEST = sys.float_info.max
-"""Comparing with it keeps out infinities and NaN, and integers too large for a float."""
+HIGHEST = float(np.finfo(np.float32).max)
+"""What a graphics device can hold. Comparing with it keeps out infinities and NaN."""
 _MOST = 1 << 53
 """Integers beyond are not exact in every reader of JSON, and no file is that large."""
 
 _Value = TypeVar("_Value")
+_Arguments = ParamSpec("_Arguments")
+
+# Of a value from a file, which may be of any size and depth, no more is put into words than a message shows.
+_short = Repr()
+_short.maxlevel, _short.maxlist, _short.maxdict = 3, LONGEST, LONGEST
+_short.maxstring = _short.maxlong = 2 * LONGEST
 
 
 class Element:
@@ -48,6 +56,15 @@ class Element:
     def fault(self, text: str, key: str = "", index: int | None = None) -> SceneError:
         """The error that says what is wrong at a place."""
         return SceneError(f"{self.place(key, index)}: {text}")
+
+    def apply(
+        self, function: Callable[_Arguments, _Value], /, *values: _Arguments.args, **named: _Arguments.kwargs
+    ) -> _Value:
+        """What a function gives for values of the object. A SceneError that it raises over them gets their place."""
+        try:
+            return function(*values, **named)
+        except SceneError as error:
+            raise self.fault(str(error)) from None
 
     def object(self, key: str, required: bool = False) -> "Element":
         """The object under a key; one without any keys where there is none, unless it is required."""
@@ -108,7 +125,7 @@ class Element:
         return integers
 
     def number(
-        self, key: str, low: float = -_HIGHEST, high: float = _HIGHEST, default: float | None = None
+        self, key: str, low: float = -HIGHEST, high: float = HIGHEST, default: float | None = None
     ) -> float:  # fmt: skip
         """A finite number from low to high."""
         value: Any = self._values.get(key)
@@ -119,7 +136,7 @@ class Element:
         return float(value)
 
     def numbers(
-        self, key: str, count: int, low: float = -_HIGHEST, high: float = _HIGHEST,
+        self, key: str, count: int, low: float = -HIGHEST, high: float = HIGHEST,
         default: tuple[float, ...] | None = None,
     ) -> tuple[Any, ...]:  # fmt: skip
         """`count` finite numbers from low to high."""
@@ -203,7 +220,7 @@ class Element:
 
 def shown(value: Any) -> str:
     """A value from a file on one short line."""
-    text = repr(value)
+    text = _short.repr(value)
     return text if len(text) <= LONGEST else text[:LONGEST] + "…"
 
 
@@ -215,6 +232,6 @@ def _whole(value: Any) -> int | None:
 
 
 def _span(low: float, high: float) -> str:
-    if high not in (_MOST, _HIGHEST):
+    if high not in (_MOST, HIGHEST):
         return f" from {low} to {high}"
-    return "" if low == -_HIGHEST else f" of at least {low}"
+    return "" if low == -HIGHEST else f" of at least {low}"

@@ -1,7 +1,9 @@
 """Which extensions of glTF are read."""
 
 from pica.errors import SceneError
+from pica.files import printable
 from pica.scene.gltf.container import Document
+from pica.scene.gltf.element import LONGEST
 
 SUPPORTED = frozenset(
     {
@@ -18,18 +20,21 @@ SUPPORTED = frozenset(
     }
 )
 
+_MOST_NAMED = 12
+
 
 def check_extensions(document: Document) -> None:
     """Raise SceneError for a required extension that is not supported; warn once about all others (3.12)."""
     required = unsupported(document, "extensionsRequired")
     if required:
-        raise SceneError(f"needs {', '.join(required)}, which is not supported; export the file without")
+        raise SceneError(f"needs {required}, which is not supported; export the file without")
     used = unsupported(document, "extensionsUsed")
     if used:
-        document.warn(f"ignores what is not supported: {', '.join(used)}")
+        document.warn(f"ignores what is not supported: {used}")
 
 
-def unsupported(document: Document, key: str) -> list[str]:
-    """The extensions under a key of the file, such as "extensionsRequired", that are not read."""
-    names = dict.fromkeys(document.root.texts(key))
-    return [" ".join(name.split()) for name in names if name not in SUPPORTED]
+def unsupported(document: Document, key: str) -> str:
+    """The extensions under a key of the file, such as "extensionsRequired", that are not read, in one line."""
+    names = [name for name in dict.fromkeys(document.root.texts(key)) if name not in SUPPORTED]
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    return ", ".join(printable(name)[:LONGEST] for name in names[:_MOST_NAMED]) + more

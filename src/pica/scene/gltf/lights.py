@@ -84,19 +84,19 @@ def _punctual_light(light: Element, node: Element) -> Light:
     name = light.name or node.name
     if kind == _DIRECTIONAL:
         angle = extra("angular_diameter").number("angular_diameter", 0, math.pi, 0.0)
-        return DirectionalLight(color, strength, angle, name, lighting_channels=channels)
+        return light.apply(DirectionalLight, color, strength, angle, name, lighting_channels=channels)
     radius = extra("radius").number("radius", low=0, default=0.0)
     reach = light.number("range", low=0) if "range" in light else None
     if reach == 0:
         raise light.fault("must be more than 0", "range")
     if kind == _POINT:
-        return PointLight(color, strength, radius, reach, name, lighting_channels=channels)
+        return light.apply(PointLight, color, strength, radius, reach, name, lighting_channels=channels)
     spot = light.object("spot")
     outer = spot.number("outerConeAngle", 0, math.pi / 2, math.pi / 4)
     inner = spot.number("innerConeAngle", 0, math.pi / 2, 0.0)
     if not inner < outer:
         raise spot.fault(f"innerConeAngle {inner} is not less than outerConeAngle {outer}")
-    return SpotLight(color, strength, inner, outer, radius, reach, name, lighting_channels=channels)
+    return light.apply(SpotLight, color, strength, inner, outer, radius, reach, name, lighting_channels=channels)
 
 
 def _area_light(light: Element, name: str) -> Light:
@@ -107,7 +107,8 @@ def _area_light(light: Element, name: str) -> Light:
     values: dict[str, Any] = {size: light.number(size, low=0) for size in sizes if size in light}
     if 0 in values.values():
         raise light.fault("a size of 0 gives no light")
-    return kind(
+    return light.apply(
+        kind,
         color=light.numbers("color", 3, low=0, default=WHITE),
         radiance=light.number("radiance", low=0, default=1.0),
         name=name,

@@ -3,9 +3,10 @@
 from typing import Any
 
 from pica.scene.gltf.container import Document
-from pica.scene.gltf.element import Element
+from pica.scene.gltf.element import HIGHEST, Element
 from pica.scene.gltf.textures import Textures
 from pica.scene.light import WHITE
+from pica.scene.limits import OBJECT_BYTES
 from pica.scene.material import AlphaMode, Material
 
 _ALPHA_MODES = {mode.value: mode for mode in AlphaMode}
@@ -30,11 +31,15 @@ class Materials:
         return self._made[entry]
 
     def _make(self, entry: Element) -> Material:
+        self._document.take(entry, bytes=OBJECT_BYTES)
         pbr = entry.object("pbrMetallicRoughness")
         strength = entry.extension("KHR_materials_emissive_strength").number("emissiveStrength", low=0, default=1.0)
         red, green, blue = entry.numbers("emissiveFactor", 3, low=0, default=(0.0, 0.0, 0.0))
+        if max(red, green, blue) * strength > HIGHEST:
+            raise entry.fault(f"times a strength of {strength:g} is too bright", "emissiveFactor")
         read = self._textures.get
-        return Material(
+        return entry.apply(
+            Material,
             name=entry.name,
             base_color=pbr.numbers("baseColorFactor", 4, 0, 1, (1.0, 1.0, 1.0, 1.0)),
             metallic=pbr.number("metallicFactor", 0, 1, 1.0),

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.gltf.accessors import read_floats, read_indices
+from pica.scene.gltf.accessors import Rows, element_count, read_floats, read_indices
 from pica.scene.gltf.container import Document
-from pica.scene.gltf.deformation import joints_and_weights, morph_offsets, per_vertex
+from pica.scene.gltf.deformation import check_per_vertex, joints_and_weights, morph_offsets
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.materials import Materials
 from pica.scene.material import Material, Texture
@@ -23,6 +23,13 @@ _TYPES = {
     "TEXCOORD_0": ("VEC2",), "TEXCOORD_1": ("VEC2",), "COLOR_0": ("VEC3", "VEC4"),
 }  # fmt: skip
 
+_SECTION_BYTES = 1 << 16
+"""What a section counts as beside its vertices: more than its 3 kB, for each takes 300 microseconds."""
+_VERTEX_BYTES, _CORNER_BYTES, _TANGENT_BYTES = 200, 16, 400
+"""What completing a vertex, putting together the corner of a triangle and finding the tangent there take: as measured,
+and for vertices as much again as they take on a device."""
+_LARGEST = np.finfo(np.float32).max
+
 Attributes = dict[str, NDArray[Any]]
 """By name, one row a vertex."""
 
@@ -34,6 +41,7 @@ class Meshes:
         self._document = document
         self._materials = Materials(document)
         self._made: dict[Element, Mesh] = {}
+        self._parts: dict[Mesh, tuple[int, int]] = {}
 
     def get(self, node: Element) -> Mesh:
         """The mesh of a node; primitives without a surface are left out with a warning."""
@@ -42,8 +50,15 @@ class Meshes:
             primitives = entry.objects("primitives")
             _check_target_counts(entry, primitives)
             sections = [self._section(primitive) for primitive in primitives]
-            self._made[entry] = Mesh([section for section in sections if section is not None], entry.name)
+            mesh = self._made[entry] = Mesh([section for section in sections if section is not None], entry.name)
+            shining = (section.indices.size for section in mesh.sections if max(section.material.emission) > 0)
+            self._parts[mesh] = max(len(mesh.sections), 1), sum(shining)
         return self._made[entry]
+
+    def count_placed(self, node: Element, mesh: Mesh | None, copies: int) -> None:
+        """Count what a node shows: parts of the mesh, of which each triangle that shines is a light in each copy."""
+        parts, shining = (1, 0) if mesh is None else self._parts[mesh]
+        self._document.take(node, instances=copies * parts, vertices=copies * shining)
 
     def _section(self, primitive: Element) -> Section | None:
         mode = primitive.integer("mode", high=_FAN, default=_TRIANGLES)
@@ -54,49 +69,65 @@ class Meshes:
         if "POSITION" not in accessors:
             self._document.warn(f"{primitive.place()}: left out, it has no POSITION")
             return None
+        self._document.take(primitive, bytes=_SECTION_BYTES)
+        vertex_count = element_count(self._document, accessors, "POSITION")
+        triangles, used = self._triangles(primitive, vertex_count, mode)
+        if not len(triangles):
+            return None
         material = self._materials.get(primitive)
-        attributes = self._attributes(primitive, accessors)
-        triangles, used = self._triangles(primitive, len(attributes["POSITION"]), mode)
-        return _complete(_taken(attributes, used), triangles, material) if len(triangles) else None
+        shared = "NORMAL" in accessors  # else each triangle gets vertices of its own
+        vertices = triangles.size if not shared else vertex_count if used is None else len(used)
+        tangents = material.normal_texture is not None and not (shared and "TANGENT" in accessors)
+        taken = vertices * _VERTEX_BYTES + tangents * triangles.size * _TANGENT_BYTES
+        self._document.take(primitive, vertices=vertices, bytes=taken)
+        attributes = self._attributes(primitive, accessors, vertex_count, used)
+        return primitive.apply(_complete, attributes, triangles, material)
 
-    def _triangles(
-        self, primitive: Element, vertex_count: int, mode: int
-    ) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
-        """(triangles, 3) indices into the vertices that they use, and which of the file's those are."""
-        order = (
-            read_indices(self._document, primitive, "indices", vertex_count)
-            if "indices" in primitive
-            else np.arange(vertex_count, dtype=np.uint32)
-        )
-        triangles = triangulate(order, mode)
-        in_use = np.zeros(vertex_count, bool)
-        in_use[triangles] = True
-        renumbered = np.cumsum(in_use, dtype=np.uint32) - np.uint32(1)
-        return renumbered[triangles], np.flatnonzero(in_use)
+    def _triangles(self, primitive: Element, vertex_count: int, mode: int) -> tuple[NDArray[np.uint32], Rows | None]:
+        """(triangles, 3) indices into the vertices that they use, and which of the file's those are; None for all."""
+        indexed = "indices" in primitive
+        asks = (primitive, "indices") if indexed else (primitive.object("attributes"), "POSITION")
+        corners = element_count(self._document, *asks) * (1 if mode == _TRIANGLES else 3)
+        self._document.take(*asks, bytes=corners * _CORNER_BYTES)
+        if indexed:
+            order = read_indices(self._document, primitive, "indices", vertex_count)
+        else:
+            order = np.arange(vertex_count, dtype=np.uint32)
+        return _renumbered(triangulate(order, mode), vertex_count)
 
-    def _attributes(self, primitive: Element, accessors: Element) -> Attributes:
-        """The attributes of all vertices, as far as the file has them."""
+    def _attributes(self, primitive: Element, accessors: Element, vertex_count: int, used: Rows | None) -> Attributes:
+        """The attributes of the vertices that are used, as far as the file has them."""
         attributes: Attributes = {}
-        vertex_count = 0
         for name, types in _TYPES.items():
-            if name not in accessors:
-                continue
-            values = read_floats(self._document, accessors, name, types)
-            vertex_count = vertex_count or len(values)
-            attributes[name] = per_vertex(values, vertex_count, accessors, name)
-        offsets = morph_offsets(self._document, primitive, attributes, vertex_count)
+            if name in accessors:
+                check_per_vertex(self._document, accessors, name, vertex_count)
+                attributes[name] = read_floats(self._document, accessors, name, types, used)
+        offsets = morph_offsets(self._document, primitive, attributes, vertex_count, used)
         attributes |= {f"MORPH_{name}": values for name, values in offsets.items()}
-        followed = joints_and_weights(self._document, accessors, vertex_count)
+        followed = joints_and_weights(self._document, accessors, vertex_count, used)
         if followed is not None:
             attributes["JOINTS"], attributes["WEIGHTS"] = followed
         return attributes
+
+
+def _renumbered(triangles: NDArray[np.uint32], vertex_count: int) -> tuple[NDArray[np.uint32], Rows | None]:
+    """The triangles, (n, 3), in numbers among the vertices that they use, and which those are; None for all."""
+    if vertex_count > 8 * triangles.size:  # a part of a large mesh: looking at all its vertices would take longer
+        used, corners = np.unique(triangles, return_inverse=True)
+        return corners.reshape(-1, 3).astype(np.uint32), used.astype(np.intp)
+    in_use = np.zeros(vertex_count, bool)
+    in_use[triangles] = True
+    if in_use.all():
+        return triangles, None
+    numbers = np.cumsum(in_use, dtype=np.uint32) - np.uint32(1)
+    return numbers[triangles], np.flatnonzero(in_use)
 
 
 def _check_target_counts(mesh: Element, primitives: list[Element]) -> None:
     """Raises SceneError when the primitives differ in their number of morph targets (3.7.2.2)."""
     counts = sorted({len(primitive.objects("targets")) for primitive in primitives})
     if len(counts) > 1:
-        raise mesh.fault(f"differ in their number of morph targets ({', '.join(map(str, counts))})", "primitives")
+        raise mesh.fault(f"differ in their number of morph targets ({counts[0]} to {counts[-1]})", "primitives")
 
 
 def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
@@ -159,8 +190,9 @@ def _taken(attributes: Attributes, vertices: NDArray[np.intp]) -> Attributes:
 def _texture_coordinates(attributes: Attributes, texture: Texture) -> NDArray[np.float32]:
     """(vertices, 2) where the texture is read."""
     uvs = attributes.get(f"TEXCOORD_{texture.uv_set}", np.zeros((len(attributes["POSITION"]), 2), np.float32))
-    matrix = np.array(texture.transform, np.float32).reshape(2, 3)
-    return uvs @ matrix[:, :2].T + matrix[:, 2]
+    matrix = np.array(texture.transform).reshape(2, 3)
+    moved = uvs.astype(np.float64) @ matrix[:, :2].T + matrix[:, 2]
+    return np.clip(moved, -_LARGEST, _LARGEST).astype(np.float32)
 
 
 def _unit_tangents(tangents: NDArray[np.float32] | None, normals: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -168,7 +200,7 @@ def _unit_tangents(tangents: NDArray[np.float32] | None, normals: NDArray[np.flo
     spare = np.column_stack([perpendicular(normals), np.ones(len(normals), np.float32)])
     if tangents is None:
         return spare
-    lengths = np.linalg.norm(tangents[:, :3], axis=1, keepdims=True)
+    lengths = np.linalg.norm(tangents[:, :3].astype(np.float64), axis=1, keepdims=True)
     unit = np.column_stack(
         [tangents[:, :3] / np.where(lengths > 0, lengths, 1), np.where(tangents[:, 3:] < 0, -1, 1).astype(np.float32)]
     )

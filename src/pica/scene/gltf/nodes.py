@@ -1,20 +1,23 @@
 """Nodes: the hierarchy, and what stands at each place (3.5)."""
 
 import math
+from collections import Counter
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.errors import SceneError
 from pica.scene.animation import Pose, compose
 from pica.scene.camera import Camera
-from pica.scene.gltf.accessors import read_floats
+from pica.scene.gltf.accessors import element_count, read_floats
 from pica.scene.gltf.animations import read_animations
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.deformation import bind, read_skin
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.lights import Lights, read_visibility
 from pica.scene.gltf.meshes import Meshes
-from pica.scene.model import Node, Scene
+from pica.scene.limits import OBJECT_BYTES
+from pica.scene.model import Mesh, Node, Scene
 from pica.scene.skin import Skin
 
 _PERSPECTIVE, _ORTHOGRAPHIC = "perspective", "orthographic"
@@ -23,6 +26,9 @@ _ORTHOGRAPHIC_FAR = 1e4
 _INSTANCING = "EXT_mesh_gpu_instancing"
 _NO_TRANSLATION, _NO_ROTATION, _NO_SCALE = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0)
 _INSTANCE_DEFAULTS = {"TRANSLATION": _NO_TRANSLATION, "ROTATION": _NO_ROTATION, "SCALE": _NO_SCALE}
+
+_INSTANCE_BYTES = 400
+"""What it takes to put a matrix together."""
 
 _NO_TURN = "a quaternion of zeros is no rotation"
 
@@ -91,7 +97,9 @@ class _Hierarchy:
 def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element]) -> dict[Element, Node]:
     """The nodes and all below them, by what the file says of them."""
     lights, meshes = Lights(document), Meshes(document)
-    nodes = {entry: _node(document, entry, lights, meshes) for entry in hierarchy.below(roots)}
+    entries = hierarchy.below(roots)
+    document.take(document.root, "nodes", bytes=len(entries) * OBJECT_BYTES)
+    nodes = {entry: _node(document, entry, lights, meshes) for entry in entries}
     _place(nodes)
     for entry, node in nodes.items():
         for child in hierarchy.children[entry]:
@@ -101,29 +109,40 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
 
 def _node(document: Document, entry: Element, lights: Lights, meshes: Meshes) -> Node:
     """A node with what stands there, but for its skin; it is not placed yet."""
-    node = Node(
+    mesh = meshes.get(entry) if "mesh" in entry else None
+    copies = _copies(document, entry) if entry.has_extension(_INSTANCING) else None
+    if mesh is not None or copies is not None:
+        meshes.count_placed(entry, mesh, 1 if copies is None else copies)
+    node = entry.apply(
+        Node,
         name=entry.name,
-        mesh=meshes.get(entry) if "mesh" in entry else None,
+        mesh=mesh,
         light=lights.get(entry),
         camera=_camera(document, entry) if "camera" in entry else None,
-        instances=_instances(document, entry) if entry.has_extension(_INSTANCING) else None,
+        instances=None if copies is None else _instances(document, entry, copies),
         extras=entry.extras,
         **read_visibility(entry),
     )
-    if node.mesh is not None and node.mesh.target_count:
+    if mesh is not None and mesh.target_count:
         # 3.7.2.2: the node's weights, else the mesh's, else zeros
-        count = node.mesh.target_count
-        mesh = entry.reference("mesh", document.entries("meshes"))
-        default = mesh.numbers("weights", count, default=(0.0,) * count)
-        node.weights = np.array(entry.numbers("weights", count, default=default))
+        count = mesh.target_count
+        given = entry.reference("mesh", document.entries("meshes"))
+        default = given.numbers("weights", count, default=(0.0,) * count)
+        weights = np.array(entry.numbers("weights", count, default=default))
+        entry.apply(setattr, node, "weights", weights)
+        document.take(entry, vertices=_vertex_count(mesh))
     return node
+
+
+def _vertex_count(mesh: Mesh) -> int:
+    return sum(len(section.positions) for section in mesh.sections)
 
 
 def _place(nodes: dict[Element, Node]) -> None:
     """Put the nodes where the file says (3.5.3): all in one go, one by one it would take most of the time."""
     with_matrix = [entry for entry in nodes if "matrix" in entry]
     for entry, matrix in zip(with_matrix, _matrices(with_matrix), strict=True):
-        nodes[entry].transform = matrix
+        entry.apply(setattr, nodes[entry], "transform", matrix)
     posed = [entry for entry in nodes if "matrix" not in entry]
     translations = _rows(posed, "translation", _NO_TRANSLATION)
     rotations = _rows(posed, "rotation", _NO_ROTATION)
@@ -132,8 +151,11 @@ def _place(nodes: dict[Element, Node]) -> None:
         raise posed[row].fault(_NO_TURN, "rotation")
     matrices = compose(translations, rotations, scales)
     for row, entry in enumerate(posed):
-        nodes[entry].pose = Pose(translations[row], rotations[row], scales[row])
-        nodes[entry].transform = matrices[row]
+        try:
+            nodes[entry].pose = Pose(translations[row], rotations[row], scales[row])
+            nodes[entry].transform = matrices[row]
+        except SceneError as error:
+            raise entry.fault(str(error)) from None
 
 
 def _matrices(entries: list[Element]) -> NDArray[np.float64]:
@@ -160,31 +182,39 @@ def _zero_rotations(rotations: NDArray[np.float64]) -> NDArray[np.intp]:
 def _bind_skins(document: Document, nodes: dict[Element, Node]) -> None:
     """Give nodes their skins, once all joints hang in their tree."""
     skins: dict[Element, Skin] = {}
+    bound: Counter[Skin] = Counter()
     for entry, node in nodes.items():
         if "skin" not in entry or node.mesh is None:
             continue
-        skin = entry.reference("skin", document.entries("skins"))
-        if skin not in skins:
-            skins[skin] = read_skin(document, skin, nodes)
-        bind(document, entry, node, skins[skin])
+        element = entry.reference("skin", document.entries("skins"))
+        if element not in skins:
+            skins[element] = read_skin(document, element, nodes)
+        skin = skins[element]
+        bound[skin] += 1
+        # Each link has a tuple of the nodes that it bends, which is made anew; nodes with weights are counted already.
+        vertices = _vertex_count(node.mesh) if node.weights is None else 0
+        document.take(entry, "skin", vertices=vertices, bytes=8 * len(skin.links) * bound[skin])
+        bind(document, entry, node, skin)
 
 
-def _instances(document: Document, entry: Element) -> NDArray[np.float64] | None:
-    """(count, 4, 4) copies relative to the node (EXT_mesh_gpu_instancing)."""
+def _copies(document: Document, entry: Element) -> int | None:
+    """How many copies of its mesh a node shows (EXT_mesh_gpu_instancing); None where it does not say."""
     attributes = entry.extension(_INSTANCING).object("attributes")
-    given = {
-        name: read_floats(document, attributes, name, (f"VEC{len(default)}",)).astype(np.float64)
-        for name, default in _INSTANCE_DEFAULTS.items()
-        if name in attributes
-    }
-    counts = {len(values) for values in given.values()}
-    if not counts:
-        return None
+    counts = {element_count(document, attributes, name) for name in _INSTANCE_DEFAULTS if name in attributes}
     if len(counts) > 1:
         raise attributes.fault(f"differ in count ({', '.join(map(str, sorted(counts)))})")
-    count = counts.pop()
+    return counts.pop() if counts else None
+
+
+def _instances(document: Document, entry: Element, count: int) -> NDArray[np.float64]:
+    """(count, 4, 4) copies relative to the node."""
+    document.take(entry, bytes=count * _INSTANCE_BYTES)
+    attributes = entry.extension(_INSTANCING).object("attributes")
     translation, rotation, scale = (
-        given.get(name, np.tile(default, (count, 1))) for name, default in _INSTANCE_DEFAULTS.items()
+        read_floats(document, attributes, name, (f"VEC{len(default)}",)).astype(np.float64)
+        if name in attributes
+        else np.tile(default, (count, 1))
+        for name, default in _INSTANCE_DEFAULTS.items()
     )
     if len(_zero_rotations(rotation)):
         raise attributes.fault(_NO_TURN, "ROTATION")
@@ -202,9 +232,9 @@ def _camera(document: Document, node: Element) -> Camera:
         fov = lens.number("yfov", 0, math.pi)
         if not 0 < fov < math.pi or near == 0:
             raise lens.fault("yfov must lie between 0 and pi and znear above 0")
-        return Camera(np.eye(4), vertical_fov=fov, near=near, name=name)
+        return lens.apply(Camera, np.eye(4), vertical_fov=fov, near=near, name=name)
     far = lens.number("zfar", low=near, default=_ORTHOGRAPHIC_FAR)
     height = 2 * abs(lens.number("ymag"))
     if height == 0 or far == near:
         raise lens.fault("ymag must not be 0 and zfar must lie beyond znear")
-    return Camera(np.eye(4), near=near, far=far, orthographic_height=height, name=name)
+    return lens.apply(Camera, np.eye(4), near=near, far=far, orthographic_height=height, name=name)

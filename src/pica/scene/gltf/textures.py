@@ -1,6 +1,7 @@
 """Images, samplers and textures, and how materials refer to them (3.8)."""
 
 import math
+from hashlib import sha256
 from pathlib import PurePosixPath
 from urllib.parse import unquote
 
@@ -18,11 +19,12 @@ UV_SETS = 2
 
 
 class Textures:
-    """The textures of a file; each image is decoded once, when first used."""
+    """The textures of a file; each picture is decoded once, when first used, by whatever names it goes."""
 
     def __init__(self, document: Document) -> None:
         self._document = document
         self._images: dict[Element, Image | None] = {}
+        self._by_content: dict[bytes, Image] = {}
 
     def get(self, owner: Element, key: str) -> Texture | None:
         """The texture of the texture info under `key`; None, with a warning, where its format cannot be read."""
@@ -66,16 +68,22 @@ class Textures:
         file = PurePosixPath("" if uri.startswith("data:") else unquote(uri))
         suffix = file.suffix.lower()
         if kind in _UNREADABLE_SUFFIXES or suffix in _UNREADABLE_SUFFIXES.values():
-            self._document.warn(f"{entry.place()}: left out, {kind or suffix} cannot be read")
+            what = kind if kind in _UNREADABLE_SUFFIXES else suffix
+            self._document.warn(f"{entry.place()}: left out, {what} cannot be read")
             return None
         if "bufferView" in entry:
-            content = bytes(self._document.view(entry)[0])
+            content = self._document.view(entry)[0]
+            self._document.take(entry, bytes=len(content))
         elif "uri" in entry:
-            content = self._document.resource(entry)
+            content = memoryview(self._document.resource(entry))
         else:
             raise entry.fault("has neither a uri nor a buffer view")
-        label = f"{entry.place('uri')}: {shown(uri)}" if file.name else entry.place()
-        return Image(pictures.read_image(content, label), entry.name or file.stem)
+        digest = sha256(content).digest()
+        if digest not in self._by_content:
+            label = f"{entry.place('uri')}: {shown(uri)}" if file.name else entry.place()
+            pixels = pictures.read_image(content, label, self._document.budget.take_picture)
+            self._by_content[digest] = entry.apply(Image, pixels, entry.name or file.stem)
+        return self._by_content[digest]
 
 
 def _matrix(transform: Element) -> tuple[float, float, float, float, float, float]:

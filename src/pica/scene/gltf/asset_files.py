@@ -1,0 +1,65 @@
+"""The file of an asset, and those beside it that it names (2.8)."""
+
+import os
+from pathlib import Path, PureWindowsPath
+from typing import BinaryIO
+from urllib.parse import unquote
+
+from pica.errors import SceneError
+from pica.files import open_file, read, resolved
+from pica.scene.gltf.element import shown
+from pica.scene.limits import Budget
+
+_LONGEST_NAME = 4096
+"""Characters, as many as Linux has bytes for a path."""
+
+
+class AssetFiles:
+    """Reads an asset's file, and files that it names: only regular ones, which lie in its folder or below it.
+
+    Its folder is that of the path as given, or that of the file which a symbolic link leads to from there: in a cache
+    of a model hub, links lie where the names say and all contents in one folder. `allow_outside` reads files from
+    everywhere. What is read counts in the budget.
+    """
+
+    def __init__(self, path: Path, budget: Budget, allow_outside: bool) -> None:
+        self._path, self._budget, self._allow_outside = path, budget, allow_outside
+        self._folders = resolved(path.parent, "the file"), resolved(path, "the file").parent
+
+    def read_asset(self) -> bytes:
+        """The asset's own file. Raises SceneError."""
+        with open_file(self._path, "the file") as file:
+            return self._content(file, -1, "the file")
+
+    def read(self, uri: str, place: str, length: int = -1) -> bytes:
+        """The first `length` bytes, all by default, of the file that a URI names. Raises SceneError, with `place`."""
+        what, name = f"{place}: {shown(uri)}", unquote(uri)
+        if len(name) > _LONGEST_NAME:
+            raise SceneError(f"{what}: a name of {len(name)} characters is too long")
+        windows = PureWindowsPath(name)
+        if "://" in name or name.startswith(("/", "file:")) or windows.drive or windows.root or "\0" in name:
+            raise SceneError(f"{what} is not a path relative to the file")
+        with self._open(name, what) as file:
+            return self._content(file, length, what)
+
+    def _open(self, name: str, what: str) -> BinaryIO:
+        # From the path without links, nothing but the file itself is reached by following none: so what has been
+        # checked is what is opened, whoever changes the folder in between.
+        path = resolved(self._path.parent / name, what)
+        if self._allow_outside:
+            return open_file(path, what)
+        for folder in self._folders:
+            if path.is_relative_to(folder):
+                return open_file(path, what, below=folder)
+        raise SceneError(
+            f"{what} lies outside the asset's folder; pica.load(…, allow_outside=True) or --allow-outside reads it"
+        )
+
+    def _content(self, file: BinaryIO, length: int, what: str) -> bytes:
+        status = os.fstat(file.fileno())
+        length = status.st_size if length < 0 else min(length, status.st_size)
+        try:
+            self._budget.read_file((status.st_dev, status.st_ino), length)
+        except SceneError as error:
+            raise SceneError(f"{what}: {error}") from None
+        return read(file, length, what)
