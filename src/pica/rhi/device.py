@@ -1,7 +1,6 @@
 """The open device: makes buffers, textures and passes, and keeps the shader caches."""
 
 import os
-import sys
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from copy import copy
@@ -14,6 +13,7 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.caches.places import MODULES, SHADERS, caches
 from pica.errors import DeviceError
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, choose, describe
 from pica.rhi.binding import ParameterBlock
@@ -26,17 +26,6 @@ PACKAGE = Path(__file__).resolve().parents[1]
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 _BUILD_INPUT = spy.BufferUsage.acceleration_structure_build_input
 _TEXTURE = spy.TextureUsage.shader_resource | spy.TextureUsage.unordered_access
-
-
-def cache_folder() -> Path:
-    """Where compiled shaders are kept between runs; PICA_CACHE overrides the system's usual place."""
-    if "PICA_CACHE" in os.environ:
-        return Path(os.environ["PICA_CACHE"])
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "pica" / "cache"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "pica"
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "pica"
 
 
 @dataclass
@@ -72,14 +61,9 @@ class Device:
     """
 
     def __init__(self, name: str | None = None) -> None:
+        self.cache = cache = caches()
+        """Where compiled shaders are kept; None: nowhere."""
         adapter = choose(name)
-        self.cache = cache = cache_folder().resolve()
-        """Where compiled shaders are kept."""
-        try:
-            cache.mkdir(parents=True, exist_ok=True)
-            caches: dict[str, Any] = {"shader_cache_path": cache / "shaders", "module_cache_path": cache / "modules"}
-        except OSError:  # a read-only home: slower starts, nothing else
-            caches = {}
         try:
             self.handle = spy.Device(
                 type=spy.DeviceType.vulkan,
@@ -87,7 +71,8 @@ class Device:
                 compiler_options={"include_paths": [PACKAGE], "warnings_as_errors": []},
                 enable_rhi_validation="PICA_VALIDATE" in os.environ,
                 enable_hot_reload=False,
-                **caches,
+                shader_cache_path=cache and cache / SHADERS,
+                module_cache_path=cache and cache / MODULES,
             )
         except RuntimeError as error:
             raise DeviceError(
