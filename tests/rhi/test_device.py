@@ -138,6 +138,18 @@ def test_garbage_in_the_lock_file_is_no_obstacle(data):
     assert starts_with(data) == ""
 
 
+@pytest.mark.device
+@pytest.mark.parametrize("truncated", [True, False])
+def test_damaged_modules_are_no_obstacle(data, truncated):
+    """Slang itself finds those that are too short."""
+    for module in data.parents[3].rglob("*.slang-module"):
+        content = module.read_bytes()
+        module.write_bytes(content[: len(content) // 2] if truncated else content[:20] + b"?" * 120 + content[140:])
+    data.unlink()  # else nobody asks for modules
+    assert ("is damaged and was removed" in starts_with(data)) == (not truncated)
+    assert starts_with(data) == ""
+
+
 def test_memory_is_counted(device):
     before = device.memory
     device.buffer("kilobyte", size=1024)

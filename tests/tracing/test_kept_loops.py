@@ -65,7 +65,8 @@ def test_numbas_own_files(tmp_path):
     said = []
     for _ in range(4):
         environment = {**os.environ, "PICA_CACHE": str(tmp_path)}
-        done = subprocess.run([sys.executable, "-c", LOAD], env=environment, capture_output=True, text=True, timeout=240)
+        command = [sys.executable, "-c", LOAD]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=240)
         assert done.returncode == 0, done.stderr
         said.append(done.stderr)
         kept = [path for path in (tmp_path / NUMBA).rglob("*") if path.is_file()]

@@ -1,6 +1,8 @@
 """The open device: makes buffers, textures and passes, and keeps the shader caches."""
 
 import os
+import shutil
+import warnings
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from copy import copy
@@ -242,6 +244,23 @@ class Device:
         for made in (self._kept, self._linked):
             for key in [key for key in made if key[1] == variant]:
                 del made[key]
+
+    def module(self, name: str, text: str | None = None, path: Path | None = None) -> spy.SlangModule:
+        """A Slang module: a file below the package, or a text by some other name and, where it says so, `path`."""
+
+        def load() -> spy.SlangModule:
+            handle = self.handle
+            return handle.load_module(name) if text is None else handle.load_module_from_source(name, text, path)
+
+        try:
+            return load()
+        except (RuntimeError, spy.SlangCompileError) as error:
+            if self.cache is None or "error[" in str(error):  # a fault of the source, not of what is kept of it
+                raise
+            kept = self.cache / MODULES
+            shutil.rmtree(kept, ignore_errors=True)
+            warnings.warn(f"{kept} is damaged and was removed: modules are compiled anew", stacklevel=2)
+            return load()
 
     def parameter_block(self, module: str, name: str) -> ParameterBlock:
         """The block `name` that `module` (a path below the package) declares."""
