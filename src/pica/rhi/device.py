@@ -7,7 +7,9 @@ from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from threading import Lock
 from typing import Any, TypeVar
 from weakref import finalize
 
@@ -17,11 +19,13 @@ from numpy.typing import NDArray
 
 from pica.caches.places import MODULES, SHADERS, caches
 from pica.errors import DeviceError
+from pica.rhi import forked
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, choose, describe
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
+from pica.rhi.turns import Turns
 
 T = TypeVar("T")
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -63,6 +67,7 @@ class Device:
     """
 
     def __init__(self, name: str | None = None) -> None:
+        forked.check()
         self.cache = cache = caches()
         """Where compiled shaders are kept; None: nowhere."""
         adapter = choose(name)
@@ -80,6 +85,12 @@ class Device:
             raise DeviceError(
                 f"device {adapter.name!r} cannot be opened: {str(error).splitlines()[0]}; {HELP}"
             ) from None
+        forked.watch()
+        self.turn = Turns(self._check)
+        """For `with`: a block in which no other thread uses the device; a frame at most, so that others get theirs.
+        Raises DeviceError where the device is closed, or another process's."""
+        self._callbacks: list[Callable[[], object]] = []
+        self._closing = finalize(self, _close, self.handle, self._callbacks)
         self.key = bytes(adapter.luid)
         """Tells adapters apart."""
         self._block_programs: dict[str, spy.ShaderProgram] = {}
@@ -97,9 +108,29 @@ class Device:
         self._whole: Device | None = None
 
     def close(self) -> None:
-        """Wait for the device and let go of it; nothing that was made on it can be used any more."""
-        _OPEN.pop(self.key, None)
-        self.handle.close()
+        """Wait for the device and let go of it; nothing that was made on it can be used any more, each an error."""
+        if self.closed:
+            return
+        with self.turn:
+            if _OPEN.get(self.key) is (self._whole or self):
+                del _OPEN[self.key]
+            self._closing()
+            for made in (self._block_programs, self._kept, self._linked, self._shared):
+                made.clear()
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed."""
+        return not self._closing.alive
+
+    def at_close(self, call: Callable[[], object]) -> None:
+        """Call this when the device is closed or dropped; it must not keep the device."""
+        self._callbacks.append(call)
+
+    def _check(self) -> None:
+        forked.check()
+        if self.closed:
+            raise DeviceError(f"device {self.name!r}: it is closed, and so is all that was made on it")
 
     @property
     def name(self) -> str:
@@ -136,9 +167,10 @@ class Device:
     @contextmanager
     def record(self) -> Iterator[DeviceRecording]:
         """Record work outside of any frame; it is submitted at the end of the block."""
-        recording = DeviceRecording(self.handle.create_command_encoder(), self.profiler)
-        yield recording
-        self.handle.submit_command_buffer(recording.encoder.finish())
+        with self.turn:
+            recording = DeviceRecording(self.handle.create_command_encoder(), self.profiler)
+            yield recording
+            self.handle.submit_command_buffer(recording.encoder.finish())
 
     @property
     def scatter(self) -> ComputePass:
@@ -151,12 +183,14 @@ class Device:
         part = copy(self)
         part._whole = self._whole or self
         part._taken = _Memory()
-        finalize(part, self._memory.settle, part._taken).atexit = False
+        settle = partial(self._memory.settle, part._taken)
+        finalize(part, self.turn.later, settle).atexit = False
         return part
 
     @property
     def memory(self) -> int:
         """Bytes of device memory in the buffers, textures and structures that pica made and keeps."""
+        self.turn.tidy()
         return self._memory.now
 
     @property
@@ -284,7 +318,15 @@ def _scatter(device: Device) -> ComputePass:
     return device.compute("rhi/scatter.slang")
 
 
+def _close(handle: spy.Device, callbacks: list[Callable[[], object]]) -> None:
+    if not forked.is_child():
+        for call in callbacks:
+            call()
+        handle.close()
+
+
 _OPEN: dict[bytes, Device] = {}
+_OPENING = Lock()
 
 
 def open_device(device: Device | str | None = None) -> Device:
@@ -292,7 +334,9 @@ def open_device(device: Device | str | None = None) -> Device:
     process ends or `Device.close`. `device`: as Device's name; a Device is taken as it is."""
     if isinstance(device, Device):
         return device
-    key = bytes(choose(device).luid)
-    if key not in _OPEN:
-        _OPEN[key] = Device(device)
-    return _OPEN[key]
+    forked.check()
+    with _OPENING:
+        key = bytes(choose(device).luid)
+        if key not in _OPEN:
+            _OPEN[key] = Device(device)
+        return _OPEN[key]

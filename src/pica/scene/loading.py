@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pica.errors import SceneError
 from pica.pictures import read_radiance
-from pica.scene import gltf
+from pica.scene import gltf, leftovers
 from pica.scene.environment import Environment
 from pica.scene.model import Scene
 
@@ -19,7 +19,9 @@ def load(path: str | Path, environment: str | Path | Environment | None = None) 
     A scene without any light gets a neutral sky, and a warning that says so. Raises SceneError, one line that
     names the file and the fault; warns about features of the file that are not supported.
     """
+    leftovers.collect()
     scene = gltf.read(path)
+    leftovers.watch(scene)
     if isinstance(environment, Environment):
         scene.environment = environment
     elif environment is not None:
