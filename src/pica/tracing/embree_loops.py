@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import cfunc, njit, types
+from numba import cfunc, config, njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
-
-from pica.caches.places import caches
 
 LANES = 16
 ROWS = 21
@@ -27,7 +25,7 @@ _CAMERA = 0
 # Bits of masks: 0 to 7 belong to objects, these two to the sections below.
 OPAQUE, CUTOUT = 1 << 8, 1 << 9
 _OBJECTS = 0xFF
-_KEPT = caches() is not None
+_KEPT = bool(config.CACHE_DIR)
 # With signatures everything is compiled, or read from the cache, when this module is imported.
 _WORD, _FLOATS, _BITS, _NUMBERS = types.uintp, types.float32[:, ::1], types.uint32[:, ::1], types.uint32[::1]
 _ARRAYS = (_FLOATS, _BITS, _FLOATS, _BITS, _NUMBERS, _NUMBERS, _FLOATS, _BITS)
