@@ -6,6 +6,7 @@ import slangpy as spy
 
 from pica.frame.aovs import at_size
 from pica.frame.arguments import Progress, check_progress, checked_camera, checked_count
+from pica.frame.closing import alone
 from pica.frame.context import Size
 from pica.frame.effect import Aov, kept
 from pica.output import Frame
@@ -59,6 +60,7 @@ class Renderer(Stages):
         """What the newest frame took the host to record and submit."""
         return self._frames.host_seconds
 
+    @alone
     def advance(self, camera: Camera, jittered: bool = True) -> dict[str, spy.Texture]:
         """Record and submit one frame. Returns its buffers, which the next frame overwrites.
 
@@ -67,10 +69,11 @@ class Renderer(Stages):
         ready, objects of new types are not shown, and those of replaced ones as they were. Raises MaterialTypeError,
         once, for a type with a fault; the next call goes on without it.
         """
-        return self._advance(camera, not self._running, jittered)
+        with self.device.turn:
+            return self._advance(camera, not self._running, jittered)
 
     def _advance(self, camera: Camera, wait: bool, jittered: bool = True) -> dict[str, spy.Texture]:
-        self.check_open()
+        self.check_open()  # what is called after each frame may close it
         camera = checked_camera("render", camera)
         scene, slots = self.view, self._slots
         scene.admit(wait)
@@ -94,6 +97,7 @@ class Renderer(Stages):
         self._frames.end(frame)
         return {**gbuffer.textures, "color": picture, "display": display}
 
+    @alone
     def render(self, frames: int = 16, camera: Camera | None = None, progress: Progress | None = None) -> Frame:
         """Render `frames` frames and return the last, which holds the mean of all since something moved.
 
@@ -106,15 +110,17 @@ class Renderer(Stages):
         check_progress("render", progress)
         if camera is None:
             camera = self.scene.default_camera(self.size[0] / self.size[1])
-        for done in range(frames):
-            buffers = self._advance(camera, wait=True)
-            if done == 0:
-                seen = kept(self.device, self.gbuffer.aovs())
+        for done in range(1, frames + 1):
+            with self.device.turn:
+                buffers = self._advance(camera, wait=True)
+                if done == 1:
+                    seen = kept(self.device, self.gbuffer.aovs())
+                if done == frames:
+                    pictures = {n: Aov((buffers[n],), lambda values: values[..., :3]) for n in ("color", "display")}
+                    found = kept(self.device, {**pictures, **self._last_aovs()})
+                    timings = self.device.profiler.flush()
             if progress is not None:
-                progress(done + 1, frames)
-        pictures = {name: Aov((buffers[name],), lambda values: values[..., :3]) for name in ("color", "display")}
-        found = kept(self.device, {**pictures, **self._last_aovs()})
-        timings = self.device.profiler.flush()
+                progress(done, frames)
         return Frame(found.pop("color"), found.pop("display"), at_size(self.size, seen | found), timings)
 
     def _last_aovs(self) -> dict[str, Aov]:

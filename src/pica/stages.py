@@ -13,7 +13,7 @@ from pica.effects.shadows.shadows import Shadows
 from pica.effects.stochastic_light.stochastic_light import StochasticLightDenoiser
 from pica.errors import SettingsError
 from pica.frame.arguments import check_made_with
-from pica.frame.closing import Closing
+from pica.frame.closing import Closing, alone
 from pica.frame.context import FrameSequence, Size
 from pica.frame.effect import Effect
 from pica.frame.reprojection import Reprojection
@@ -36,11 +36,12 @@ class Stages(Closing):
     def __init__(self, scene: Scene, size: Size, settings: Settings | None, device: Device | str | None) -> None:
         check_made_with(type(self).__name__, scene, settings, device)
         self.size = checked_size(size)
-        self.device = device = open_device(device)
-        self.settings = runnable(device, settings or Settings())
+        super().__init__(open_device(device))
+        self.settings = runnable(self.device, settings or Settings())
         self.scene = scene
-        self.view = SceneView(device, scene, self.settings)
-        self._make(_GROUPS)
+        with self.device.turn:
+            self.view = SceneView(self.device, scene, self.settings)
+            self._make(_GROUPS)
 
     def _make(self, changed: Set[str]) -> None:
         """Make the stages that follow these settings; each with a part of the device, to be dropped with it."""
@@ -97,6 +98,7 @@ class Stages(Closing):
         """At which all up to antialiasing works; `size` is that of the pictures."""
         return self._frames.size
 
+    @alone
     def reset(self) -> None:
         """Drop all history: the next frame is frame 0 again."""
         self._frames.reset()
@@ -104,30 +106,32 @@ class Stages(Closing):
         for effect in self.effects:
             effect.reset()
 
+    @alone
     def resize(self, size: Size) -> None:
         """Render at another (width, height) from the next frame on, without history. Raises PicaError."""
-        self.check_open()
         self.size = checked_size(size)
-        self._frames.resize(self.size)
-        self._slots.resize(self.render_size)
-        self.reprojection.resize(self.render_size)
-        for effect in self.effects:
-            effect.resize(self.size if effect.at_output else self.render_size)
+        with self.device.turn:
+            self._frames.resize(self.size)
+            self._slots.resize(self.render_size)
+            self.reprojection.resize(self.render_size)
+            for effect in self.effects:
+                effect.resize(self.size if effect.at_output else self.render_size)
 
+    @alone
     def configure(self, settings: Settings) -> None:
         """Follow other settings from the next frame on. Stages that these say nothing new about keep their histories.
 
         Raises SettingsError when other renderers of the scene want another geometry.rebuild_at, which they share.
         """
-        self.check_open()
         checked("configure: settings", instance(Settings), settings, SettingsError)
         settings = runnable(self.device, settings)
-        self.view.configure(settings)
-        before, self.settings = self.settings, settings
-        changed = before.changed_groups(settings)
-        if before.antialiasing.upscale != settings.antialiasing.upscale:
-            changed = _GROUPS  # all works at another size
-        self._make(changed)
+        with self.device.turn:
+            self.view.configure(settings)
+            before, self.settings = self.settings, settings
+            changed = before.changed_groups(settings)
+            if before.antialiasing.upscale != settings.antialiasing.upscale:
+                changed = _GROUPS  # all works at another size
+            self._make(changed)
         if changed & {"seed", "rays", "visibility", "antialiasing"}:
             self.reset()  # the G-buffer or the camera of the frame before is gone
         elif changed - {"geometry", "post"}:

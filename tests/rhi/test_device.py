@@ -1,6 +1,7 @@
 """What a device keeps: caches on disk, and a count of its memory."""
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -9,7 +10,8 @@ import numpy as np
 import pytest
 import slangpy as spy
 
-from pica.rhi.device import cache_folder
+from pica.caches.places import SHADERS
+from pica.caches.shader_database import is_whole
 
 COMPILE = """
 from pica.rhi.device import Device
@@ -20,8 +22,8 @@ print("made", bool(compute.pipeline))
 """
 
 
-def compile_in(folder):
-    """Compile one shader in a process of its own; the files that are in the cache afterwards, with their ages."""
+def compiled_in(folder):
+    """Compile one shader in a process of its own."""
     done = subprocess.run(
         [sys.executable, "-c", COMPILE],
         env={**os.environ, "PICA_CACHE": str(folder)},
@@ -29,7 +31,13 @@ def compile_in(folder):
         text=True,
         timeout=120,
     )
-    assert done.stdout.strip() == "made True", done.stderr
+    assert done.stdout.strip() == "made True", (done.returncode, done.stderr)
+    return done
+
+
+def compile_in(folder):
+    """The files that are in a cache after compiling one shader, with their ages."""
+    compiled_in(folder)
     return {path: path.stat().st_mtime_ns for path in folder.rglob("*") if path.is_file()} if folder.is_dir() else {}
 
 
@@ -50,13 +58,96 @@ def test_a_folder_that_cannot_be_written_is_no_obstacle(tmp_path):
     assert compile_in(tmp_path / "file" / "cache") == {}
 
 
-def test_environment_variable_names_the_folder(monkeypatch, tmp_path):
-    monkeypatch.setenv("PICA_CACHE", str(tmp_path / "here"))
-    assert cache_folder() == tmp_path / "here"
-    monkeypatch.delenv("PICA_CACHE")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "there"))
-    if sys.platform.startswith("linux"):
-        assert cache_folder() == tmp_path / "there" / "pica"
+@pytest.fixture(scope="module")
+def kept_shaders(tmp_path_factory):
+    """A folder of caches with a shader in it."""
+    folder = tmp_path_factory.mktemp("kept")
+    compile_in(folder)
+    return folder
+
+
+@pytest.fixture
+def data(kept_shaders, tmp_path):
+    """A copy of its database."""
+    shutil.copytree(kept_shaders, tmp_path / "cache")
+    return tmp_path / "cache" / SHADERS / "rhi" / "data.mdb"
+
+
+def starts_with(data) -> str:
+    """What is said when a process starts with this database, and works."""
+    return compiled_in(data.parents[3]).stderr
+
+
+@pytest.mark.device
+def test_a_database_that_is_whole_is_left_alone(data):
+    assert is_whole(data)
+    assert starts_with(data) == ""
+    data.write_bytes(b"")
+    assert is_whole(data), "nobody has written to it yet"
+    assert starts_with(data) == ""
+
+
+@pytest.mark.device
+def test_a_truncated_database_is_found_whatever_its_length(data):
+    """LMDB ends the process where a page lies behind the end."""
+    content = data.read_bytes()
+    found = {}
+    for length in {*range(1, len(content), 1021), *range(0, len(content), 4096), len(content) - 1} - {0}:
+        data.write_bytes(content[:length])
+        found[length] = is_whole(data)
+    assert not any(found[length] for length in found if length < 3 * 4096)
+    shortest = min((length for length in found if found[length]), default=len(content))
+    for length in (5000, max(length for length in found if length < shortest), shortest):
+        data.write_bytes(content[:length])
+        said = starts_with(data)
+        assert said.count("data.mdb is damaged and was removed") == (length < shortest), said
+        assert is_whole(data) and starts_with(data) == "", "once"
+        assert "Failed to open cache" not in said
+
+
+@pytest.mark.device
+@pytest.mark.parametrize("start", [0, 4096, 8192])
+def test_garbage_is_found(data, start):
+    size = data.stat().st_size
+    with data.open("r+b") as file:
+        file.seek(start)
+        file.write(np.random.default_rng(start).bytes(size - start))
+    assert not is_whole(data)
+    assert "is damaged and was removed" in starts_with(data)
+
+
+@pytest.mark.device
+def test_whatever_is_in_a_database_is_no_error(data):
+    content = np.frombuffer(data.read_bytes(), np.uint8)
+    random = np.random.default_rng(1)
+    verdicts = []
+    for _ in range(400):
+        changed = content.copy()
+        first = random.integers(len(content))
+        run = changed[first : first + random.integers(1, 8192)]
+        run[:] = random.integers(0, 256, len(run)) if random.integers(2) else 255
+        data.write_bytes(changed.tobytes())
+        verdicts.append(is_whole(data))
+    assert 0.05 < np.mean(verdicts) < 0.95
+
+
+@pytest.mark.device
+def test_garbage_in_the_lock_file_is_no_obstacle(data):
+    lock = data.with_name("lock.mdb")
+    lock.write_bytes(np.random.default_rng(1).bytes(lock.stat().st_size))
+    assert starts_with(data) == ""
+
+
+@pytest.mark.device
+@pytest.mark.parametrize("truncated", [True, False])
+def test_damaged_modules_are_no_obstacle(data, truncated):
+    """Slang itself finds those that are too short."""
+    for module in data.parents[3].rglob("*.slang-module"):
+        content = module.read_bytes()
+        module.write_bytes(content[: len(content) // 2] if truncated else content[:20] + b"?" * 120 + content[140:])
+    data.unlink()  # else nobody asks for modules
+    assert ("is damaged and was removed" in starts_with(data)) == (not truncated)
+    assert starts_with(data) == ""
 
 
 def test_memory_is_counted(device):

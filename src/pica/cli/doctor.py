@@ -118,7 +118,7 @@ def _version(package: str) -> str:
 
 def _cache_folders() -> dict[str, str]:
     try:
-        from pica.rhi.device import cache_folder
-    except ImportError:  # SlangPy does not load here; the fault says why
+        from pica.caches.places import caches
+    except ImportError:  # SlangPy is not installed
         return {}
-    return {"shader cache": str(cache_folder())}
+    return {"shader cache": str(caches() or "nowhere")}

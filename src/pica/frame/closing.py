@@ -1,16 +1,24 @@
-"""What has memory on a device until it is closed."""
+"""What has memory on a device until it is closed, and who may use it when."""
 
+from collections.abc import Callable
+from functools import wraps
+from threading import RLock
 from types import TracebackType
-from typing import Self
+from typing import Concatenate, ParamSpec, Self, TypeVar, cast
 
 from pica.errors import PicaError
 from pica.gpu_scene.view import SceneView
+from pica.rhi import forked
+from pica.rhi.device import Device
 
-_KEPT = {"size", "settings", "device", "scene"}
+_KEPT = {"size", "settings", "device", "scene", "_calls"}
+P = ParamSpec("P")
+C = TypeVar("C", bound="Closing")
+T = TypeVar("T")
 
 
 class Closing:
-    """A renderer or a path tracer, which may be used in a `with` statement.
+    """A renderer or a path tracer, which may be used in a `with` statement, and by one thread at a time.
 
     Without either, what it has on its device goes when it is dropped itself.
     """
@@ -18,13 +26,21 @@ class Closing:
     view: SceneView
     """What it has of the scene."""
 
+    def __init__(self, device: Device) -> None:
+        self.device = device
+        self._calls = RLock()
+
     def close(self) -> None:
         """Give back at once what it has on its device. Pictures that it has rendered stay; it renders no others."""
         if self.closed:
             return
-        self.view.close()
-        for name in vars(self).keys() - _KEPT:
-            delattr(self, name)
+        forked.check()
+        with self._calls:
+            if not self.device.closed:
+                with self.device.turn:
+                    self.view.close()
+            for name in vars(self).keys() - _KEPT:
+                delattr(self, name)
 
     @property
     def closed(self) -> bool:
@@ -44,3 +60,19 @@ class Closing:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def alone(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], T]:
+    """Makes a method of Closing one that threads run one after the other; it takes its turns at the device by itself.
+
+    Raises PicaError when the object is closed, DeviceError in a process that was forked since.
+    """
+
+    @wraps(method)
+    def waiting(self: C, *arguments: P.args, **named: P.kwargs) -> T:
+        forked.check()  # before a lock that another thread of the parent may have had
+        with self._calls:
+            self.check_open()
+            return method(self, *arguments, **named)
+
+    return cast(Callable[Concatenate[C, P], T], waiting)

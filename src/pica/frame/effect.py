@@ -104,6 +104,12 @@ def kept(device: Device, aovs: Mapping[str, Aov]) -> dict[str, Callable[[], Arra
     copied = copies(device, textures)
 
     def frozen(aov: Aov) -> Callable[[], Array]:
-        return Aov(tuple(copied[str(id(texture))] for texture in aov.textures), aov.read).fetch
+        copy = Aov(tuple(copied[str(id(texture))] for texture in aov.textures), aov.read)
+
+        def fetch() -> Array:
+            with device.turn:
+                return copy.fetch()
+
+        return fetch
 
     return {name: frozen(aov) for name, aov in aovs.items()}

@@ -23,6 +23,7 @@ from pica.rhi.acceleration import RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
+from pica.scene import leftovers
 from pica.scene.changes import Changes
 from pica.scene.dynamic_vertices import DynamicVertices
 from pica.scene.model import Mesh, Node, Scene
@@ -98,6 +99,8 @@ class GpuScene:
         copies = device.shared(_Copies).by_scene
         found = copies.get(id(scene))
         if found is None:
+            leftovers.collect()
+            leftovers.watch(scene)
             found = copies[id(scene)] = GpuScene(device.part(), scene, rebuild_at)
         elif found.rebuild_at != rebuild_at:
             found.check_rebuild_at(rebuild_at, None)

@@ -53,7 +53,7 @@ class SceneView:
         self.block.bind(environment=gpu.environment)
         self._bind()
         gpu.views.add(self)
-        self._finalizer = finalize(self, self.own.close)
+        self._finalizer = finalize(self, device.turn.later, self.own.close)
         self._finalizer.atexit = False
 
     def close(self) -> None:

@@ -6,7 +6,7 @@ from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError, plain, shown
 from pica.frame.arguments import Progress, check_made_with, check_progress, checked_camera, checked_count
-from pica.frame.closing import Closing
+from pica.frame.closing import Closing, alone
 from pica.frame.context import FrameSequence, Size
 from pica.frame.effect import Aov, kept
 from pica.frame.snapshot import checked_size
@@ -42,13 +42,19 @@ class PathTracer(Closing):
         max_depth = plain(max_depth)
         if max_depth is not None and not (isinstance(max_depth, int) and 1 <= max_depth < 1 << 31):
             raise SettingsError(f"max_depth {shown(max_depth)}: must be 1 or more, or None for no limit")
-        self.size = size = checked_size(size)
-        self.device = open_device(device)
+        self.size = checked_size(size)
+        super().__init__(open_device(device))
         device = self.device.part()
         check_traces(device, "path tracing")
-        self.settings = settings = runnable(device, settings or Settings())
+        self.settings = runnable(device, settings or Settings())
         self.scene = scene
         self._max_depth = max_depth or NO_LIMIT
+        with device.turn:
+            self._make(device)
+
+    def _make(self, device: Device) -> None:
+        """What it has on a part of the device."""
+        scene, size, settings = self.scene, self.size, self.settings
         self.view = SceneView(device, scene, settings)
         tracer = choose_tracer(device, settings.rays, self.view)
         self._frames = FrameSequence(device, size, settings.seed)
@@ -64,39 +70,48 @@ class PathTracer(Closing):
         """The adapter that renders."""
         return self.device.name
 
+    @alone
     def render(self, samples: int = 1024, camera: Camera | None = None, progress: Progress | None = None) -> Frame:
         """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each."""
-        self.check_open()
         samples = checked_count("render: samples", samples)
         check_progress("render", progress)
         if camera is None:
             camera = self.scene.default_camera(self.size[0] / self.size[1])
         camera = checked_camera("render", camera)
         self._frames.rewind()
-        for done in range(samples):
-            self.view.admit()
-            frame = self._frames.begin(camera, jittered=False)
-            self.view.update(frame, frame.camera)
-            if done == 0:
-                frame.encoder.clear_texture_float(self._sum)
-                self._gbuffer(frame, self.view)
-            self._trace(
-                frame,
-                frame.size,
-                frame=frame,
-                scene=self.view,
-                accumulated=self._sum,
-                maxDepth=self._max_depth,
-                opaqueSecondaryShadows=int(self.settings.rays.opaque_secondary_shadows),
-            )
-            if done + 1 == samples:
-                self._average(frame, frame.grid, frame=frame, accumulated=self._sum, radiance=self._mean)
-                display = self._post(frame, self._mean)
-            self._frames.end(frame)
+        for done in range(1, samples + 1):
+            with self.device.turn:
+                display = self._sample(camera, first=done == 1, last=done == samples)
+                if display is not None:
+                    pictures = {"color": self._mean, "display": display}
+                    rgb = {name: Aov((texture,), lambda values: values[..., :3]) for name, texture in pictures.items()}
+                    found = kept(self.device, {**rgb, **self._gbuffer.aovs()})
+                    timings = self.device.profiler.flush()
             if progress is not None:
-                progress(done + 1, samples)
-        pictures = {"color": self._mean, "display": display}
-        rgb = {name: Aov((texture,), lambda values: values[..., :3]) for name, texture in pictures.items()}
-        found = kept(self.device, {**rgb, **self._gbuffer.aovs()})
-        timings = self.device.profiler.flush()
+                progress(done, samples)
         return Frame(found.pop("color"), found.pop("display"), found, timings)
+
+    def _sample(self, camera: Camera, first: bool, last: bool) -> spy.Texture | None:
+        """Record and submit a path a pixel. Returns what is displayed, after the last one."""
+        self.check_open()  # what is called after each sample may close it
+        self.view.admit()
+        frame = self._frames.begin(camera, jittered=False)
+        self.view.update(frame, frame.camera)
+        if first:
+            frame.encoder.clear_texture_float(self._sum)
+            self._gbuffer(frame, self.view)
+        self._trace(
+            frame,
+            frame.size,
+            frame=frame,
+            scene=self.view,
+            accumulated=self._sum,
+            maxDepth=self._max_depth,
+            opaqueSecondaryShadows=int(self.settings.rays.opaque_secondary_shadows),
+        )
+        display = None
+        if last:
+            self._average(frame, frame.grid, frame=frame, accumulated=self._sum, radiance=self._mean)
+            display = self._post(frame, self._mean)
+        self._frames.end(frame)
+        return display

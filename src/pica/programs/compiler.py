@@ -40,8 +40,8 @@ class Task:
 class Compiler:
     """The worker process of a device; it starts with the first task and goes with `close`."""
 
-    def __init__(self, adapter: str, cache: "Path") -> None:
-        self._adapter = adapter
+    def __init__(self, adapter: str, cache: "Path | None") -> None:
+        self._adapter, self._cache = adapter, cache
         # The same modules under the same cache, and nothing of the script that runs here.
         self._environment = {
             **os.environ,
@@ -103,6 +103,8 @@ class Compiler:
         return DeviceError("the shader compiler crashes")
 
     def _started(self) -> "subprocess.Popen[bytes]":
+        if self._cache is None:
+            raise OSError("no folder to hand over in what it compiles")
         return subprocess.Popen(
             [sys.executable, "-c", "from pica.programs.compile_worker import main; main()"],
             stdin=subprocess.PIPE,

@@ -30,7 +30,7 @@ class ProgramLibrary:
     def compiler(self) -> Compiler:
         """The process that compiles what comes to a running renderer."""
         compiler = Compiler(self.device.name, self.device.cache)
-        weakref.finalize(self.device, compiler.close)
+        self.device.at_close(compiler.close)
         return compiler
 
     def retire(self, types: MaterialTypeSet) -> None:

@@ -121,7 +121,7 @@ class MaterialTypes:
     """The material types of one device, compiled when first asked for."""
 
     def __init__(self, device: Device) -> None:
-        self._device = device.handle
+        self._device = device
         self._types: dict[MaterialSource, MaterialType] = {}
         self._modules: dict[MaterialTypeSet, spy.SlangModule] = {}
 
@@ -145,7 +145,7 @@ class MaterialTypes:
     def _standard(self) -> MaterialType:
         alias = f"material_alias_{STANDARD}"
         made = MaterialType(STANDARD, alias, np.dtype([]))
-        self._device.load_module_from_source(alias, _STANDARD_SOURCE.format(alias=alias, type=made.struct))
+        self._device.module(alias, _STANDARD_SOURCE.format(alias=alias, type=made.struct))
         return made
 
     def _all(self, types: MaterialTypeSet) -> spy.SlangModule:
@@ -164,7 +164,7 @@ class MaterialTypes:
             emission=switch("return {}.emission(input);"),
             evaluate=switch("{}.evaluate(input, surface); return;"),
         )
-        return self._device.load_module_from_source(name, text)
+        return self._device.module(name, text)
 
 
 def fitting_numbers(values: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
@@ -189,7 +189,7 @@ def digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
-def compiled(device: spy.Device, source: MaterialSource) -> tuple[str, np.dtype[Any]]:
+def compiled(device: Device, source: MaterialSource) -> tuple[str, np.dtype[Any]]:
     """Compile a registered file: the module that says its name, and what its `struct Parameters` has.
 
     Raises the source's own error when the file has a fault.
@@ -199,7 +199,7 @@ def compiled(device: spy.Device, source: MaterialSource) -> tuple[str, np.dtype[
     # Nor does it take two modules of one path. A path beside the file finds the same imports.
     path = source.path.with_name(f"{source.path.stem}_{digest(source.text)}.slang")
     try:
-        loaded = device.load_module_from_source(module, source.text, path)
+        loaded = device.module(module, source.text, path)
     except (RuntimeError, spy.SlangCompileError) as error:
         raise source.fault(_first_error(source, str(error).replace(str(path), str(source.path)))) from None
     struct, made_of_it = _implementation(source, loaded)
@@ -213,7 +213,7 @@ def compiled(device: spy.Device, source: MaterialSource) -> tuple[str, np.dtype[
             type=f"{source.word}_struct_{source.name}",
             struct=made_of_it,
         )
-        device.load_module_from_source(alias, text)
+        device.module(alias, text)
     except (RuntimeError, spy.SlangCompileError):
         what = f"struct {struct} is not visible; mark it public or leave out the file's `module` line"
         raise source.fault(f"{source.path}: {what}") from None

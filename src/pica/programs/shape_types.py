@@ -84,7 +84,7 @@ class ShapeTypes:
     """The shapes of one device, compiled when first asked for."""
 
     def __init__(self, device: Device) -> None:
-        self._device = device.handle
+        self._device = device
         self._types: dict[MaterialSource, ShapeType] = {}
         self._modules: dict[tuple[MaterialSource, ...], spy.SlangModule] = {}
 
@@ -118,7 +118,7 @@ class ShapeTypes:
             normal=switch("normal(shape, place)"),
             uv=switch("uv(shape, place)"),
         )
-        return self._device.load_module_from_source(name, text)
+        return self._device.module(name, text)
 
 
 def modules_for(device: Device, types: MaterialTypeSet) -> list[spy.SlangModule]:

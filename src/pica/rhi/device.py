@@ -1,12 +1,15 @@
 """The open device: makes buffers, textures and passes, and keeps the shader caches."""
 
 import os
-import sys
+import shutil
+import warnings
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from threading import Lock
 from typing import Any, TypeVar
 from weakref import finalize
 
@@ -14,29 +17,21 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.caches.places import MODULES, SHADERS, caches
 from pica.errors import DeviceError
+from pica.rhi import forked
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, choose, describe
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
+from pica.rhi.turns import Turns
 
 T = TypeVar("T")
 PACKAGE = Path(__file__).resolve().parents[1]
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 _BUILD_INPUT = spy.BufferUsage.acceleration_structure_build_input
 _TEXTURE = spy.TextureUsage.shader_resource | spy.TextureUsage.unordered_access
-
-
-def cache_folder() -> Path:
-    """Where compiled shaders are kept between runs; PICA_CACHE overrides the system's usual place."""
-    if "PICA_CACHE" in os.environ:
-        return Path(os.environ["PICA_CACHE"])
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "pica" / "cache"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "pica"
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "pica"
 
 
 @dataclass
@@ -72,14 +67,10 @@ class Device:
     """
 
     def __init__(self, name: str | None = None) -> None:
+        forked.check()
+        self.cache = cache = caches()
+        """Where compiled shaders are kept; None: nowhere."""
         adapter = choose(name)
-        self.cache = cache = cache_folder().resolve()
-        """Where compiled shaders are kept."""
-        try:
-            cache.mkdir(parents=True, exist_ok=True)
-            caches: dict[str, Any] = {"shader_cache_path": cache / "shaders", "module_cache_path": cache / "modules"}
-        except OSError:  # a read-only home: slower starts, nothing else
-            caches = {}
         try:
             self.handle = spy.Device(
                 type=spy.DeviceType.vulkan,
@@ -87,12 +78,19 @@ class Device:
                 compiler_options={"include_paths": [PACKAGE], "warnings_as_errors": []},
                 enable_rhi_validation="PICA_VALIDATE" in os.environ,
                 enable_hot_reload=False,
-                **caches,
+                shader_cache_path=cache and cache / SHADERS,
+                module_cache_path=cache and cache / MODULES,
             )
         except RuntimeError as error:
             raise DeviceError(
                 f"device {adapter.name!r} cannot be opened: {str(error).splitlines()[0]}; {HELP}"
             ) from None
+        forked.watch()
+        self.turn = Turns(self._check)
+        """For `with`: a block in which no other thread uses the device; a frame at most, so that others get theirs.
+        Raises DeviceError where the device is closed, or another process's."""
+        self._callbacks: list[Callable[[], object]] = []
+        self._closing = finalize(self, _close, self.handle, self._callbacks)
         self.key = bytes(adapter.luid)
         """Tells adapters apart."""
         self._block_programs: dict[str, spy.ShaderProgram] = {}
@@ -110,9 +108,29 @@ class Device:
         self._whole: Device | None = None
 
     def close(self) -> None:
-        """Wait for the device and let go of it; nothing that was made on it can be used any more."""
-        _OPEN.pop(self.key, None)
-        self.handle.close()
+        """Wait for the device and let go of it; nothing that was made on it can be used any more, each an error."""
+        if self.closed:
+            return
+        with self.turn:
+            if _OPEN.get(self.key) is (self._whole or self):
+                del _OPEN[self.key]
+            self._closing()
+            for made in (self._block_programs, self._kept, self._linked, self._shared):
+                made.clear()
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed."""
+        return not self._closing.alive
+
+    def at_close(self, call: Callable[[], object]) -> None:
+        """Call this when the device is closed or dropped; it must not keep the device."""
+        self._callbacks.append(call)
+
+    def _check(self) -> None:
+        forked.check()
+        if self.closed:
+            raise DeviceError(f"device {self.name!r}: it is closed, and so is all that was made on it")
 
     @property
     def name(self) -> str:
@@ -149,9 +167,10 @@ class Device:
     @contextmanager
     def record(self) -> Iterator[DeviceRecording]:
         """Record work outside of any frame; it is submitted at the end of the block."""
-        recording = DeviceRecording(self.handle.create_command_encoder(), self.profiler)
-        yield recording
-        self.handle.submit_command_buffer(recording.encoder.finish())
+        with self.turn:
+            recording = DeviceRecording(self.handle.create_command_encoder(), self.profiler)
+            yield recording
+            self.handle.submit_command_buffer(recording.encoder.finish())
 
     @property
     def scatter(self) -> ComputePass:
@@ -164,12 +183,14 @@ class Device:
         part = copy(self)
         part._whole = self._whole or self
         part._taken = _Memory()
-        finalize(part, self._memory.settle, part._taken).atexit = False
+        settle = partial(self._memory.settle, part._taken)
+        finalize(part, self.turn.later, settle).atexit = False
         return part
 
     @property
     def memory(self) -> int:
         """Bytes of device memory in the buffers, textures and structures that pica made and keeps."""
+        self.turn.tidy()
         return self._memory.now
 
     @property
@@ -258,6 +279,23 @@ class Device:
             for key in [key for key in made if key[1] == variant]:
                 del made[key]
 
+    def module(self, name: str, text: str | None = None, path: Path | None = None) -> spy.SlangModule:
+        """A Slang module: a file below the package, or a text by some other name and, where it says so, `path`."""
+
+        def load() -> spy.SlangModule:
+            handle = self.handle
+            return handle.load_module(name) if text is None else handle.load_module_from_source(name, text, path)
+
+        try:
+            return load()
+        except (RuntimeError, spy.SlangCompileError) as error:
+            if self.cache is None or "error[" in str(error):  # a fault of the source, not of what is kept of it
+                raise
+            kept = self.cache / MODULES
+            shutil.rmtree(kept, ignore_errors=True)
+            warnings.warn(f"{kept} is damaged and was removed: modules are compiled anew", stacklevel=2)
+            return load()
+
     def parameter_block(self, module: str, name: str) -> ParameterBlock:
         """The block `name` that `module` (a path below the package) declares."""
         # Slang-RHI remembers a block's layout by its address, which another program's may take once this one is freed.
@@ -280,7 +318,15 @@ def _scatter(device: Device) -> ComputePass:
     return device.compute("rhi/scatter.slang")
 
 
+def _close(handle: spy.Device, callbacks: list[Callable[[], object]]) -> None:
+    if not forked.is_child():
+        for call in callbacks:
+            call()
+        handle.close()
+
+
 _OPEN: dict[bytes, Device] = {}
+_OPENING = Lock()
 
 
 def open_device(device: Device | str | None = None) -> Device:
@@ -288,7 +334,9 @@ def open_device(device: Device | str | None = None) -> Device:
     process ends or `Device.close`. `device`: as Device's name; a Device is taken as it is."""
     if isinstance(device, Device):
         return device
-    key = bytes(choose(device).luid)
-    if key not in _OPEN:
-        _OPEN[key] = Device(device)
-    return _OPEN[key]
+    forked.check()
+    with _OPENING:
+        key = bytes(choose(device).luid)
+        if key not in _OPEN:
+            _OPEN[key] = Device(device)
+        return _OPEN[key]

@@ -69,7 +69,7 @@ def linked(
 ) -> spy.ShaderProgram:
     """The program of a file's entry points and further modules; DeviceError when the file does not compile."""
     try:
-        loaded = device.handle.load_module(module)
+        loaded = device.module(module)
         return device.handle.link_program([loaded, *more], [loaded.entry_point(entry) for entry in entries])
     except (RuntimeError, spy.SlangCompileError) as error:
         raise DeviceError(f"{module}: {error}") from error

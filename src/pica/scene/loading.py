@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pica.errors import SceneError
 from pica.files import printable
 from pica.pictures import read_radiance
-from pica.scene import gltf
+from pica.scene import gltf, leftovers
 from pica.scene.environment import Environment
 from pica.scene.limits import Budget, Limits
 from pica.scene.model import Scene
@@ -29,8 +29,10 @@ def load(
     environment; pica.Limits() without. Raises SceneError, one line that names the file and the fault; warns about
     features of the file that are not supported.
     """
+    leftovers.collect()
     budget = Budget(limits)
     scene = gltf.read(_checked(path, "path"), budget, allow_outside)
+    leftovers.watch(scene)
     if isinstance(environment, Environment):
         scene.environment = environment
     elif environment is not None:

@@ -1,13 +1,14 @@
 """Loops over rays around Embree's packet calls, compiled so that they run on every core at once.
 
-Packets of 16 rays, one array a field (RTCRayHit16, rtcore_ray.h): the rows below index the fields.
+Packets of 16 rays, one array a field (RTCRayHit16, rtcore_ray.h): the rows below index the fields. Import it by
+kept_loops.py, which says where machine code is kept.
 """
 
 from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import cfunc, njit, types
+from numba import cfunc, config, njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
@@ -24,6 +25,10 @@ _CAMERA = 0
 # Bits of masks: 0 to 7 belong to objects, these two to the sections below.
 OPAQUE, CUTOUT = 1 << 8, 1 << 9
 _OBJECTS = 0xFF
+_KEPT = bool(config.CACHE_DIR)
+# With signatures everything is compiled, or read from the cache, when this module is imported.
+_WORD, _FLOATS, _BITS, _NUMBERS = types.uintp, types.float32[:, ::1], types.uint32[:, ::1], types.uint32[::1]
+_ARRAYS = (_FLOATS, _BITS, _FLOATS, _BITS, _NUMBERS, _NUMBERS, _FLOATS, _BITS)
 
 
 @intrinsic
@@ -49,7 +54,7 @@ def _floats(_: Any, address: Any) -> Any:
     return types.CPointer(types.float32)(types.uintp), generate
 
 
-@cfunc(types.void(types.CPointer(types.uintp)), cache=True)
+@cfunc(types.void(types.CPointer(types.uintp)), cache=_KEPT)
 def cull_backs(arguments: Any) -> None:
     """Reject hits of camera rays on the backs of single-sided sections (an RTCFilterFunctionN).
 
@@ -65,7 +70,7 @@ def cull_backs(arguments: Any) -> None:
             valid[lane] = 0
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=_KEPT)
 def _load(
     rays: NDArray[np.float32],
     ray_bits: NDArray[np.uint32],
@@ -93,7 +98,7 @@ def _load(
 
 
 # All lanes in one call: Numba counts references to the arrays at every call.
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=_KEPT)
 def _store(
     queue: NDArray[np.uint32],
     begin: int,
@@ -116,7 +121,7 @@ def _store(
             hits[ray, 4] = packet[1 + _V, lane]
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=_KEPT)
 def _misses_last(hits: NDArray[np.float32], queue: NDArray[np.uint32]) -> None:
     """Order the queue anew, so that shader threads which run in step do alike."""
     misses = np.empty(len(queue), np.uint32)
@@ -131,7 +136,7 @@ def _misses_last(hits: NDArray[np.float32], queue: NDArray[np.uint32]) -> None:
     queue[kept:] = misses[:missed]
 
 
-@njit(nogil=True, cache=True)
+@njit(types.void(_WORD, _WORD, _WORD, *_ARRAYS), nogil=True, cache=_KEPT)
 def nearest(
     intersect: int,
     scene: int,
@@ -160,7 +165,7 @@ def nearest(
     _misses_last(hits, queue)
 
 
-@njit(nogil=True, cache=True)
+@njit(types.void(_WORD, _WORD, _WORD, _WORD, *_ARRAYS), nogil=True, cache=_KEPT)
 def shadows(
     intersect: int,
     occluded: int,

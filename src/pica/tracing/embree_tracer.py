@@ -15,9 +15,10 @@ from pica.rhi.device import Device
 from pica.rhi.host_memory import HostBuffer
 from pica.rhi.passes import Recording
 from pica.rhi.rt_view import RtView
-from pica.tracing import embree, embree_loops
+from pica.tracing import embree, kept_loops
 from pica.tracing.ray_buffers import RayQueue
 
+embree_loops = kept_loops.load()
 _CHUNK = 2048
 _RAY = 11  # floats
 _HIT = 5

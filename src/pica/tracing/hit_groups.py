@@ -81,7 +81,7 @@ def _of_triangles(device: Device, material: MaterialType, detail: HitDetail, sim
         payload=payload,
         simplified=_SLANG_BOOL[simplified],
     )
-    module = device.handle.load_module_from_source(name, text)
+    module = device.module(name, text)
     any_hit, closest = f"any_{material.name}", f"closest_{material.name}"
     own = [any_hit, closest] if detail == "surface" else [any_hit]
     group = spy.HitGroupDesc(
@@ -105,8 +105,8 @@ def _of_shape(device: Device, pair: ShapeOn, material: MaterialType, detail: Hit
         simplified=_SLANG_BOOL[simplified],
     )
     kind = f"{detail}_simplified" if simplified else detail
-    module = device.handle.load_module_from_source(f"{kind}_{shape.alias}_{material.alias}", text)
-    shared = device.handle.load_module("tracing/shape_hits.slang")
+    module = device.module(f"{kind}_{shape.alias}_{material.alias}", text)
+    shared = device.module("tracing/shape_hits.slang")
     closest = "hitClosestShape" if detail == "hit" else f"closest_{name}"
     entries = [module.entry_point(f"{step}_{name}") for step in ("intersect", "any")]
     entries.append((shared if detail == "hit" else module).entry_point(closest))

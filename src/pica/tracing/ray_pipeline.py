@@ -34,9 +34,7 @@ class ShaderSource:
 
     def loaded(self, device: Device) -> spy.SlangModule:
         """The module; a device loads it once."""
-        if self.text:
-            return device.handle.load_module_from_source(self.name, self.text)
-        return device.handle.load_module(self.name)
+        return device.module(self.name, self.text or None)
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class RayRecipe:
     ) -> tuple[spy.ShaderProgram, list[spy.HitGroupDesc], list[str]]:
         """The program, its hit groups and their names. `variant`: the material types."""
         generation = self.generation.loaded(device)
-        shaders = device.handle.load_module(_EFFECT_MODULE)
+        shaders = device.module(_EFFECT_MODULE)
         modules = [generation, shaders, *modules_for(device, variant)]
         entries = [generation.entry_point("main"), shaders.entry_point(f"{self.detail}Miss")]
         if self.detail == "hit":

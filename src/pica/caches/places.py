@@ -1,0 +1,93 @@
+"""Where compiled programs are kept between runs: one folder for SlangPy's, Mesa's and Numba's.
+
+    slangpy-VERSION/shaders    what Slang-RHI makes of programs, a database
+    slangpy-VERSION/modules    compiled Slang modules
+    mesa                       machine code that lavapipe makes of both
+    numba                      machine code of the loops around Embree
+
+Where that folder cannot be used, a private one stands in until the process ends, or none at all: starts are slow then,
+and nothing else.
+"""
+
+import atexit
+import os
+import shutil
+import sys
+import tempfile
+import warnings
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+from pica.caches.shader_database import mend
+
+MODULES, SHADERS = (Path(f"slangpy-{version('slangpy')}", name) for name in ("modules", "shaders"))
+MESA, NUMBA = Path("mesa"), Path("numba")
+"""Places in the folder."""
+_ASKED = "PICA_CACHE"
+_MESA_FOLDER = "MESA_SHADER_CACHE_DIR"
+_NEEDED = 16  # MiB that must be free: files that are mapped into memory end the process when a disk is full
+
+
+def cache_folder() -> Path | None:
+    """The folder that is asked for, by PICA_CACHE or as the system has it; None for a user who has no home."""
+    if os.environ.get(_ASKED):
+        return Path(os.environ[_ASKED]).absolute()
+    try:
+        if sys.platform == "win32":
+            return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "pica" / "cache"
+        if sys.platform == "darwin":
+            return Path.home() / "Library" / "Caches" / "pica"
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache").absolute() / "pica"
+    except RuntimeError:
+        return None
+
+
+def caches() -> Path | None:
+    """The folder in use, with all its places: the one asked for or, with one warning, a private one; None: no place."""
+    folder = _usable(cache_folder())
+    if folder is not None:
+        os.environ.setdefault(_MESA_FOLDER, str(folder / MESA))  # the driver looks when a device is opened
+    return folder
+
+
+@cache
+def _usable(asked: Path | None) -> Path | None:
+    fault = _fault(asked) if asked else "this user has no home"
+    if not fault:
+        return asked
+    folder = _private()
+    warnings.warn(
+        f"compiled shaders cannot be kept{f' in {asked}' if asked else ''} ({fault}); "
+        f"{f'{folder} stands in until the process ends' if folder else 'nor anywhere else'}, so starts are slow. "
+        f"{_ASKED} in the environment can name another folder",
+        stacklevel=3,
+    )
+    return folder
+
+
+def _fault(folder: Path) -> str | None:
+    """Why the places in a folder, made where they are not there, cannot be used; None: they can."""
+    try:
+        for place in (MODULES, SHADERS, MESA, NUMBA):
+            (folder / place).mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder / place).close()  # only trying tells of file systems that are read-only
+        mend(folder / SHADERS)
+        free = shutil.disk_usage(folder).free >> 20
+    except OSError as error:
+        return error.strerror or str(error)
+    return None if free >= _NEEDED else f"{free} MiB are free, and {_NEEDED} are needed"
+
+
+def _private() -> Path | None:
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="pica-"))
+    except OSError:
+        return None
+    atexit.register(_remove, folder, os.getpid())
+    return None if _fault(folder) else folder
+
+
+def _remove(folder: Path, process: int) -> None:
+    if os.getpid() == process:  # and not in one that was forked from it
+        shutil.rmtree(folder, ignore_errors=True)

@@ -1,0 +1,41 @@
+"""Has Python free scenes that are gone.
+
+Nodes know their parents, and only Python's collector frees such circles. It goes by the number of objects, whatever
+they hold, and a few nodes may hold gigabytes of pictures: so it is called for where the next scene comes.
+"""
+
+import gc
+import time
+from typing import TYPE_CHECKING
+from weakref import finalize
+
+if TYPE_CHECKING:
+    from pica.scene.model import Scene
+
+_SHARE = 10  # of the time, one part at most goes into looking through all objects
+_gone = False
+_due = 0.0
+
+
+def watch(scene: "Scene") -> None:
+    """Note when this one goes."""
+    finalize(scene, _note).atexit = False
+
+
+def collect() -> None:
+    """Free the scenes that have gone: at once what is young, the others where that was not done a moment ago."""
+    global _gone, _due
+    if not _gone:
+        return
+    gc.collect(1)
+    started = time.monotonic()
+    if started >= _due:
+        _gone = False
+        gc.collect()
+        now = time.monotonic()
+        _due = now + _SHARE * (now - started)
+
+
+def _note() -> None:
+    global _gone
+    _gone = True

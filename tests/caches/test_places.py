@@ -1,0 +1,136 @@
+"""Where caches go: for users who may write nowhere as well."""
+
+import os
+import stat
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import pytest
+
+from pica.caches import places
+from pica.caches.places import MESA, MODULES, NUMBA, SHADERS, cache_folder, caches
+from tests.unprivileged import needs_unprivileged, unprivileged
+
+PLACES = """
+import os, stat, sys, warnings
+with warnings.catch_warnings(record=True) as told:
+    warnings.simplefilter("always")
+    from pica.caches.places import caches
+    folder, again = caches(), caches()
+assert folder == again
+print(folder, oct(stat.S_IMODE(os.stat(folder).st_mode)) if folder else "", len(told), sep="|")
+print(*(warning.message for warning in told))
+"""
+
+
+@pytest.fixture(autouse=True)
+def no_choice_yet(monkeypatch):
+    monkeypatch.delenv("PICA_CACHE", raising=False)
+    monkeypatch.delenv("MESA_SHADER_CACHE_DIR", raising=False)
+    monkeypatch.setattr(places, "_usable", places._usable.__wrapped__)
+
+
+def found_by_somebody(**environment: str) -> tuple[str, str, int, str]:
+    """The folder that a process without privileges takes, its mode, the number of warnings and the last."""
+    hidden = ("HOME", "XDG_CACHE_HOME", "PICA_CACHE", "MESA_SHADER_CACHE_DIR")
+    shown = {name: value for name, value in os.environ.items() if name not in hidden}
+    command = unprivileged([sys.executable, "-c", PLACES])
+    done = subprocess.run(command, env=shown | environment, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    first, *rest = done.stdout.splitlines()
+    folder, mode, count = first.split("|")
+    return folder, mode, int(count), " ".join(rest)
+
+
+def test_environment_names_the_folder(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "there"))
+    if sys.platform.startswith("linux"):
+        assert cache_folder() == tmp_path / "there" / "pica"
+        monkeypatch.setenv("PICA_CACHE", "")
+        assert cache_folder() == tmp_path / "there" / "pica", "an empty one is none"
+        monkeypatch.setenv("XDG_CACHE_HOME", "")
+        monkeypatch.setenv("HOME", str(tmp_path))
+        assert cache_folder() == tmp_path / ".cache" / "pica"
+    monkeypatch.setenv("PICA_CACHE", str(tmp_path / "here"))
+    assert cache_folder() == tmp_path / "here"
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PICA_CACHE", "near")
+    assert cache_folder() == tmp_path / "near"
+
+
+def test_all_caches_are_in_one_folder(monkeypatch, tmp_path):
+    monkeypatch.setenv("PICA_CACHE", str(tmp_path / "new" / "cache"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert caches() == tmp_path / "new" / "cache"
+    assert all((tmp_path / "new" / "cache" / place).is_dir() for place in (MODULES, SHADERS, MESA, NUMBA))
+    assert os.environ["MESA_SHADER_CACHE_DIR"] == str(tmp_path / "new" / "cache" / MESA)
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()], "trying leaves nothing"
+
+
+def test_what_the_user_says_of_mesa_stays(monkeypatch, tmp_path):
+    monkeypatch.setenv("PICA_CACHE", str(tmp_path))
+    monkeypatch.setenv("MESA_SHADER_CACHE_DIR", "/elsewhere")
+    caches()
+    assert os.environ["MESA_SHADER_CACHE_DIR"] == "/elsewhere"
+
+
+@pytest.mark.parametrize("place", [Path(), MODULES, SHADERS, MESA, NUMBA, SHADERS / "rhi" / "data.mdb"])
+def test_what_is_in_the_way_is_told_and_avoided(monkeypatch, tmp_path, place):
+    """A file where a folder should be, or the other way round."""
+    way = tmp_path / "cache" / place
+    way.parent.mkdir(parents=True, exist_ok=True)
+    way.mkdir() if place.suffix == ".mdb" else way.touch()
+    monkeypatch.setenv("PICA_CACHE", str(tmp_path / "cache"))
+    with pytest.warns(UserWarning, match=r"cannot be kept in .*cache \(.+\); .*pica-\w+ stands in until") as told:
+        folder = caches()
+    assert len(told) == 1
+    assert folder is not None and tmp_path not in folder.parents and (folder / NUMBA).is_dir()
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    assert os.environ["MESA_SHADER_CACHE_DIR"] == str(folder / MESA)
+
+
+def test_a_full_disk_is_told_and_avoided(monkeypatch, tmp_path):
+    monkeypatch.setenv("PICA_CACHE", str(tmp_path))
+    usage = places.shutil.disk_usage(tmp_path)
+    full = lambda path: usage._replace(free=2 << 20) if path == tmp_path else usage  # noqa: E731
+    monkeypatch.setattr(places.shutil, "disk_usage", full)
+    with pytest.warns(UserWarning, match=r"2 MiB are free, and 16 are needed"):
+        assert caches() != tmp_path
+
+
+def test_no_place_at_all(monkeypatch, tmp_path):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("PICA_CACHE", str(tmp_path / "file"))
+    monkeypatch.setattr(places.tempfile, "mkdtemp", lambda prefix: os.mkdir(tmp_path / "file" / "below"))
+    with pytest.warns(UserWarning, match="nor anywhere else"):
+        assert caches() is None
+    assert "MESA_SHADER_CACHE_DIR" not in os.environ
+
+
+@needs_unprivileged
+def test_somebody_who_may_write_nowhere(tmp_path):
+    closed = tmp_path / "closed"
+    closed.mkdir(mode=0o500)
+    for environment in ({"HOME": str(closed)}, {"HOME": "/nonexistent"}, {"PICA_CACHE": str(closed)}, {}):
+        if not environment and os.geteuid():
+            continue  # an ordinary user's home is known without HOME too
+        folder, mode, warned, text = found_by_somebody(**environment)
+        assert Path(folder).name.startswith("pica-") and mode == "0o700"
+        assert warned == 1 and f"cannot be kept in {next(iter(environment.values()), '')}" in text
+        assert not Path(folder).exists(), "it goes with the process"
+
+
+@needs_unprivileged
+def test_a_database_of_somebody_else(tmp_path):
+    tmp_path.chmod(0o777)
+    folder, _, warned, _ = found_by_somebody(PICA_CACHE=str(tmp_path / "cache"))
+    assert folder == str(tmp_path / "cache") and warned == 0
+    data = tmp_path / "cache" / SHADERS / "rhi" / "data.mdb"
+    data.parent.mkdir()
+    data.touch(0o400)
+    folder, _, warned, text = found_by_somebody(PICA_CACHE=str(tmp_path / "cache"))
+    assert "pica-" in Path(folder).name and warned == 1 and "Permission denied" in text
+    data.chmod(0o600)
