@@ -72,7 +72,7 @@ def peak_memory() -> int:
 
 
 @pytest.mark.parametrize("format", ["hdr", "exr", "png"])
-@pytest.mark.parametrize(("width", "height"), [(30000, 10000), (60000, 15000), (2**30, 2), (16385, 8192), (32769, 1)])
+@pytest.mark.parametrize(("width", "height"), [(30000, 10000), (60000, 15000), (2**30, 2), (16000, 8400), (16385, 1)])
 def test_enormous_environments_are_refused_by_their_headers(
     format: str, width: int, height: int, tmp_path: Path
 ) -> None:
@@ -231,8 +231,8 @@ def test_textures_are_counted_before_they_are_decoded(depth: int, color: int) ->
 
     with pytest.raises(SceneError, match=r"a.png: 100000000 are too many"):
         pictures.read_image(png(10000, 10000, depth, color, *palette), "a.png", refuse)
-    with pytest.raises(SceneError, match=r"a.png: (17000x8192 pixels are too many|too many pixels)"):
-        pictures.read_image(png(17000, 8192, depth, color, *palette), "a.png")
+    with pytest.raises(SceneError, match=r"a.png: (16000x8400 pixels are too many|too many pixels)"):
+        pictures.read_image(png(16000, 8400, depth, color, *palette), "a.png")
 
 
 @pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGB", "RGBA", "I;16"])

@@ -17,8 +17,8 @@ from pica.errors import PicaError, SceneError
 from pica.files import open_file, printable, read_file, size_of
 from pica.picture_headers import check_scans, radiance_size
 
-MAX_PIXELS, MAX_SIDE = 16384 * 8192, 32768
-"""Pictures larger than this are refused: a small broken file can claim any size. No device takes longer sides."""
+MAX_PIXELS, MAX_SIDE = 16384 * 8192, 16384
+"""Pictures larger than this are refused: a small broken file can claim any size, and not every device takes more."""
 
 Admit = Callable[[int, int], object]
 """Called with the pixels of a picture and the bytes that it takes, before it takes them; raises SceneError, which need

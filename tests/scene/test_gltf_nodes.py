@@ -237,3 +237,31 @@ def test_wrong_visibility_is_an_error_that_names_the_place(tmp_path: Path, key: 
     file.mesh(node={"extras": {"pica": {key: value}}})
     with pytest.raises(SceneError, match=message):
         read(file.write(tmp_path))
+
+
+def shining(kind: str, radius: float) -> dict[str, Any]:
+    return {"extras": {"pica": {"light": {"type": kind, "radius": radius}}}}
+
+
+STRETCHED = [1e30, 0, 0, 0, 0, 1e30, 0, 0, 0, 0, 1e30, 0, 0, 0, 0, 1]
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize(
+    ("upper", "lower", "fault"),
+    [
+        ({"scale": [1e30] * 3}, {"scale": [1e30] * 3}, r"nodes\[1\]: node 'lower': .* too large"),
+        ({"scale": [1e20] * 3}, {"translation": [1e20, 0, 0]}, r"nodes\[1\]: node 'lower': .* too large"),
+        ({"matrix": STRETCHED}, {"scale": [1e30] * 3}, r"nodes\[1\]: node 'lower': .* too large"),
+        ({"scale": [1e308] * 3}, {}, r"nodes\[0\].scale\[0\]: 1e\+308 is not a number"),
+        (shining("sphere", 1e200), {}, r"nodes\[0\].extras.pica.light.radius: 1e\+200 is not a number"),
+        (shining("disk", 1e30), {}, r"nodes\[0\].extras.pica.light: disk light: radius: 1e\+30"),
+        ({}, shining("disk", 1e15) | {"scale": [1e15] * 3}, r"nodes\[1\]: node 'lower': light: .* too large"),
+    ],
+)
+def test_what_is_too_large_is_named_by_its_place(upper: Any, lower: Any, fault: str, tmp_path: Path) -> None:
+    file = GltfFile()
+    file.add("nodes", children=[1], **upper)
+    file.mesh(node={"name": "lower", **lower})
+    with pytest.raises(SceneError, match=rf"model.gltf: {fault}"):
+        read(file.write(tmp_path))

@@ -5,9 +5,8 @@ from pathlib import Path, PureWindowsPath
 from typing import BinaryIO
 from urllib.parse import unquote
 
-from pica.errors import SceneError
+from pica.errors import SceneError, shown
 from pica.files import open_file, read, resolved
-from pica.scene.gltf.element import shown
 from pica.scene.limits import Budget
 
 _LONGEST_NAME = 4096

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote_to_bytes
 
-from pica.errors import SceneError
+from pica.errors import SceneError, shown
 from pica.files import printable
 from pica.scene.gltf.asset_files import AssetFiles
-from pica.scene.gltf.element import Element, shown
+from pica.scene.gltf.element import Element
 from pica.scene.limits import Budget
 
 _GLB_MAGIC = b"glTF"

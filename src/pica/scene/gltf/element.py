@@ -1,28 +1,16 @@
 """JSON objects that know their place in the file: every value of it is read, and checked, through one of these."""
 
 from collections.abc import Callable, Mapping, Sequence
-from reprlib import Repr
 from typing import Any, ParamSpec, TypeVar
 
-import numpy as np
+from pica.errors import SceneError, shown
+from pica.scene.values import LARGEST
 
-from pica.errors import SceneError
-
-LONGEST = 80
-"""Characters of a file's own text that a message shows."""
-
-HIGHEST = float(np.finfo(np.float32).max)
-"""What a graphics device can hold. Comparing with it keeps out infinities and NaN."""
 _MOST = 1 << 53
 """Integers beyond are not exact in every reader of JSON, and no file is that large."""
 
 _Value = TypeVar("_Value")
 _Arguments = ParamSpec("_Arguments")
-
-# Of a value from a file, which may be of any size and depth, no more is put into words than a message shows.
-_short = Repr()
-_short.maxlevel, _short.maxlist, _short.maxdict = 3, LONGEST, LONGEST
-_short.maxstring = _short.maxlong = 2 * LONGEST
 
 
 class Element:
@@ -125,7 +113,7 @@ class Element:
         return integers
 
     def number(
-        self, key: str, low: float = -HIGHEST, high: float = HIGHEST, default: float | None = None
+        self, key: str, low: float = -LARGEST, high: float = LARGEST, default: float | None = None
     ) -> float:  # fmt: skip
         """A finite number from low to high."""
         value: Any = self._values.get(key)
@@ -136,7 +124,7 @@ class Element:
         return float(value)
 
     def numbers(
-        self, key: str, count: int, low: float = -HIGHEST, high: float = HIGHEST,
+        self, key: str, count: int, low: float = -LARGEST, high: float = LARGEST,
         default: tuple[float, ...] | None = None,
     ) -> tuple[Any, ...]:  # fmt: skip
         """`count` finite numbers from low to high."""
@@ -218,12 +206,6 @@ class Element:
         return self.fault(f"{shown(value)} is not {expected}", key, index)
 
 
-def shown(value: Any) -> str:
-    """A value from a file on one short line."""
-    text = _short.repr(value)
-    return text if len(text) <= LONGEST else text[:LONGEST] + "…"
-
-
 def _whole(value: Any) -> int | None:
     """The integer that a JSON number is; None where it is none."""
     if type(value) is int:
@@ -232,6 +214,6 @@ def _whole(value: Any) -> int | None:
 
 
 def _span(low: float, high: float) -> str:
-    if high not in (_MOST, HIGHEST):
+    if high not in (_MOST, LARGEST):
         return f" from {low} to {high}"
-    return "" if low == -HIGHEST else f" of at least {low}"
+    return "" if low == -LARGEST else f" of at least {low}"

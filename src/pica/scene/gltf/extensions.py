@@ -3,7 +3,6 @@
 from pica.errors import SceneError
 from pica.files import printable
 from pica.scene.gltf.container import Document
-from pica.scene.gltf.element import LONGEST
 
 SUPPORTED = frozenset(
     {
@@ -20,7 +19,7 @@ SUPPORTED = frozenset(
     }
 )
 
-_MOST_NAMED = 12
+_MOST_NAMED, _LONGEST = 12, 80
 
 
 def check_extensions(document: Document) -> None:
@@ -37,4 +36,4 @@ def unsupported(document: Document, key: str) -> str:
     """The extensions under a key of the file, such as "extensionsRequired", that are not read, in one line."""
     names = [name for name in dict.fromkeys(document.root.texts(key)) if name not in SUPPORTED]
     more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    return ", ".join(printable(name)[:LONGEST] for name in names[:_MOST_NAMED]) + more
+    return ", ".join(printable(name)[:_LONGEST] for name in names[:_MOST_NAMED]) + more

@@ -6,9 +6,10 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
+from pica.errors import shown
 from pica.scene.channels import ALL_CHANNELS, CHANNEL_COUNT
 from pica.scene.gltf.container import Document
-from pica.scene.gltf.element import Element, shown
+from pica.scene.gltf.element import Element
 from pica.scene.light import (
     WHITE,
     DirectionalLight,

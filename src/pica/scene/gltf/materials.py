@@ -3,11 +3,12 @@
 from typing import Any
 
 from pica.scene.gltf.container import Document
-from pica.scene.gltf.element import HIGHEST, Element
+from pica.scene.gltf.element import Element
 from pica.scene.gltf.textures import Textures
 from pica.scene.light import WHITE
 from pica.scene.limits import OBJECT_BYTES
 from pica.scene.material import AlphaMode, Material
+from pica.scene.values import LARGEST
 
 _ALPHA_MODES = {mode.value: mode for mode in AlphaMode}
 
@@ -35,7 +36,7 @@ class Materials:
         pbr = entry.object("pbrMetallicRoughness")
         strength = entry.extension("KHR_materials_emissive_strength").number("emissiveStrength", low=0, default=1.0)
         red, green, blue = entry.numbers("emissiveFactor", 3, low=0, default=(0.0, 0.0, 0.0))
-        if max(red, green, blue) * strength > HIGHEST:
+        if max(red, green, blue) * strength > LARGEST:
             raise entry.fault(f"times a strength of {strength:g} is too bright", "emissiveFactor")
         read = self._textures.get
         return entry.apply(

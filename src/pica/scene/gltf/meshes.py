@@ -14,6 +14,7 @@ from pica.scene.material import Material, Texture
 from pica.scene.model import Mesh, Section
 from pica.scene.normals import face_normals, perpendicular, unit_normals
 from pica.scene.tangents import generate_tangents
+from pica.scene.values import LARGEST
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 """Points and lines (0 to 3) have no surface."""
@@ -28,8 +29,6 @@ _SECTION_BYTES = 1 << 16
 _VERTEX_BYTES, _CORNER_BYTES, _TANGENT_BYTES = 200, 16, 400
 """What completing a vertex, putting together the corner of a triangle and finding the tangent there take: as measured,
 and for vertices as much again as they take on a device."""
-_LARGEST = np.finfo(np.float32).max
-
 Attributes = dict[str, NDArray[Any]]
 """By name, one row a vertex."""
 
@@ -50,7 +49,8 @@ class Meshes:
             primitives = entry.objects("primitives")
             _check_target_counts(entry, primitives)
             sections = [self._section(primitive) for primitive in primitives]
-            mesh = self._made[entry] = Mesh([section for section in sections if section is not None], entry.name)
+            mesh = entry.apply(Mesh, [section for section in sections if section is not None], entry.name)
+            self._made[entry] = mesh
             shining = (section.indices.size for section in mesh.sections if max(section.material.emission) > 0)
             self._parts[mesh] = max(len(mesh.sections), 1), sum(shining)
         return self._made[entry]
@@ -192,7 +192,7 @@ def _texture_coordinates(attributes: Attributes, texture: Texture) -> NDArray[np
     uvs = attributes.get(f"TEXCOORD_{texture.uv_set}", np.zeros((len(attributes["POSITION"]), 2), np.float32))
     matrix = np.array(texture.transform).reshape(2, 3)
     moved = uvs.astype(np.float64) @ matrix[:, :2].T + matrix[:, 2]
-    return np.clip(moved, -_LARGEST, _LARGEST).astype(np.float32)
+    return np.clip(moved, -LARGEST, LARGEST).astype(np.float32)
 
 
 def _unit_tangents(tangents: NDArray[np.float32] | None, normals: NDArray[np.float32]) -> NDArray[np.float32]:

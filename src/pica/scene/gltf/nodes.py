@@ -42,6 +42,8 @@ def build_scene(document: Document) -> Scene:
     for root in roots:
         scene.add(nodes[root])
     _bind_skins(document, nodes)
+    for entry, node in nodes.items():
+        entry.apply(node.check)  # what a renderer would find, where it stands in the file
     scene.animations = read_animations(document, nodes)
     if not any(len(section.indices) for node in scene.nodes() if node.mesh for section in node.mesh.sections):
         document.warn("shows nothing, its scene has no mesh with triangles")

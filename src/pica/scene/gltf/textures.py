@@ -6,8 +6,9 @@ from pathlib import PurePosixPath
 from urllib.parse import unquote
 
 from pica import pictures
+from pica.errors import shown
 from pica.scene.gltf.container import Document
-from pica.scene.gltf.element import Element, shown
+from pica.scene.gltf.element import Element
 from pica.scene.material import Image, Sampler, Texture, Wrap
 
 _WRAPS = {33071: Wrap.CLAMP_TO_EDGE, 33648: Wrap.MIRRORED_REPEAT, 10497: Wrap.REPEAT}
@@ -40,7 +41,7 @@ class Textures:
             return None
         if image is None:
             return None
-        return Texture(image, self._sampler(entry), uv_set, _matrix(transform))
+        return info.apply(Texture, image, self._sampler(entry), uv_set, _matrix(transform))
 
     def _sampler(self, texture: Element) -> Sampler:
         if "sampler" not in texture:
