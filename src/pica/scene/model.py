@@ -223,8 +223,10 @@ class Node:
                     placed = world @ self.instances
                 checked(f"{described(self)}: instances: in the world", affines, placed)
         self._check_identities(self.instances, self.identities)
-        if self.light is not None and not extent(self.light) * np.linalg.norm(world[:3, :3]) <= WIDEST:
-            raise SceneError(f"{described(self)}: light: with the node's scale it is too large for 32-bit floats")
+        if self.light is not None and extent(self.light):
+            scale = np.linalg.norm(world[:3, :3], axis=0).max()
+            if not extent(self.light) * scale <= WIDEST:
+                raise SceneError(f"{described(self)}: light: with the node's scale it is too large for 32-bit floats")
         if self.mesh is not None and self._weights is not None:
             self._check_weights(self._weights)
         if self.mesh is not None and self._skin is not None:
