@@ -18,6 +18,7 @@ from pica.scenes.motion import LOOP
 from pica.scenes.palette import Palette
 from pica.scenes.placing import at, copied, mesh, move, place, stretch, turn
 from pica.scenes.sky import Window, gradient_sky
+from tests.wrong_values import VALUES, fault_of
 
 CLAY = Material("clay")
 
@@ -433,3 +434,18 @@ def test_rotations_out_of_matrices_are_those_that_went_in():
             matrix = np.eye(4)
             matrix[:3, :3] = motions.turned(np.repeat(rotation[None], 3, 0), np.eye(3)).T
             assert abs(motions.rotation_of(matrix) @ rotation) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    ("make", "names"),
+    [
+        (pica.scenes.machine_world, ("seed", "machines", "robots")),
+        (pica.scenes.landscape, ("seed", "plants")),
+        (pica.scenes.sphere_grid, ("columns", "rows")),
+    ],
+)
+def test_what_is_no_number_is_refused_in_one_line(make, names):
+    for name in names:
+        for label, value in VALUES.items():
+            if label not in ("zero", "one"):
+                assert name in fault_of(make, **{name: value}), (name, label)

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary, WeakSet, WeakValueDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pica.errors import SettingsError
 from pica.gpu_scene.bounds import joined, object_box, world_box
@@ -49,6 +50,8 @@ class GpuScene:
         self.views: WeakSet[SceneView] = WeakSet()
         self._changes = scene.subscribe()
         self._due: Changes | None = None
+        self._moves: tuple[list[Node], NDArray[np.float32]] = [], np.zeros((0, 3, 4), np.float32)
+        """Of what is due: the nodes that have moved, and where their instances are now, node after node."""
         self.geometry = GeometryBuffers(device)
         self.materials = MaterialTable(device)
         self.instance_table = HostTable(device, "instances", INSTANCE)
@@ -149,6 +152,7 @@ class GpuScene:
             changes = self._due.then(changes)
         self._due = changes
         self._check(changes)
+        self._moves = self._moves_of(changes)
         if wait:
             self._pending_nodes.finish()
         else:
@@ -164,8 +168,8 @@ class GpuScene:
 
     def _check(self, changes: Changes) -> None:
         """Raises SceneError for what the device could not show. Nodes may have gone again since they changed."""
-        for node in dict.fromkeys((*changes.moved, *changes.altered)):
-            if node in self.source:
+        for node in (*changes.moved, *changes.altered):
+            if node.light is not None and node in self.source:
                 node.check()
         new_meshes: dict[int, Mesh] = {}
         for node in changes.added:
@@ -178,14 +182,28 @@ class GpuScene:
         for mesh in new_meshes.values():
             mesh.check()
 
+    def _moves_of(self, changes: Changes) -> tuple[list[Node], NDArray[np.float32]]:
+        """Raises SceneError for a place that 32-bit floats do not hold."""
+        gone = set(changes.removed)
+        moved = [node for node in changes.moved if node in self.placements and node not in gone]
+        if not moved:
+            return [], np.zeros((0, 3, 4), np.float32)
+        places = [node.instance_transforms()[:, :3] for node in moved]
+        with np.errstate(over="ignore"):
+            now = np.concatenate(places).astype(np.float32)
+        if not np.isfinite(now).all():
+            for node in moved:
+                node.check()
+        return moved, now
+
     def _update(self, recording: Recording, changes: Changes) -> None:
         come, switched = self._pending_nodes.take()
         for node in changes.removed:
             self._remove(node)
         added = [node for node in come if self._add(recording, node)]
         self.geometry.build(recording.encoder)
-        moved = [node for node in changes.moved if node in self.placements]
-        self._move(moved)
+        moved, now = self._moves
+        self._move(moved, now)
         deformed = self._deform(recording, dict.fromkeys((*changes.deformed, *added)))
         self._place_objects(added)
         masked = [node for node in changes.altered if self._mask(node)]
@@ -278,12 +296,11 @@ class GpuScene:
     def _note_masked(self, node: Node) -> None:
         (self._masked.add if is_masked(node) else self._masked.discard)(node)
 
-    def _move(self, nodes: list[Node]) -> None:
+    def _move(self, nodes: list[Node], now: NDArray[np.float32]) -> None:
         """All at once: a hundred small NumPy calls cost more than their arithmetic."""
         placements = [self.placements[node] for node in nodes]
         if not placements:
             return
-        now = np.concatenate([node.instance_transforms()[:, :3] for node in nodes]).astype(np.float32)
         counts = np.array([len(p.instances) for p in placements])
         parts = np.array([len(p.objects) for p in placements]) // np.maximum(counts, 1)
         instances = rows_of_runs(np.array([p.instances.start for p in placements]), counts)

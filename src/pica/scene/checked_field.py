@@ -28,10 +28,11 @@ class CheckedField(Generic[_Value]):
     @overload
     def __get__(self, holder: object, owner: type) -> _Value: ...
     def __get__(self, holder: object | None, owner: type) -> _Value:
-        value = self._default if holder is None else holder.__dict__.get(self._name, _REQUIRED)
-        if value is _REQUIRED:
+        if holder is not None and self._name in holder.__dict__:
+            return holder.__dict__[self._name]
+        if holder is not None or self._default is _REQUIRED:
             raise AttributeError(f"{owner.__name__} has no {self._name}")
-        return value
+        return self._default
 
     def __set__(self, holder: object, value: _Value) -> None:
         if value is not self._default:

@@ -57,7 +57,7 @@ class Emitter:
     alpha: CheckedField[tuple[float, float]] = CheckedField(vector(2), (1.0, 0.0))
     spin: CheckedField[float] = CheckedField(number(), 1.0)
     """Radians a second at most, either way."""
-    seed: CheckedField[int] = CheckedField(whole(-(1 << 63), (1 << 63) - 1), 0)
+    seed: CheckedField[int] = CheckedField(whole(), 0)
 
     def at(self, time: float) -> Particles:
         """The particles at `time` seconds, a row each; a row goes to a new particle when its own has died."""

@@ -173,17 +173,16 @@ class Node:
 
     @property
     def world(self) -> NDArray[np.float64]:
-        """(4, 4) this node to the world. Raises SceneError where that is too large for 32-bit floats."""
+        """(4, 4) this node to the world."""
         outdated: list[Node] = []
         above = self
         while above._world is None and above.parent is not None:  # a loop: files nest deeper than Python recurses
             outdated.append(above)
             above = above.parent
-        if above._world is None:
-            above._world = above._checked_place(above._transform)
-        world = above._world
+        world = above._transform if above._world is None else above._world
+        above._world = world
         for node in reversed(outdated):
-            node._world = world = node._checked_place(world @ node._transform)
+            node._world = world = world.dot(node._transform)  # unlike @ it has no words for what overflows: check does
         return world
 
     def add(self, child: "Node") -> "Node":
@@ -215,7 +214,9 @@ class Node:
 
     def check(self) -> None:
         """Raises SceneError when what stands here, the mesh's own arrays apart, cannot be shown as it is now."""
-        world = self._checked_place(self.world if self._skin is None else self._skin.world)
+        world = self.world if self._skin is None else self._skin.world
+        if not np.vdot(world, world) <= _FARTHEST:
+            raise SceneError(f"{described(self)}: its place in the world is too large for 32-bit floats")
         if self.instances is not None:
             farthest = np.abs(self.instances).max(initial=0)
             if not farthest * np.abs(world).max() <= LARGEST / 4:
@@ -223,8 +224,10 @@ class Node:
                     placed = world @ self.instances
                 checked(f"{described(self)}: instances: in the world", affines, placed)
         self._check_identities(self.instances, self.identities)
-        if self.light is not None and not extent(self.light) * np.linalg.norm(world[:3, :3]) <= WIDEST:
-            raise SceneError(f"{described(self)}: light: with the node's scale it is too large for 32-bit floats")
+        if self.light is not None and extent(self.light):
+            scale = np.linalg.norm(world[:3, :3], axis=0).max()
+            if not extent(self.light) * scale <= WIDEST:
+                raise SceneError(f"{described(self)}: light: with the node's scale it is too large for 32-bit floats")
         if self.mesh is not None and self._weights is not None:
             self._check_weights(self._weights)
         if self.mesh is not None and self._skin is not None:
@@ -233,11 +236,6 @@ class Node:
                 if joint >= len(self._skin.joints):
                     fault = f"its mesh follows joint {joint} of {len(self._skin.joints)}"
                     raise SceneError(f"{described(self)}: skin: {fault}")
-
-    def _checked_place(self, world: NDArray[np.float64]) -> NDArray[np.float64]:
-        if not np.vdot(world, world) <= _FARTHEST:
-            raise SceneError(f"{described(self)}: its place in the world is too large for 32-bit floats")
-        return world
 
     def _check_weights(self, weights: NDArray[np.float64]) -> None:
         count = 0 if self.mesh is None else self.mesh.target_count

@@ -62,7 +62,7 @@ class Spline(Deformer):
             raise SceneError(f"spline: give one roll and one scale, or one of each for {self._count} points") from None
         rows = np.zeros((self._count, 8))
         rows[:, :3], rows[:, 3], rows[:, 7] = control, *spread
-        self.rows = _with_ends(rows)
+        self.rows = checked("spline: points and what is beyond its ends", doubles(), _with_ends(rows))
         """(n + 2, 8) x, y, z, roll; up x, y, z, scale: of the control points and one beyond either end."""
         self.rows[:, 4:7] = _with_ends(self._transported_ups())
         self.places, self.length = self._by_length()

@@ -64,8 +64,8 @@ def positive(high: float = LARGEST) -> Check[float]:
     return check
 
 
-def whole(low: int, high: int) -> Check[int]:
-    """A whole number from low to high."""
+def whole(low: int = -(1 << 63), high: int = (1 << 63) - 1) -> Check[int]:
+    """A whole number from low to high: of 64 bits where nothing else is said."""
 
     def check(value: Any) -> int:
         found = plain(value)

@@ -15,6 +15,7 @@ from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wr
 from pica.scene.model import Mesh, Node, Scene
 from pica.scene.particles import Ribbons, Sprites
 from pica.scene.spline import Spline, bend
+from pica.scene.values import checked, whole
 from pica.scenes.basic_meshes import box, cylinder, frustum, sphere
 from pica.scenes.foliage import grass, leaf_material, scatter, shrub
 from pica.scenes.palette import clay, lamp, linear, plastic
@@ -36,7 +37,8 @@ def landscape(seed: int = 1, plants: int = 1500) -> Scene:
     The same seed gives the same scene. `plants`, 0 to 20,000, stand within 30 metres. Raises SceneError for a number
     out of range.
     """
-    if not 0 <= plants <= _MOST_PLANTS:
+    checked("landscape: seed", whole(0), seed)
+    if not 0 <= checked("landscape: plants", whole(), plants) <= _MOST_PLANTS:
         raise SceneError(f"landscape: plants={plants} is out of range; ask for 0 to {_MOST_PLANTS}")
     sky = gradient_sky(
         zenith=(0.20, 0.34, 0.62),

@@ -10,6 +10,7 @@ from pica.scene.camera import Camera
 from pica.scene.environment import Environment
 from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.model import Node, Scene
+from pica.scene.values import checked, whole
 from pica.scenes.basic_meshes import lathe, plate
 from pica.scenes.factory import LANE, MACHINES, PLOT, ROBOTS, Factory, Kit
 from pica.scenes.palette import Palette
@@ -27,8 +28,9 @@ def machine_world(seed: int = 1, machines: int = 4, robots: int = 5) -> Scene:
     triangles. The animations are called belts, machines, robots and particles. Raises SceneError for a number out of
     range.
     """
+    checked("machine_world: seed", whole(0), seed)
     for name, count, most in (("machines", machines, MOST_MACHINES), ("robots", robots, MOST_ROBOTS)):
-        if not 0 <= count <= most:
+        if not 0 <= checked(f"machine_world: {name}", whole(), count) <= most:
             raise SceneError(f"machine_world: {name}={count} is out of range; ask for 0 to {most}")
     rng = np.random.default_rng(seed)
     kit = Kit(rng)

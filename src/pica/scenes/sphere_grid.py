@@ -6,16 +6,22 @@ from pica.scene.camera import Camera
 from pica.scene.light import RectangleLight
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
+from pica.scene.values import checked, whole
 from pica.scenes.basic_meshes import plane, sphere
 from pica.scenes.placing import aim, mesh, move, place
 from pica.scenes.sky import Window, gradient_sky
+
+_MOST = 100
 
 
 def sphere_grid(columns: int = 7, rows: int = 3) -> Scene:
     """Roughness grows from 0.05 on the left to 1 on the right, metalness from 0 in front to 1 at the back.
 
-    The spheres have a radius of 0.4 metres and stand about 1 metre apart on a matt floor in a studio.
+    The spheres have a radius of 0.4 metres and stand about 1 metre apart on a matt floor in a studio. Raises SceneError
+    for what is no number of columns and rows from 1 to 100.
     """
+    columns = checked("sphere_grid: columns", whole(1, _MOST), columns)
+    rows = checked("sphere_grid: rows", whole(1, _MOST), rows)
     studio = gradient_sky(
         zenith=(0.55, 0.58, 0.62),
         horizon=(0.42, 0.41, 0.40),
