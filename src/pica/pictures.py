@@ -1,19 +1,18 @@
 """Reading and writing picture files. No graphics device is opened."""
 
 import io
-import os
 import re
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from uuid import uuid4
 
 import numpy as np
 import PIL.Image
 import slangpy
 from numpy.typing import NDArray
 
-from pica.errors import PicaError, SceneError
+from pica.errors import SceneError
+from pica.saving import write_whole
 
 MAX_PIXELS = 16384 * 8192
 """Pictures larger than this are refused: a small broken file can claim any size."""
@@ -83,22 +82,6 @@ def write_exr(path: str | Path, channels: Mapping[str, NDArray[np.floating]]) ->
     pixels = np.stack([np.asarray(channel, np.float32) for channel in channels.values()], axis=-1)
     bitmap = slangpy.Bitmap(pixels, slangpy.Bitmap.PixelFormat.multi_channel, list(channels))
     write_whole(Path(path), lambda temporary: bitmap.write(temporary, slangpy.Bitmap.FileFormat.exr))
-
-
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Have `write` make the file beside `path`, then rename it, so that a killed run leaves no half file.
-
-    Raises PicaError when the file cannot be written.
-    """
-    temporary = path.with_name(f".{path.stem}.{uuid4().hex[:8]}{path.suffix}")
-    try:
-        write(temporary)
-        os.replace(temporary, path)
-    except (OSError, RuntimeError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else _first_line(error)
-        raise PicaError(f"{path}: cannot be written ({reason})") from None
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _eight_bits(image: PIL.Image.Image) -> NDArray[np.uint8]:
