@@ -20,7 +20,7 @@ def work(lines: int = 1, fault: str = "") -> None:
         if fault:
             raise app.PicaError(fault)
         advance(2, 2)
-    print_line("result \\x1b[31m\\n\\udcff")
+    print_line("result \\x1b[31m\\n\\udcff \xfc")
     for _ in range(lines):
         print("result " * 100)
 
@@ -42,7 +42,7 @@ def shell(line, **environment):
 
 def test_results_alone_on_stdout_and_the_rest_on_stderr():
     code, out, err = shell("work")
-    assert (code, out.splitlines()[0], len(out.splitlines())) == (0, "result \\x1b[31m\\n\\udcff", 2)
+    assert (code, out.splitlines()[0], len(out.splitlines())) == (0, "result \\x1b[31m\\n\\udcff ü", 2)
     assert "what a library says" in err and "Working" in err and "2/2" in err
 
 
@@ -90,6 +90,11 @@ def test_an_error_is_all_there_is_on_stderr():
     assert (code, out, err) == (2, "pica: no\\nway \\x1b[31m\n", "")
 
 
+def test_in_a_terminal_an_error_takes_the_place_of_the_progress():
+    code, _, err = shell("work --fault broken", FORCE_COLOR="1", TERM="xterm")
+    assert code == 2 and err.endswith("\x1b[?25h\r\x1b[1A\x1b[2Kpica: broken\n")
+
+
 @pytest.mark.parametrize(
     "environment",
     [
@@ -100,5 +105,5 @@ def test_an_error_is_all_there_is_on_stderr():
 )
 def test_terminals_and_environments_of_all_kinds(environment):
     code, out, err = shell("work", **environment)
-    assert code == 0 and out.startswith("result \\x1b[31m\\n\\udcff\n") and len(out) < 10_000
+    assert code == 0 and out.startswith("result \\x1b[31m\\n\\udcff ") and len(out) < 10_000
     assert "Traceback" not in err and len(err) < 10_000
