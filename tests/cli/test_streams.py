@@ -20,7 +20,7 @@ def work(lines: int = 1, fault: str = "") -> None:
         if fault:
             raise app.PicaError(fault)
         advance(2, 2)
-    print_line("result \\x1b[31m\\n\\udcff \xfc")
+    print_line("result \\x1b[31m\\n\\udcff \\xfc")
     for _ in range(lines):
         print("result " * 100)
 
