@@ -47,6 +47,10 @@ def test_every_error_is_such_a_line_and_survives_another_process():
     assert str(PicaError(f"scene: {error}")) == f"scene: {error}"
 
 
+def test_a_shorter_line():
+    assert one_line("0123456789" * 10, 20) == "0123456 ... 3456789" and one_line("x" * 20, 20) == "x" * 20
+
+
 @pytest.mark.parametrize(("text", "line"), [("\n  no\nmore", "no"), ("", "ValueError"), (" \n ", "ValueError")])
 def test_first_lines(text, line):
     assert first_line(ValueError(text)) == line

@@ -9,15 +9,15 @@ _NUMPY_SCALAR = re.compile(r"\bnp\.(?:u?int\d+|float\d+|longdouble|str_)\(([^()]
 """How NumPy 2 writes its scalars: np.float64(1.0), np.True_."""
 
 
-def one_line(text: str) -> str:
-    """A message as one line of at most LONGEST characters, which lacks the middle where it was longer.
+def one_line(text: str, longest: int = LONGEST) -> str:
+    """A message as one line of at most so many characters, which lacks the middle where it was longer.
 
     Line ends, escape sequences, undecodable bytes and other invisible characters are shown as `repr` shows them, and
     NumPy's numbers as Python's.
     """
-    text = _NUMPY_SCALAR.sub(lambda found: found[1] or found[2] or "", _cut(text.strip()))
+    text = _NUMPY_SCALAR.sub(lambda found: found[1] or found[2] or "", _cut(text.strip(), longest))
     if not text.isprintable():
-        text = _cut("".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text))
+        text = _cut("".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text), longest)
     return text
 
 
@@ -26,7 +26,7 @@ def first_line(error: BaseException) -> str:
     return next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
 
 
-def _cut(text: str) -> str:
+def _cut(text: str, longest: int) -> str:
     """The start says where a fault is, the end what it is."""
-    half = LONGEST // 2 - 3
-    return text if len(text) <= LONGEST else f"{text[:half]} ... {text[-half:]}"
+    half = longest // 2 - 3
+    return text if len(text) <= longest else f"{text[:half]} ... {text[-half:]}"

@@ -33,9 +33,11 @@ def test_json_has_no_numbers_that_json_lacks(run, calls, monkeypatch):
 
 
 def test_a_table_shows_names_of_all_kinds(run, calls, monkeypatch):
-    monkeypatch.setattr("pica.quality.benchmark.benchmark", lambda *_, **__: {"gpu_ms": {"sun [bold]\n\x1b[2J": 1.0}})
+    times = {"gpu_ms": {"sun [bold]\n\x1b[2J": 1.0, "x" * 9999: 2}}
+    monkeypatch.setattr("pica.quality.benchmark.benchmark", lambda *_, **__: times)
     out = run("bench", "[red]\n.glb", "--size", "8x4")[1]
     assert out.splitlines()[0] == "[red]\\n.glb" and "  sun [bold]\\n\\x1b[2J" in out
+    assert all(line.isprintable() and len(line) < 100 for line in out.splitlines())
 
 
 def test_without_json_a_table(run, calls):

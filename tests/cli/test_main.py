@@ -27,6 +27,7 @@ def render(run, calls, tmp_path):
         (PermissionError(13, "Permission denied", b"\xff\n"), 2, "pica: \\udcff\\n: Permission denied"),
         (OSError("no place"), 2, "pica: no place"),
         (UserWarning("raised"), 2, "pica: raised"),
+        (MemoryError("unable to allocate 9 EiB"), 2, "pica: not enough memory (unable to allocate 9 EiB)"),
         (RuntimeError("\nof C++\nmore"), 1, "pica: internal error, RuntimeError: of C++ (PICA_DEBUG=1 shows where)"),
         (KeyError("lost"), 1, "pica: internal error, KeyError: 'lost' (PICA_DEBUG=1 shows where)"),
         (KeyboardInterrupt(), 130, ""),

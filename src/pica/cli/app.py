@@ -58,6 +58,8 @@ def _explained(error: Exception) -> tuple[str, int]:
         return f"{os.fsdecode(error.filename)}: {error.strerror}", 2
     if isinstance(error, PicaError | OSError | UserWarning | typer.Abort):  # a warning where Python has them raised
         return str(error) or type(error).__name__, 2
+    if isinstance(error, MemoryError):
+        return f"not enough memory ({first_line(error)})", 2
     return f"internal error, {type(error).__name__}: {first_line(error)} (PICA_DEBUG=1 shows where)", 1
 
 

@@ -57,7 +57,7 @@ def print_values(title: str, rows: Mapping[str, Any]) -> None:
     for name, value in rows.items():
         nested = isinstance(value, Mapping)
         lines.append((one_line(name), "" if nested else _text(value)))
-        lines += [(f"  {one_line(inner)}", _text(number)) for inner, number in value.items()] if nested else []
+        lines += [(f"  {one_line(inner, 60)}", _text(number)) for inner, number in value.items()] if nested else []
     print_line(title)
     print_columns(lines, right=1)
 
