@@ -8,7 +8,7 @@ import pytest
 from typer.main import get_command
 
 import pica
-from pica.cli.main import app
+from pica.cli.app import app
 
 ROOT = Path(__file__).parent.parent
 README = ROOT / "README.md"

@@ -88,6 +88,14 @@ def test_scalars_of_numpy_become_plain():
         ("seed.x", "1", "setting 'seed.x' does not exist; write seed=value"),
         ("seed", "-1", "setting seed: -1 is outside 0 to 2147483647"),
         ("", "1", "setting '' does not exist"),
+        (".seed", "1", "setting '.seed' does not exist"),
+        ("seed.", "1", "setting 'seed.' does not exist; write seed=value"),
+        (7, "1", "setting 7 does not exist; names are text"),
+        (None, "1", "setting None does not exist"),
+        (("shadows", "mode"), "hard", "setting ('shadows', 'mode') does not exist"),
+        (b"seed", 1, "setting b'seed' does not exist"),
+        ("seed", [np.float64(1.5)], "setting seed: [1.5] is not a whole number"),
+        ("shadows.mode", "\x1b[31m", "setting shadows.mode: '\\x1b[31m' is not one of"),
     ],
 )
 def test_a_bad_value_names_the_setting_the_value_and_the_range(path, value, says):
@@ -96,6 +104,18 @@ def test_a_bad_value_names_the_setting_the_value_and_the_range(path, value, says
     assert says in str(caught.value)
     assert isinstance(caught.value, ValueError) and len(str(caught.value)) < 300
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("values", [None, 7, "seed", [("seed", 7)], np.zeros(2), Settings()])
+def test_values_come_by_name(values):
+    with pytest.raises(SettingsError, match="must be values by name"):
+        Settings().with_values(values)
+
+
+@pytest.mark.parametrize("name", [None, 7, ["hybrid"], {}, "", "\x1b\n"])
+def test_presets_of_other_kinds(name):
+    with pytest.raises(SettingsError, match="is not one of hybrid"):
+        Settings.preset(name)
 
 
 def test_values_are_checked_when_made_in_python_too():

@@ -53,7 +53,22 @@ def test_a_folder_that_is_not_there(tmp_path):
         write_video(tmp_path / "nowhere" / "out.mp4", [plain(COLORS[0])], fps=30)
 
 
+@pytest.mark.parametrize("fps", [0, -1, 1e-300, 0.0009, 1001, float("inf"), float("nan")])
+def test_rates_that_no_film_has(tmp_path, fps):
+    with pytest.raises(PicaError, match=r"pictures a second, must be 0\.001 to 1000"):
+        write_video(tmp_path / "out.mp4", [plain(COLORS[0])], fps=fps)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("fps", [0.001, 1000])
+def test_the_slowest_and_the_fastest_film(tmp_path, fps):
+    write_video(tmp_path / "out.mp4", [plain(COLORS[0])] * 3, fps=fps)
+    with av.open(tmp_path / "out.mp4") as film:
+        assert float(film.streams.video[0].average_rate) == pytest.approx(fps)
+        assert sum(1 for _ in film.decode(video=0)) == 3
+
+
 def test_describing_what_is_no_film(tmp_path):
     (tmp_path / "out.mp4").write_bytes(b"nonsense")
-    with pytest.raises(PicaError, match=r"out\.mp4: not a readable film"):
+    with pytest.raises(PicaError, match=r"out\.mp4: not a readable film \(Invalid data"):
         describe(tmp_path / "out.mp4")

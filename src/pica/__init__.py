@@ -10,9 +10,11 @@ The names below are imported when they are first used, so that `import pica` cos
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # as in `typing`, which takes longer to import than all of this
 if TYPE_CHECKING:
+    from typing import Any
+
     from pica import errors, scenes
     from pica.errors import (
         BindingError,
@@ -90,7 +92,7 @@ _HOME = {
 _MODULES = ("errors", "scenes")
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     if name in _MODULES:
         value: Any = import_module(f"pica.{name}")
     elif name in _HOME:

@@ -3,9 +3,17 @@
 import reprlib
 from typing import Any
 
+from pica.text import one_line
+
 
 class PicaError(Exception):
-    """Base of every error below; the command line prints its one line and exits with code 2."""
+    """Base of every error below; the command line prints its one line and exits with code 2.
+
+    What the line quotes may hold anything: it stays one line, of a bounded length, and safe to print.
+    """
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(one_line(message))
 
 
 class SceneError(PicaError):

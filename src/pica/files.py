@@ -64,12 +64,6 @@ def _faults_as_scene_errors(what: str) -> Iterator[None]:
         raise SceneError(f"{what}: takes more memory than there is") from None
 
 
-def printable(text: str | os.PathLike[str]) -> str:
-    """A text or path for a message: on one line, and without what would steer a terminal."""
-    text = os.fspath(text)
-    return text if text.isprintable() else ascii(text)[1:-1]
-
-
 def _open(name: str | Path, folder: int | None, flags: int) -> int:
     """The descriptor of a regular file. Raises OSError."""
     # Asked before it is opened, since opening some devices does something; and after, in case it has been swapped.

@@ -1,21 +1,21 @@
 """Reading and writing picture files. No graphics device is opened."""
 
 import io
-import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from uuid import uuid4
 
 import numpy as np
 import PIL.Image
 import slangpy
 from numpy.typing import NDArray
 
-from pica.errors import PicaError, SceneError
-from pica.files import open_file, printable, read_file, size_of
+from pica.errors import SceneError
+from pica.files import open_file, read_file, size_of
 from pica.picture_headers import check_scans, radiance_size
+from pica.saving import write_whole
+from pica.text import first_line, one_line
 
 MAX_PIXELS, MAX_SIDE = 16384 * 8192, 16384
 """Pictures larger than this are refused: a small broken file can claim any size, and not every device takes more."""
@@ -60,7 +60,7 @@ def read_radiance(
     """
     bitmap = _open_bitmap(path, admit, admit_file)
     rgb, float32 = slangpy.Bitmap.PixelFormat.rgb, slangpy.Bitmap.ComponentType.float32
-    with _faults_named(printable(path)):
+    with _faults_named(str(path)):
         if bitmap.pixel_format == slangpy.Bitmap.PixelFormat.multi_channel:
             names = bitmap.channel_names
             if not {"R", "G", "B"} <= set(names):
@@ -93,22 +93,6 @@ def write_exr(path: str | Path, channels: Mapping[str, NDArray[np.floating]]) ->
     write_whole(Path(path), lambda temporary: bitmap.write(temporary, slangpy.Bitmap.FileFormat.exr))
 
 
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Have `write` make the file beside `path`, then rename it, so that a killed run leaves no half file.
-
-    Raises PicaError when the file cannot be written.
-    """
-    temporary = path.with_name(f".{path.stem}.{uuid4().hex[:8]}{path.suffix}")
-    try:
-        write(temporary)
-        os.replace(temporary, path)
-    except (OSError, RuntimeError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else _first_line(error)
-        raise PicaError(f"{path}: cannot be written ({reason})") from None
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
 def _check_size(width: int, height: int) -> None:
     if width * height > MAX_PIXELS or max(width, height) > MAX_SIDE:
         raise SceneError(
@@ -131,7 +115,7 @@ def _eight_bits(image: PIL.Image.Image) -> NDArray[np.uint8]:
 
 
 def _open_bitmap(path: str | Path, admit: Admit, admit_file: Callable[[int], object]) -> slangpy.Bitmap:
-    path, name = Path(path), printable(path)
+    path, name = Path(path), str(path)
     with open_file(path, name) as file, _faults_named(name):
         admit_file(size_of(file))
         size = radiance_size(file)
@@ -148,7 +132,7 @@ def _faults_named(name: str) -> Iterator[None]:
             warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)
             yield
     except SceneError as error:
-        raise SceneError(f"{name}: {printable(str(error))}") from None
+        raise SceneError(f"{name}: {error}") from None
     except PIL.UnidentifiedImageError:
         raise SceneError(f"{name}: not a PNG, JPEG or WebP picture") from None
     except PIL.Image.DecompressionBombError as error:
@@ -156,13 +140,9 @@ def _faults_named(name: str) -> Iterator[None]:
     except MemoryError:
         raise SceneError(f"{name}: takes more memory than there is") from None
     except Exception as error:  # they say nowhere which ones: struct.error, SyntaxError and EOFError are among them
-        raise SceneError(f"{name}: not a readable picture ({_first_line(error)})") from None
+        raise SceneError(f"{name}: not a readable picture ({one_line(first_line(error), _LONGEST)})") from None
 
 
 def _channels(bitmap: slangpy.Bitmap) -> dict[str, NDArray[np.float32]]:
     pixels = np.array(bitmap, np.float32).reshape(bitmap.height, bitmap.width, -1)
     return {name: pixels[..., i] for i, name in enumerate(bitmap.channel_names)}
-
-
-def _first_line(error: BaseException) -> str:
-    return printable((str(error).strip().splitlines() or [type(error).__name__])[0])[:_LONGEST]

@@ -12,8 +12,10 @@ from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from pica.errors import PicaError
-from pica.pictures import write_whole
+from pica.saving import write_whole
 
+SLOWEST, FASTEST = 0.001, 1000.0
+"""Pictures a second."""
 QUALITY = "18"
 """x264's constant rate factor: 0 is lossless, 23 its default; at 18 few people see a difference."""
 
@@ -22,9 +24,12 @@ def write_video(path: str | Path, pictures: Iterable[NDArray[np.uint8]], fps: fl
     """Write (height, width, 3) uint8 sRGB pictures as H.264 with 4:2:0 chroma in .mp4, which plays everywhere.
 
     `pictures` may be a generator: one is held at a time. Raises PicaError when there are none, when their width or
-    height is odd or differs, or when the file cannot be written; what was at `path` then stays.
+    height is odd or differs, when there are too many or few a second (`SLOWEST`, `FASTEST`), or when the file cannot
+    be written; what was at `path` then stays.
     """
     path = Path(path)
+    if not SLOWEST <= fps <= FASTEST:
+        raise PicaError(f"{path}: {fps} pictures a second, must be {SLOWEST:g} to {FASTEST:g}")
     write_whole(path, lambda temporary: _encode(temporary, path, pictures, fps))
 
 
@@ -34,8 +39,10 @@ def describe(path: str | Path) -> tuple[int, int, int]:
         with av.open(Path(path)) as container:
             stream = container.streams.video[0]
             return stream.frames, stream.width, stream.height
-    except (av.FFmpegError, IndexError) as error:
-        raise PicaError(f"{path}: not a readable film ({error})") from None
+    except av.FFmpegError as error:
+        raise PicaError(f"{path}: not a readable film ({error.strerror})") from None
+    except IndexError:
+        raise PicaError(f"{path}: has no pictures") from None
 
 
 def _encode(temporary: Path, path: Path, pictures: Iterable[NDArray[np.uint8]], fps: float) -> None:

@@ -22,6 +22,24 @@ def test_how_many_frames_is_left_to_the_device(run, calls):
     assert (calls[0].frames, calls[0].warm_up) == (None, None)
 
 
+def test_json_has_no_numbers_that_json_lacks(run, calls, monkeypatch):
+    def unfinished(*_, **__):
+        return {"host_ms": float("nan"), "gpu_ms": {"frame": float("inf")}, "each": [1.0, -float("inf")]}
+
+    monkeypatch.setattr("pica.quality.benchmark.benchmark", unfinished)
+    result = json.loads(run("bench", "m.glb", "--size", "8x4", "--json")[1], parse_constant=pytest.fail)
+    assert (result["host_ms"], result["gpu_ms"], result["each"]) == (None, {"frame": None}, [1.0, None])
+    assert "nan" in run("bench", "m.glb", "--size", "8x4")[1]
+
+
+def test_a_table_shows_names_of_all_kinds(run, calls, monkeypatch):
+    times = {"gpu_ms": {"sun [bold]\n\x1b[2J": 1.0, "x" * 9999: 2}}
+    monkeypatch.setattr("pica.quality.benchmark.benchmark", lambda *_, **__: times)
+    out = run("bench", "[red]\n.glb", "--size", "8x4")[1]
+    assert out.splitlines()[0] == "[red]\\n.glb" and "  sun [bold]\\n\\x1b[2J" in out
+    assert all(line.isprintable() and len(line) < 100 for line in out.splitlines())
+
+
 def test_without_json_a_table(run, calls):
     out = run("bench", "m.glb", "--size", "8x4")[1]
     assert "gbuffer" in out and "0.5" in out

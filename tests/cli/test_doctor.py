@@ -19,7 +19,7 @@ def run_doctor(**environment):
 
 def test_without_a_driver_it_says_what_to_install():
     run = run_doctor(VK_DRIVER_FILES="/nonexistent", VK_ICD_FILENAMES="/nonexistent")
-    assert run.returncode == 0
+    assert run.returncode == 2
     assert "lavapipe" in run.stdout and "install" in run.stdout
     assert "Traceback" not in run.stdout + run.stderr
 
@@ -43,6 +43,25 @@ def test_a_crashing_driver_is_told(monkeypatch):
     monkeypatch.setattr(doctor, "_PROBE", "import os; os.abort()")
     devices, fault = doctor.probe()
     assert devices == [] and "-6" in fault
+
+
+def test_files_of_the_folder_that_it_runs_in_are_not_imported(monkeypatch, tmp_path):
+    for name in ("json.py", "numpy.py", "dataclasses.py"):
+        (tmp_path / name).write_text("raise SystemExit(9)")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(doctor, "_PROBE", "import json, dataclasses; print('[]')")
+    assert doctor.probe() == ([], "")
+
+
+@pytest.mark.parametrize(("missing", "code"), [([], 0), (["bindless resources"], 2)])
+def test_the_exit_code_tells_whether_pica_can_run(run, monkeypatch, missing, code):
+    device = {"name": "a\x1b[31m\ncard", "type": "hardware", "driver": "", "tier": 3, "missing": missing}
+    monkeypatch.setattr(doctor, "probe", lambda: ([device], ""))
+    got, out, err = run("doctor")
+    assert (got, err) == (code, "")
+    assert "a\\x1b[31m\\ncard" in out and "\x1b" not in out
+    monkeypatch.setattr(doctor, "probe", lambda: ([], "the process ended with -6"))
+    assert run("doctor")[0] == 2
 
 
 def test_tiers_and_what_each_lacks():

@@ -1,5 +1,6 @@
 import json
 import math
+import os
 
 import numpy as np
 import pytest
@@ -76,8 +77,21 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--size", "wide"], "not WIDTHxHEIGHT"),
         (["--size", "10x-4"], "not WIDTHxHEIGHT"),
         (["--size", "99999x4"], "width and height must be 1 to 16384"),
+        (["--size", "9" * 5000 + "x1"], "is not WIDTHxHEIGHT"),
+        (["--size", "٣x٤"], "not WIDTHxHEIGHT"),
+        (["--size", ""], "--size '' is not WIDTHxHEIGHT"),
+        (["--animation", "9" * 5000], "no animation"),
+        (["--animation", "-1"], "no animation '-1'"),
         (["--preset", "best"], "preset 'best'"),
         (["--set", "shadows.mode"], "not group.name=value"),
+        (["--set", ""], "--set '' is not group.name=value"),
+        (["--set", "="], "setting '' does not exist"),
+        (["--set", "seed=-1"], "setting seed: -1 is outside 0 to"),
+        (["--set", "seed=" + "9" * 5000], "is not a whole number"),
+        (["--set", "x" * 1_000_000], "is not group.name=value"),
+        (["--set", "post.exposure=1e999"], "setting post.exposure: inf is outside"),
+        (["--set", "\x1b[31m=\n"], "setting '\\x1b[31m' does not exist"),
+        (["--preset", "\udcff\n"], "preset '\\udcff\\n' is not one of"),
         (["--set", "shadows.tint=red"], "setting 'shadows.tint' does not exist"),
         (["--set", "shadows.max_lights=99"], "99 is outside 1 to 29"),
         (["--camera", "top"], "no camera 'top' in the scene; there are 'side'"),
@@ -85,17 +99,61 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--eye", "1,2,3"], "--eye and --target go together"),
         (["--eye", "1,2", "--target", "0,0,0"], "--eye '1,2' is not three numbers"),
         (["--eye", "nan,2,3", "--target", "0,0,0"], "is not three numbers"),
+        (["--eye", "1e10,2,3", "--target", "0,0,0"], "is not three numbers"),
+        (["--eye", "", "--target", ""], "--eye '' is not three numbers"),
+        (["--eye", "0,0,0", "--target", "0,0,0"], "eye and target are the same point (0.0, 0.0, 0.0)"),
         (["--eye", "1,2,3", "--target", "0,0,0", "--fov", "180"], "field of view 180.0"),
         (["--samples", "4"], "--samples is for --path-traced"),
         (["--aov", "nonsense"], "no AOV 'nonsense' in this frame; there are depth, normal"),
         (["--device", "nothing"], "no device named 'nothing'"),
         (["-o", "out.jpg"], "must end in .png or .exr"),
         (["-o", "nowhere/out.png"], "there is no folder nowhere"),
+        (["-o", ""], "must end in .png or .exr"),
+        (["-o", "x" * 252 + ".png"], ".png: cannot be written (File name too long)"),
+        (["-o", "a/" * 3000 + "o.png"], "File name too long"),
+        (["-o", "/proc/out.png"], "/proc/out.png: cannot be written ("),
+        (["-o", "/dev/full"], "cannot write /dev/full: the name must end in"),
+        (["--aov", "../x"], "no AOV '../x'"),
     ],
 )
 def test_bad_input_is_one_line_and_no_file(run, calls, tmp_path, arguments, says):
     code, out, err = run("render", "m.glb", "-o", tmp_path / "o.png", *arguments)
-    said = [line for line in err.splitlines() if line.startswith("pica:")]
-    assert (code, out, len(said)) == (2, "", 1)
-    assert says in said[0]
+    assert (code, out) == (2, "")
+    assert err.startswith("pica: ") and says in err and err[:-1].isprintable() and len(err) < 1100
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("kind", ["folder", "pipe", "device"])
+def test_what_no_picture_can_replace_is_told_before_anything_is_rendered(run, calls, tmp_path, kind):
+    output = tmp_path / "o.png"
+    if kind == "folder":
+        output.mkdir()
+    elif kind == "pipe":
+        os.mkfifo(output)
+    else:
+        output.symlink_to("/dev/full")
+    code, out, err = run("render", "m.glb", "-o", output, "--size", "8x4")
+    assert (code, out, calls) == (2, "", [])
+    assert err == f"pica: cannot write {output}: it is a {'folder' if kind == 'folder' else 'device or a pipe'}\n"
+
+
+def test_what_a_killed_run_left_goes_though_the_next_one_fails(run, calls, tmp_path):
+    (tmp_path / ".o.pica-01234567.png").write_text("half")
+    assert run("render", "m.glb", "-o", tmp_path / "o.png", "--device", "nothing")[0] == 2
+    assert not list(tmp_path.iterdir())
+
+
+def test_names_of_files_do_nothing_to_the_terminal(run, calls, tmp_path):
+    output = tmp_path / "a\x1b[31m\n\udcff.png"
+    code, out, _ = run("render", "m.glb", "-o", output, "--size", "8x4")
+    assert code == 0 and output.exists()
+    assert out.startswith(f"{tmp_path}/a\\x1b[31m\\n\\udcff.png: 8x4, ") and out[:-1].isprintable()
+    assert json.loads(run("render", "m.glb", "-o", output, "--size", "8x4", "--json")[1])["files"] == [str(output)]
+
+
+def test_a_folder_does_not_hide_a_built_in_scene(run, calls, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cornell").mkdir()
+    assert run("render", "cornell", "-o", "o.png", "--size", "8x4")[0] == 0
+    assert calls[0].scene.name != "fake"
+    assert run("render", "", "-o", "o.png")[2].startswith("pica: no file and no built-in scene ''")

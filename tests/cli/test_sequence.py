@@ -216,7 +216,10 @@ def test_nothing_moves_is_a_warning(run, scene, tmp_path):
         ("o.png", ["--seconds", "1"], "--seconds, --fps and --resume are for out.mp4 or pictures such as"),
         ("o.png", ["--fps", "30"], "--seconds, --fps and --resume are for"),
         ("o.png", ["--resume"], "--seconds, --fps and --resume are for"),
-        ("o.mp4", ["--fps", "0"], "--fps 0: must be above 0 and at most 1000"),
+        ("o.mp4", ["--fps", "0"], "--fps 0: must be 0.001 to 1000"),
+        ("o.mp4", ["--fps", "0.0001"], "--fps 0.0001: must be"),
+        ("o.mp4", ["--fps", "1e-300"], "--fps 1e-300: must be"),
+        ("o.mp4", ["--fps", "inf"], "--fps inf: must be"),
         ("o.mp4", ["--fps", "-5"], "--fps -5: must be"),
         ("o.mp4", ["--fps", "nan"], "--fps nan: must be"),
         ("o.mp4", ["--seconds", "0"], "--seconds 0: must be above 0"),
@@ -224,6 +227,8 @@ def test_nothing_moves_is_a_warning(run, scene, tmp_path):
         ("o.mp4", ["--seconds", "1e300"], "over 1000000 pictures"),
         ("o.mp4", ["--start", "1"], "--seconds is needed"),
         ("o.mp4", ["--start", "nan"], "nan is not a number of seconds"),
+        ("o.mp4", ["--start", "1e30", "--seconds", "1"], "--start 1e+30: must be -1e+09 to 1e+09 seconds"),
+        ("o.mp4", ["--start=-inf", "--seconds", "1"], "--start -inf: must be"),
         ("o.mp4", ["--animation", "jump"], "no animation 'jump'; the scene has 0 'wait', 1 'go'"),
         ("o.mp4", ["--animation", "2"], "no animation 2"),
         ("o.mp4", ["--size", "9x4"], "a film needs an even width and height, not 9x4"),
@@ -231,16 +236,50 @@ def test_nothing_moves_is_a_warning(run, scene, tmp_path):
         ("nowhere/o.mp4", [], "there is no folder"),
         ("%d.jpg", [], "must end in .png, .exr or .mp4"),
         ("%d%d.png", [], "needs one %d"),
+        ("%0999999999d.png", [], "at most %099d"),
+        ("%0" + "9" * 200 + "d.png", [], "at most %099d"),
+        ("new/%d.png", ["--aov", "nonsense"], "no AOV 'nonsense'"),
         ("%d.png", ["--aov", "nonsense"], "no AOV 'nonsense'"),
         ("%d.png", ["--camera", "top"], "no camera 'top'"),
     ],
 )
 def test_bad_input_is_one_line_and_no_file(run, scene, tmp_path, output, arguments, says):
     code, out, err = run("render", "m.glb", "-o", tmp_path / output, "--size", "8x4", *arguments)
-    said = [line for line in err.splitlines() if line.startswith("pica:")]
-    assert (code, out, len(said)) == (2, "", 1)
-    assert says in said[0]
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("pica: ") and says in err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("arguments", [[], ["--resume"]])
+def test_the_next_run_takes_over_what_one_killed_before_its_first_picture_left(run, scene, tmp_path, arguments):
+    (tmp_path / "out.mp4.frames").mkdir()
+    (tmp_path / "out.mp4.frames" / ".000000.pica-01234567.png").write_text("half")
+    (tmp_path / ".out.pica-01234567.mp4").write_text("half")
+    code, _, err = run("render", "m.glb", "-o", tmp_path / "out.mp4", *SMALL, "--seconds", "0.3", *arguments)
+    assert code == 0, err
+    assert names(tmp_path) == ["out.mp4"]
+
+
+def test_an_empty_folder_of_a_killed_run_does_not_make_a_whole_film_anew(run, scene, tmp_path):
+    arguments = ["render", "m.glb", "-o", tmp_path / "out.mp4", *SMALL, "--seconds", "0.3"]
+    run(*arguments)
+    (tmp_path / "out.mp4.frames").mkdir()
+    assert "0 of 3 pictures rendered" in run(*arguments, "--resume")[1]
+    assert names(tmp_path) == ["out.mp4"]
+
+
+@pytest.mark.parametrize("output", ["out.mp4", "new/%d.png"])
+def test_a_run_cut_short_before_its_first_picture_leaves_nothing(run, scene, tmp_path, monkeypatch, output):
+    monkeypatch.setattr(Painter, "stop_at", 0.0)
+    assert run("render", "m.glb", "-o", tmp_path / output, *SMALL) == (130, "", "")
+    assert names(tmp_path) == []
+
+
+def test_a_folder_that_was_there_stays(run, scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(Painter, "stop_at", 0.0)
+    (tmp_path / "new").mkdir()
+    run("render", "m.glb", "-o", tmp_path / "new" / "%d.png", *SMALL)
+    assert names(tmp_path) == ["new"]
 
 
 def test_resuming_in_another_size_is_refused(run, scene, tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from typer.main import get_command
 
 import pica
-from pica.cli.main import app
+from pica.cli.app import app
 from pica.cli.view import LIMITS
 from pica.scene.animation import Animation, Channel, Pose
 from pica.scene.camera import Camera

@@ -84,6 +84,10 @@ def test_magma_is_flip_s_own():
     assert np.abs(magma(values[..., 0]) / 255.0 - colored).max() < 0.05
 
 
+def test_captions_may_be_called_anything():
+    assert quality.sheet({"sun\n\x1b\udcff" + "x" * 10_000: np.zeros((40, 60))}).shape[0] > 40
+
+
 def test_sheet_shows_every_picture_below_its_caption():
     red, blue = np.zeros((40, 60, 3)), np.zeros((30, 50, 3))
     red[..., 0] = blue[..., 2] = 1

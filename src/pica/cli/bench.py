@@ -2,10 +2,8 @@
 
 from typing import Annotated
 
-import typer
-
 from pica.cli import options
-from pica.cli.report import print_json, print_table, progress
+from pica.cli.report import print_json, print_values, progress
 from pica.cli.view import View, takes_view
 
 
@@ -15,13 +13,11 @@ def bench(
     size: options.Size = "1920x1080",
     frames: Annotated[
         int | None,
-        typer.Option(min=1, metavar="N", help="Frames to measure; unless told 200, without a graphics card 20."),
+        options.count("Frames to measure; unless told 200, without a graphics card 20."),
     ] = None,
     warm_up: Annotated[
         int | None,
-        typer.Option(
-            min=0, metavar="N", help="Frames before the first one measured; unless told 50, without a graphics card 3."
-        ),
+        options.count("Frames before the first one measured; unless told 50, without a graphics card 3.", least=0),
     ] = None,
     preset: options.Preset = "hybrid",
     values: options.Values = None,
@@ -43,4 +39,4 @@ def bench(
     if json:
         print_json(result)
     else:
-        print_table(view.scene, result)
+        print_values(view.scene, result)

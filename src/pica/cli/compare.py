@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pica.cli import options
-from pica.cli.report import print_json, print_table, progress
+from pica.cli.report import print_json, print_values, progress
 from pica.cli.view import View, find_animation, takes_view
 from pica.errors import PicaError
 
@@ -24,12 +24,8 @@ def compare(
     view: View,
     size: options.Size = "640x360",
     frames: options.Frames = 64,
-    samples: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Paths, or with --effect rays, per pixel of the reference.")
-    ] = 256,
-    max_depth: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Edges of the reference's paths; 2 is direct light only.")
-    ] = None,
+    samples: Annotated[int, options.count("Paths, or with --effect rays, per pixel of the reference.")] = 256,
+    max_depth: Annotated[int | None, options.count("Edges of the reference's paths; 2 is direct light only.")] = None,
     effect: Annotated[
         str | None, typer.Option(metavar="NAME", help="Compare one effect's buffer, such as shadows.")
     ] = None,
@@ -85,7 +81,7 @@ def compare(
     if json:
         print_json(result)
     else:
-        print_table(view.scene, {name: value for name, value in result.items() if not name.endswith("by_frame")})
+        print_values(view.scene, {name: value for name, value in result.items() if not name.endswith("by_frame")})
 
 
 _Found = tuple[dict[str, Any], "NDArray[np.uint8]"]

@@ -1,14 +1,16 @@
 """`pica doctor`: what this machine has, what it lacks and what to install."""
 
 import json
+import os
 import platform
 import subprocess
 import sys
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from rich.console import Console
-from rich.table import Table
+import typer
+
+from pica.cli.report import print_columns, print_line
+from pica.text import one_line
 
 _PROBE = """
 import dataclasses, json
@@ -24,38 +26,54 @@ _LAVAPIPE = {
 
 
 def doctor() -> None:
-    """List the devices, what each lacks, the cache folders, and what to install."""
+    """List the devices, what each lacks, the cache folders, and what to install.
+
+    The exit code is 2 where there is no device that pica can use.
+    """
     devices, fault = probe()
-    out = Console(highlight=False)
-    out.print(
-        f"pica {_version('pica')}, SlangPy {_version('slangpy')}, Python {platform.python_version()}", markup=False
-    )
+    print_line(f"pica {_version('pica')}, SlangPy {_version('slangpy')}, Python {platform.python_version()}")
     if devices:
-        table = Table("device", "type", "driver", "tier", "missing", box=None, padding=(0, 2, 0, 0))
-        for device in devices:
-            missing = ", ".join(device["missing"]) or "nothing"
-            table.add_row(device["name"], device["type"], device["driver"] or "?", str(device["tier"]), missing)
-        out.print(table)
+        print_columns([("device", "type", "driver", "tier", "missing"), *map(_row, devices)])
         for line in [*tier_lines(devices), *stage_lines(devices)]:
-            out.print(line, markup=False, soft_wrap=True)
+            print_line(line)
     if fault:
-        out.print(f"looking for devices failed: {fault}", markup=False, soft_wrap=True)
+        print_line(f"looking for devices failed: {fault}")
     for name, folder in _cache_folders().items():
-        out.print(f"{name}: {folder}", markup=False, soft_wrap=True)
+        print_line(f"{name}: {folder}")
     for line in advice(devices):
-        out.print(line, markup=False, soft_wrap=True)
+        print_line(line)
+    if not usable(devices):
+        raise typer.Exit(2)
 
 
 def probe() -> tuple[list[dict[str, Any]], str]:
     """The devices as mappings of DeviceInfo, and what went wrong; in a process of its own, which a driver may crash."""
     try:
-        run = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, text=True, timeout=300)
+        run = subprocess.run(
+            [sys.executable, "-c", _PROBE],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=300,
+            # The same modules as here, and none of the folder that this runs in.
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONSAFEPATH": "1"},
+        )
     except subprocess.TimeoutExpired:
         return [], "no answer within 5 minutes; a driver hangs"
     if run.returncode:
         said = [line for line in run.stderr.splitlines() if line.strip()]
         return [], said[-1] if said else f"the process ended with {run.returncode}"
     return json.loads(run.stdout.splitlines()[-1]), ""
+
+
+def usable(devices: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Those that lack nothing."""
+    return [device for device in devices if not device["missing"]]
+
+
+def _row(device: dict[str, Any]) -> tuple[str, ...]:
+    missing = ", ".join(device["missing"]) or "nothing"
+    return one_line(device["name"]), device["type"], device["driver"] or "?", str(device["tier"]), missing
 
 
 def tier_lines(devices: list[dict[str, Any]]) -> list[str]:
@@ -71,7 +89,7 @@ def tier_lines(devices: list[dict[str, Any]]) -> list[str]:
 
 def stage_lines(devices: list[dict[str, Any]]) -> list[str]:
     """What runs on each device here that lacks nothing pica needs."""
-    return [f"{device['name']} runs {_stages(device['tier'])}" for device in devices if not device["missing"]]
+    return [f"{device['name']} runs {_stages(device['tier'])}" for device in usable(devices)]
 
 
 def _stages(tier: int) -> str:
@@ -89,10 +107,10 @@ def _stages(tier: int) -> str:
 
 def advice(devices: list[dict[str, Any]]) -> list[str]:
     """What to install or to expect, a line each."""
-    usable = [device for device in devices if not device["missing"]]
-    if any(device["type"] == "hardware" for device in usable):
+    found = usable(devices)
+    if any(device["type"] == "hardware" for device in found):
         return ["Ready."]
-    if usable:
+    if found:
         return ["Ready, on the processor alone. With a graphics card: install its maker's Vulkan driver."]
     return [
         "No device that pica can use. With a graphics card: install its maker's Vulkan driver.",
@@ -110,6 +128,8 @@ def _lavapipe() -> str:
 
 
 def _version(package: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
     try:
         return version(package)
     except PackageNotFoundError:

@@ -2,11 +2,12 @@
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from pica.errors import PicaError
+from pica.saving import check_writable
 
 if TYPE_CHECKING:
     from pica import Settings
@@ -14,8 +15,17 @@ if TYPE_CHECKING:
 MAX_SIDE = 16384
 """Pixels; what graphics devices allow for one picture."""
 
+MOST = 1_000_000
+"""Of what is counted: frames, samples, pictures."""
+
+
+def count(text: str, least: int = 1) -> Any:
+    """An option that counts something."""
+    return typer.Option(min=least, max=MOST, metavar="N", help=text)
+
+
 Size = Annotated[str, typer.Option("--size", metavar="WxH", help="Size of the picture in pixels.")]
-Frames = Annotated[int, typer.Option("--frames", min=1, metavar="N", help="Frames to accumulate.")]
+Frames = Annotated[int, count("Frames to accumulate.")]
 Preset = Annotated[str, typer.Option(metavar="NAME", help="Named settings: hybrid, raster, low, medium or high.")]
 Values = Annotated[
     list[str] | None, typer.Option("--set", metavar="GROUP.NAME=VALUE", help="One setting; may be repeated.")
@@ -28,7 +38,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 def parse_size(text: str) -> tuple[int, int]:
     """(width, height) of "1280x720". Raises PicaError."""
-    match = re.fullmatch(r"(\d+)[xX](\d+)", text.strip())
+    match = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", text.strip())
     if not match:
         raise PicaError(f"--size {text!r} is not WIDTHxHEIGHT in pixels, such as 1280x720")
     width, height = int(match[1]), int(match[2])
@@ -49,10 +59,9 @@ def parse_settings(preset: str, texts: list[str] | None) -> "Settings":
 
 
 def check_output(path: Path, suffixes: tuple[str, ...]) -> None:
-    """Raise PicaError now if `path` cannot be written later: its suffix or its folder is wrong."""
+    """Raise PicaError now if `path` cannot be written later: it has another suffix, or cannot be put where it is."""
     if path.suffix.lower() not in suffixes:
         raise PicaError(f"cannot write {path}: the name must end in {' or '.join(suffixes)}")
-    if path.is_dir():
-        raise PicaError(f"cannot write {path}: it is a folder")
     if not path.parent.is_dir():
         raise PicaError(f"cannot write {path}: there is no folder {path.parent}")
+    check_writable(path)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pica.cli import options
-from pica.cli.report import print_json, progress
+from pica.cli.report import print_json, print_line, progress
 from pica.cli.sequence import FILM, PICTURES, Sequence, is_sequence
 from pica.cli.view import View, takes_view
 from pica.errors import PicaError
@@ -42,9 +42,7 @@ def render(
         ),
     ] = None,
     path_traced: Annotated[bool, typer.Option("--path-traced", help="Use the reference path tracer.")] = False,
-    samples: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Paths per pixel with --path-traced, 256 unless told.")
-    ] = None,
+    samples: Annotated[int | None, options.count("Paths per pixel with --path-traced, 256 unless told.")] = None,
     seconds: Annotated[
         float | None, typer.Option(metavar="S", help="Length of a sequence; without it, until the animation ends.")
     ] = None,
@@ -111,8 +109,8 @@ def render(
     else:
         with progress("Rendering") as advance:
             frame = renderer.render(count, camera=camera(), progress=advance)
+            files = save(frame, output, aov)
         result["timings"] = frame.timings
-        files = save(frame, output, aov)
     done = time.perf_counter()
 
     result["seconds"] = {"load": loaded - began, "render": done - loaded}
@@ -120,7 +118,7 @@ def render(
     if json:
         print_json(result)
     else:
-        print(f"{', '.join(result['files'])}: {said}, {done - loaded:.1f} s on {renderer.device_name}")
+        print_line(f"{', '.join(result['files'])}: {said}, {done - loaded:.1f} s on {renderer.device_name}")
 
 
 def save(frame: "Frame", output: Path, aovs: list[str] | None) -> list[Path]:

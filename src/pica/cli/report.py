@@ -1,48 +1,76 @@
 """What the commands say: results on stdout, everything else on stderr."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TextIO, cast
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
-
-console = Console(stderr=True)
-
-
-def one_line(text: str) -> str:
-    """The first line that says anything; a hint where there are more."""
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
-    return "".join(lines[:1]) + (" (PICA_DEBUG=1 shows the rest)" if len(lines) > 1 else "")
+from pica.cli.interrupts import cleaning_up_first
+from pica.cli.streams import Messages
+from pica.text import one_line
 
 
 @contextmanager
 def progress(title: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on stderr while the block runs; call what it gives with (done, total)."""
-    columns = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()]
-    with Progress(*columns, TimeRemainingColumn(), console=console) as bar:
-        task = bar.add_task(title, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+    """A progress bar on stderr while the block runs; call what it gives with (done, total).
+
+    Ctrl-C is a KeyboardInterrupt within the block: terminals need their cursor back, and begun files are removed.
+    """
+    from rich import progress as rich
+    from rich.console import Console
+
+    columns = [rich.TextColumn("{task.description}", markup=False), rich.BarColumn(), rich.MofNCompleteColumn()]
+    times = [rich.TimeElapsedColumn(), rich.TimeRemainingColumn()]
+    console = Console(file=cast(TextIO, Messages()))
+    with cleaning_up_first(), rich.Progress(*columns, *times, console=console) as bar:
+        task = bar.add_task(one_line(title), total=None)
+        try:
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+        except BaseException:  # then the error is all there is to say
+            bar.live.transient = True
+            console.quiet = not console.is_interactive  # where a bar is one line at the end, though it be an empty one
+            raise
+
+
+def print_line(text: str) -> None:
+    """A line on stdout."""
+    print(one_line(text))
 
 
 def print_json(result: Mapping[str, Any]) -> None:
-    """One JSON object, alone on stdout."""
-    print(json.dumps(result, indent=2, allow_nan=False))
+    """One JSON object, alone on stdout; numbers that are not finite, which JSON does not have, are null."""
+    print(json.dumps(_finite(result), indent=2, allow_nan=False))
 
 
-def print_table(title: str, rows: Mapping[str, Any]) -> None:
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _finite(each) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def print_values(title: str, rows: Mapping[str, Any]) -> None:
     """Names and values on stdout; a mapping among the values becomes indented rows below its name."""
-    table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
-    table.add_column()
-    table.add_column(justify="right")
+    lines = []
     for name, value in rows.items():
         nested = isinstance(value, Mapping)
-        table.add_row(name, "" if nested else _text(value))
-        for inner, number in value.items() if nested else ():
-            table.add_row(f"  {inner}", _text(number))
-    Console().print(table)
+        lines.append((one_line(name), "" if nested else _text(value)))
+        lines += [(f"  {one_line(inner, 60)}", _text(number)) for inner, number in value.items()] if nested else []
+    print_line(title)
+    print_columns(lines, right=1)
+
+
+def print_columns(rows: Sequence[Sequence[str]], right: int | None = None) -> None:
+    """Rows of cells below each other on stdout, as wide as they need, since programs read them too.
+
+    `right`: the column whose cells end below each other.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        cells = [cell.rjust(widths[n]) if n == right else cell.ljust(widths[n]) for n, cell in enumerate(row)]
+        print("  ".join(cells).rstrip())
 
 
 def _text(value: Any) -> str:
@@ -50,4 +78,4 @@ def _text(value: Any) -> str:
         return f"{value:.4g}" if abs(value) < 1e4 else f"{value:,.0f}"
     if isinstance(value, int):
         return f"{value:,}"
-    return ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+    return one_line(", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value))

@@ -5,11 +5,10 @@ import re
 import shutil
 import warnings
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from pica.cli import options
 from pica.cli.report import progress
@@ -17,14 +16,18 @@ from pica.cli.view import find_animation
 from pica.errors import PicaError
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from pica import Camera, Frame, Scene
 
 FILM = ".mp4"
 PICTURES = (".png", ".exr")
-MOST_PICTURES = 1_000_000
-_NUMBER = re.compile(r"%(0\d+)?d")
+_NUMBER, _WIDE = re.compile(r"%(0\d+)?d"), re.compile(r"%0\d{3}")
+_SLOWEST, _FASTEST = 0.001, 1000.0
+"""Pictures a second."""
+_LATEST = 1e9
+"""Seconds before or after 0; further off, double precision cannot tell pictures of fast films apart."""
 _FRAMED = 16
 """Moments at which a scene without a camera is looked at, to find one that shows all of its movement."""
 
@@ -53,10 +56,12 @@ class Sequence:
     """Its name or its number; None: all together."""
 
     def __post_init__(self) -> None:
-        if not 0 < self.fps <= 1000:
-            raise PicaError(f"--fps {self.fps:g}: must be above 0 and at most 1000")
+        if not _SLOWEST <= self.fps <= _FASTEST:
+            raise PicaError(f"--fps {self.fps:g}: must be {_SLOWEST:g} to {_FASTEST:g}")
         if self.seconds is not None and not 0 < self.seconds < math.inf:
             raise PicaError(f"--seconds {self.seconds:g}: must be above 0")
+        if abs(self.start) > _LATEST:
+            raise PicaError(f"--start {self.start:g}: must be {-_LATEST:g} to {_LATEST:g} seconds")
         if self.is_film:
             from pica.video import check_size
 
@@ -66,6 +71,8 @@ class Sequence:
             raise PicaError(f"cannot write {self.output}: the name must end in .png, .exr or .mp4")
         elif str(self.output).count("%") != 1:
             raise PicaError(f"cannot write {self.output}: the name needs one %d, such as %04d, and no other %")
+        elif _WIDE.search(self.output.name):
+            raise PicaError(f"cannot write {self.output}: at most %099d")
 
     @property
     def is_film(self) -> bool:
@@ -91,13 +98,15 @@ class Sequence:
             seconds = max(durations, default=0.0) - self.start
             if seconds <= 0:
                 raise PicaError("--seconds is needed: there is no animation that goes on after the start")
-        count = max(round(min(seconds * self.fps, 2 * MOST_PICTURES)), 1)
-        if count > MOST_PICTURES:
-            raise PicaError(f"--seconds {seconds:g} with --fps {self.fps:g}: over {MOST_PICTURES} pictures")
+        count = max(round(min(seconds * self.fps, 2 * options.MOST)), 1)
+        if count > options.MOST:
+            raise PicaError(f"--seconds {seconds:g} with --fps {self.fps:g}: over {options.MOST} pictures")
         return [self.start + number / self.fps for number in range(count)]
 
     def framing(self, scene: "Scene", times: list[float]) -> "Camera":
         """A camera that shows the whole scene at all times; leaves the scene at the first of them."""
+        import numpy as np
+
         import pica
 
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -109,6 +118,8 @@ class Sequence:
 
     def missing(self, count: int) -> list[int]:
         """Which of `count` pictures an earlier run has not made. Raises PicaError if it made them in another size."""
+        if self.is_film:
+            self._remove_empty_folder()  # of a run that was killed before its first picture
         if self.is_film and self.output.exists() and not self._folder.exists():
             from pica.video import describe
 
@@ -140,8 +151,7 @@ class Sequence:
             return timings
         chosen = find_animation(scene, self.animation)
         before = -1
-        self._folder.mkdir(parents=True, exist_ok=True)
-        with progress("Rendering") as advance:
+        with self._pictures(), progress("Rendering") as advance:
             for done, number in enumerate(missing, start=len(times) - len(missing)):
                 if number != before + 1:  # motion and all else that looks back need the picture before this one
                     scene.animate(times[number - 1], chosen)
@@ -158,6 +168,21 @@ class Sequence:
         if self.is_film:
             self._encode(len(times))
         return timings
+
+    @contextmanager
+    def _pictures(self) -> Iterator[None]:
+        """The folder of the pictures is there within the block; if it is new it stays only for pictures."""
+        is_new = self.is_film or not self._folder.exists()
+        self._folder.mkdir(parents=True, exist_ok=True)
+        try:
+            yield
+        finally:
+            if is_new:
+                self._remove_empty_folder()
+
+    def _remove_empty_folder(self) -> None:
+        with suppress(OSError):  # there is something in it, or it is not there
+            self._folder.rmdir()
 
     def _encode(self, count: int) -> None:
         from pica.pictures import read_image

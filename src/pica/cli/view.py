@@ -1,5 +1,6 @@
 """What the commands render: a scene, a moment of it and where it is looked at from, by arguments that all share."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
@@ -99,7 +100,8 @@ def takes_view(command: Callable[..., None]) -> Callable[..., None]:
 def find_animation(scene: "Scene", text: str | None) -> int | str | None:
     """What Scene.animate calls the animation that `text` names or numbers."""
     names = {animation.name for animation in scene.animations}
-    return int(text) if text is not None and text.isdecimal() and text not in names else text
+    is_number = text is not None and text not in names and re.fullmatch("[0-9]{1,9}", text)
+    return int(text) if text is not None and is_number else text
 
 
 def parse_limits(texts: list[str] | None) -> "Limits":
@@ -124,12 +126,12 @@ def _load(name: str, environment: Path | None, allow_outside: bool, limits: "Lim
     from pica.scene.limits import Budget
     from pica.scene.loading import read_environment
 
-    if name in BUILT_IN and not Path(name).exists():
+    if name in BUILT_IN and not Path(name).is_file():
         scene: Scene = getattr(pica.scenes, BUILT_IN[name])()
         if environment is not None:
             scene.environment = read_environment(environment, Budget(limits))
         return scene
-    if not Path(name).suffix and not Path(name).exists():
+    if not name or (not Path(name).suffix and not Path(name).exists()):
         raise PicaError(f"no file and no built-in scene {name!r}; the built-in ones are {', '.join(BUILT_IN)}")
     return pica.load(name, environment=environment, allow_outside=allow_outside, limits=limits)
 

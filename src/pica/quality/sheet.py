@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from pica.text import one_line
+
 _GAP = 8
 _BACKGROUND = (24, 24, 24)
 _INK = (235, 235, 235)
@@ -26,7 +28,9 @@ def sheet(pictures: Mapping[str, NDArray[np.floating[Any]]]) -> NDArray[np.uint8
     A value is an (h, w, 3) sRGB picture from 0 to 1, or an (h, w) map from 0 to 1 such as FLIP's, which is coloured
     from black over red to pale yellow (magma). A caption wider than its picture is set smaller.
     """
-    panels = {title: magma(p) if p.ndim == 2 else (p * 255 + 0.5).astype(np.uint8) for title, p in pictures.items()}
+    # Captions name lights, and those of files may be called anything.
+    named = {one_line(title): picture for title, picture in pictures.items()}
+    panels = {title: magma(p) if p.ndim == 2 else (p * 255 + 0.5).astype(np.uint8) for title, p in named.items()}
     caption = max(16, max(panel.shape[0] for panel in panels.values()) // 24)
     top = caption + 2 * _GAP
     width = sum(panel.shape[1] for panel in panels.values()) + _GAP * (len(panels) + 1)

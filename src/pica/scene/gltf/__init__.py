@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from pica.errors import SceneError
-from pica.files import printable
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.extensions import check_extensions
 from pica.scene.gltf.nodes import build_scene
@@ -21,6 +20,6 @@ def read(path: str | Path, budget: Budget | None = None, allow_outside: bool = F
         check_extensions(document)
         return build_scene(document)
     except SceneError as error:
-        raise SceneError(f"{printable(path)}: {error}") from None
+        raise SceneError(f"{path}: {error}") from None
     except MemoryError:
-        raise SceneError(f"{printable(path)}: takes more memory than there is") from None
+        raise SceneError(f"{path}: takes more memory than there is") from None

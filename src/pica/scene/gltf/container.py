@@ -9,10 +9,10 @@ from typing import Any
 from urllib.parse import unquote_to_bytes
 
 from pica.errors import SceneError, shown
-from pica.files import printable
 from pica.scene.gltf.asset_files import AssetFiles
 from pica.scene.gltf.element import Element
 from pica.scene.limits import Budget
+from pica.text import one_line
 
 _GLB_MAGIC = b"glTF"
 _GLB_HEADER_BYTES, _CHUNK_HEADER_BYTES = 12, 8
@@ -60,7 +60,7 @@ class Document:
             self._warned.add(text)
             if len(self._warned) > _MOST_WARNINGS:
                 text = "there is more that is not as it should be; further warnings are left out"
-            warnings.warn(f"{printable(self._path)}: {text}", stacklevel=2)
+            warnings.warn(one_line(f"{self._path}: {text}"), stacklevel=2)
 
     def entries(self, array: str) -> list[Element]:
         """One of the file's arrays, such as "accessors"; the same elements each time, so that they can be keys."""

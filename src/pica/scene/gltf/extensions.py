@@ -1,8 +1,8 @@
 """Which extensions of glTF are read."""
 
 from pica.errors import SceneError
-from pica.files import printable
 from pica.scene.gltf.container import Document
+from pica.text import one_line
 
 SUPPORTED = frozenset(
     {
@@ -36,4 +36,4 @@ def unsupported(document: Document, key: str) -> str:
     """The extensions under a key of the file, such as "extensionsRequired", that are not read, in one line."""
     names = [name for name in dict.fromkeys(document.root.texts(key)) if name not in SUPPORTED]
     more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    return ", ".join(printable(name)[:_LONGEST] for name in names[:_MOST_NAMED]) + more
+    return ", ".join(one_line(name, _LONGEST) for name in names[:_MOST_NAMED]) + more

@@ -1,0 +1,32 @@
+"""Text for messages: one line that shows what it quotes and does nothing to the terminal."""
+
+import re
+
+LONGEST = 1000
+"""Characters of a message; names in files can have millions."""
+
+_NUMPY_SCALAR = re.compile(r"\bnp\.(?:u?int\d+|float\d+|longdouble|str_)\(([^()]*)\)|\bnp\.(True|False)_\b")
+"""How NumPy 2 writes its scalars: np.float64(1.0), np.True_."""
+
+
+def one_line(text: str, longest: int = LONGEST) -> str:
+    """A message as one line of at most so many characters, which lacks the middle where it was longer.
+
+    Line ends, escape sequences, undecodable bytes and other invisible characters are shown as `repr` shows them, and
+    NumPy's numbers as Python's.
+    """
+    text = _NUMPY_SCALAR.sub(lambda found: found[1] or found[2] or "", _cut(text.strip(), longest))
+    if not text.isprintable():
+        text = _cut("".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text), longest)
+    return text
+
+
+def first_line(error: BaseException) -> str:
+    """The first line of an error that says anything, of libraries that write several; its type where none does."""
+    return next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
+
+
+def _cut(text: str, longest: int) -> str:
+    """The start says where a fault is, the end what it is."""
+    half = longest // 2 - 3
+    return text if len(text) <= longest else f"{text[:half]} ... {text[-half:]}"
