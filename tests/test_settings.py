@@ -90,10 +90,8 @@ def test_scalars_of_numpy_become_plain():
         ("", "1", "setting '' does not exist"),
         (".seed", "1", "setting '.seed' does not exist"),
         ("seed.", "1", "setting 'seed.' does not exist; write seed=value"),
-        (7, "1", "setting 7 does not exist; names are text"),
-        (None, "1", "setting None does not exist"),
-        (("shadows", "mode"), "hard", "setting ('shadows', 'mode') does not exist"),
-        (b"seed", 1, "setting b'seed' does not exist"),
+        (7, "1", "settings: {7: '1'} is not a mapping such as"),
+        (("shadows", "mode"), "hard", "is not a mapping such as"),
         ("seed", [np.float64(1.5)], "setting seed: [1.5] is not a whole number"),
         ("shadows.mode", "\x1b[31m", "setting shadows.mode: '\\x1b[31m' is not one of"),
     ],
@@ -108,7 +106,7 @@ def test_a_bad_value_names_the_setting_the_value_and_the_range(path, value, says
 
 @pytest.mark.parametrize("values", [None, 7, "seed", [("seed", 7)], np.zeros(2), Settings()])
 def test_values_come_by_name(values):
-    with pytest.raises(SettingsError, match="must be values by name"):
+    with pytest.raises(SettingsError, match="is not a mapping such as"):
         Settings().with_values(values)
 
 

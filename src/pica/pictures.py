@@ -15,7 +15,7 @@ from pica.errors import SceneError
 from pica.files import open_file, read_file, size_of
 from pica.picture_headers import check_scans, radiance_size
 from pica.saving import write_whole
-from pica.text import first_line, one_line
+from pica.text import first_line, printable
 
 MAX_PIXELS, MAX_SIDE = 16384 * 8192, 16384
 """Pictures larger than this are refused: a small broken file can claim any size, and not every device takes more."""
@@ -60,7 +60,7 @@ def read_radiance(
     """
     bitmap = _open_bitmap(path, admit, admit_file)
     rgb, float32 = slangpy.Bitmap.PixelFormat.rgb, slangpy.Bitmap.ComponentType.float32
-    with _faults_named(str(path)):
+    with _faults_named(printable(path)):
         if bitmap.pixel_format == slangpy.Bitmap.PixelFormat.multi_channel:
             names = bitmap.channel_names
             if not {"R", "G", "B"} <= set(names):
@@ -115,7 +115,7 @@ def _eight_bits(image: PIL.Image.Image) -> NDArray[np.uint8]:
 
 
 def _open_bitmap(path: str | Path, admit: Admit, admit_file: Callable[[int], object]) -> slangpy.Bitmap:
-    path, name = Path(path), str(path)
+    path, name = Path(path), printable(path)
     with open_file(path, name) as file, _faults_named(name):
         admit_file(size_of(file))
         size = radiance_size(file)
@@ -140,7 +140,7 @@ def _faults_named(name: str) -> Iterator[None]:
     except MemoryError:
         raise SceneError(f"{name}: takes more memory than there is") from None
     except Exception as error:  # they say nowhere which ones: struct.error, SyntaxError and EOFError are among them
-        raise SceneError(f"{name}: not a readable picture ({one_line(first_line(error), _LONGEST)})") from None
+        raise SceneError(f"{name}: not a readable picture ({first_line(error)[:_LONGEST]})") from None
 
 
 def _channels(bitmap: slangpy.Bitmap) -> dict[str, NDArray[np.float32]]:

@@ -1,5 +1,6 @@
 """Text for messages: one line that shows what it quotes and does nothing to the terminal."""
 
+import os
 import re
 
 LONGEST = 1000
@@ -16,9 +17,15 @@ def one_line(text: str, longest: int = LONGEST) -> str:
     NumPy's numbers as Python's.
     """
     text = _NUMPY_SCALAR.sub(lambda found: found[1] or found[2] or "", _cut(text.strip(), longest))
-    if not text.isprintable():
-        text = _cut("".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text), longest)
-    return text
+    return _cut(printable(text), longest)
+
+
+def printable(text: str | os.PathLike[str]) -> str:
+    """A text or path as `one_line` shows it, however long."""
+    text = os.fspath(text)
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def first_line(error: BaseException) -> str:

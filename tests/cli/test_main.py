@@ -58,7 +58,7 @@ def test_warnings_are_one_line(run, calls, tmp_path, monkeypatch):
 
 
 def test_warnings_before_an_error_are_marked_safe_to_print_and_not_without_end(render, monkeypatch):
-    def load(path, environment=None):
+    def load(path, environment=None, **_):
         for number in range(200):
             warnings.warn(f"mesh '\x1b[31m\n{'x' * 10_000}': {number}", stacklevel=2)
         raise SceneError("broken")

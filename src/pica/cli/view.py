@@ -27,11 +27,11 @@ LIMITS = ("bytes", "vertices", "instances", "pixels", "expansion")
 
 
 def _option(metavar: str, text: str) -> Any:
-    return typer.Option(metavar=metavar, help=text, rich_help_panel="What is shown")
+    return typer.Option(metavar=metavar, help=text)
 
 
 def _flag(name: str, text: str) -> Any:
-    return typer.Option(name, help=text, rich_help_panel="What is shown")
+    return typer.Option(name, help=text)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from pica.scene import gltf, leftovers
 from pica.scene.environment import Environment
 from pica.scene.limits import Budget, Limits
 from pica.scene.model import Scene
-from pica.text import one_line
+from pica.text import printable
 
 
 def load(
@@ -39,7 +39,7 @@ def load(
         scene.environment = read_environment(_checked(environment, "environment"), budget)
     elif not _gives_light(scene):
         warnings.warn(
-            one_line(f"{path}: has no light, so a neutral sky lights it; an environment would replace that"),
+            f"{printable(path)}: has no light, so a neutral sky lights it; an environment would replace that",
             stacklevel=2,
         )
         scene.environment = default_environment()
@@ -74,7 +74,7 @@ _KEY_DIRECTION: NDArray[np.float64] = np.array([0.5, 0.7, 0.6]) / np.linalg.norm
 
 def read_environment(path: Path, budget: Budget | None = None) -> Environment:
     """The picture of the surroundings in a .hdr or .exr file. Raises SceneError."""
-    budget, name = budget or Budget(), str(path)
+    budget, name = budget or Budget(), printable(path)
     radiance = read_radiance(path, budget.take_picture, lambda length: budget.read_file(path, length))
     try:
         if not np.isfinite(radiance).all():

@@ -53,11 +53,8 @@ class Settings(Group):
         Values may also be given as text, as on the command line. Levels come first, in whatever order they are given,
         so that a single setting decides over the level of its group. Raises SettingsError.
         """
-        if not isinstance(values, Mapping):
-            raise SettingsError(f"settings {shown(values)}: must be values by name, such as {{'seed': 7}}")
-        for path in values:
-            if not isinstance(path, str):
-                raise SettingsError(f"setting {shown(path)} does not exist; names are text, such as 'shadows.mode'")
+        if not isinstance(values, Mapping) or not all(isinstance(path, str) for path in values):
+            raise SettingsError(f'settings: {shown(values)} is not a mapping such as {{"shadows.mode": "hard"}}')
         groups: dict[str, dict[str, Any]] = {}
         others: dict[str, Any] = {}
         for path in sorted(values, key=lambda path: path not in GROUPS):

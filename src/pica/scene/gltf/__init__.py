@@ -8,6 +8,7 @@ from pica.scene.gltf.extensions import check_extensions
 from pica.scene.gltf.nodes import build_scene
 from pica.scene.limits import Budget
 from pica.scene.model import Scene
+from pica.text import printable
 
 
 def read(path: str | Path, budget: Budget | None = None, allow_outside: bool = False) -> Scene:
@@ -20,6 +21,6 @@ def read(path: str | Path, budget: Budget | None = None, allow_outside: bool = F
         check_extensions(document)
         return build_scene(document)
     except SceneError as error:
-        raise SceneError(f"{path}: {error}") from None
+        raise SceneError(f"{printable(path)}: {error}") from None
     except MemoryError:
-        raise SceneError(f"{path}: takes more memory than there is") from None
+        raise SceneError(f"{printable(path)}: takes more memory than there is") from None

@@ -12,7 +12,7 @@ from pica.errors import SceneError, shown
 from pica.scene.gltf.asset_files import AssetFiles
 from pica.scene.gltf.element import Element
 from pica.scene.limits import Budget
-from pica.text import one_line
+from pica.text import printable
 
 _GLB_MAGIC = b"glTF"
 _GLB_HEADER_BYTES, _CHUNK_HEADER_BYTES = 12, 8
@@ -60,7 +60,7 @@ class Document:
             self._warned.add(text)
             if len(self._warned) > _MOST_WARNINGS:
                 text = "there is more that is not as it should be; further warnings are left out"
-            warnings.warn(one_line(f"{self._path}: {text}"), stacklevel=2)
+            warnings.warn(f"{printable(self._path)}: {text}", stacklevel=2)
 
     def entries(self, array: str) -> list[Element]:
         """One of the file's arrays, such as "accessors"; the same elements each time, so that they can be keys."""
