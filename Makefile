@@ -1,5 +1,5 @@
 # make demo: a picture from nothing. make test: lint, types and tests; make test-fast: the tests that need no device, and
-# a few that do; make golden: the golden pictures anew. All set everything up first.
+# a few that do; make golden: the golden pictures anew; make fuzz: ten minutes of broken input. All set everything up first.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test test-fast test-slow golden lint setup setup-test lock clean
+.PHONY: demo test test-fast test-slow golden fuzz lint setup setup-test lock clean
 
 demo: setup
 	@mkdir -p out
@@ -25,6 +25,11 @@ test-slow: setup-test
 # GOLDEN="cornell svgf" renews these only.
 golden: setup-test
 	$(BIN)/python -m tests.golden.renew $(GOLDEN)
+
+# MINUTES=60 goes on for longer.
+MINUTES ?= 10
+fuzz: setup-test
+	$(BIN)/python -m tests.fuzz.campaign --minutes $(MINUTES)
 
 lint: setup-test
 	$(BIN)/ruff check

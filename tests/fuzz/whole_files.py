@@ -1,0 +1,139 @@
+"""Small files that hold everything pica reads, to be broken."""
+
+import io
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import PIL.Image
+
+from pica import pictures
+from tests.scene.gltf_files import TRIANGLE, GltfFile
+
+
+def picture(kind: str) -> bytes:
+    """8x8 pixels as PNG, JPEG or WEBP."""
+    pixels = np.random.default_rng(1).integers(0, 255, (8, 8, 4 if kind != "JPEG" else 3), np.uint8)
+    content = io.BytesIO()
+    PIL.Image.fromarray(pixels).save(content, kind)
+    return content.getvalue()
+
+
+@cache
+def exr() -> bytes:
+    """8x4 pixels of radiance."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "sky.exr"
+        ramp = np.linspace(0, 4, 32, dtype=np.float32).reshape(4, 8)
+        pictures.write_exr(path, {"R": ramp, "G": ramp, "B": ramp})
+        return path.read_bytes()
+
+
+def hdr() -> bytes:
+    """8x4 pixels of radiance, not compressed."""
+    pixels = np.random.default_rng(2).integers(0, 140, (4, 8, 4), np.uint8)
+    return b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + pixels.tobytes()
+
+
+@cache
+def gltf() -> GltfFile:
+    """Meshes with every attribute, sparse accessors, textures, a skin, morph targets, animations, lights, cameras,
+    instances, and all extensions that are read."""
+    file = GltfFile()
+    for kind in ("PNG", "JPEG"):
+        view = file.view(picture(kind))
+        file.add("images", bufferView=view, mimeType=f"image/{kind.lower()}")
+    file.add("samplers", magFilter=9729, minFilter=9987, wrapS=10497, wrapT=33071)
+    file.add("textures", source=0, sampler=0)
+    file.add("textures", source=1)
+    moved = {"KHR_texture_transform": {"offset": [0.1, 0.2], "rotation": 0.3, "scale": [2, 2], "texCoord": 0}}
+    file.add(
+        "materials",
+        name="all",
+        pbrMetallicRoughness={
+            "baseColorFactor": [0.5, 0.6, 0.7, 0.8],
+            "baseColorTexture": {"index": 0, "texCoord": 0, "extensions": moved},
+            "metallicFactor": 0.2,
+            "roughnessFactor": 0.4,
+            "metallicRoughnessTexture": {"index": 1},
+        },
+        normalTexture={"index": 1, "scale": 0.5},
+        occlusionTexture={"index": 1, "strength": 0.5},
+        emissiveTexture={"index": 0},
+        emissiveFactor=[1, 0.5, 0.2],
+        alphaMode="MASK",
+        alphaCutoff=0.4,
+        doubleSided=True,
+        extensions={
+            "KHR_materials_emissive_strength": {"emissiveStrength": 3},
+            "KHR_materials_ior": {"ior": 1.4},
+            "KHR_materials_specular": {"specularFactor": 0.7, "specularColorFactor": [1, 0.9, 0.8]},
+            "KHR_materials_transmission": {"transmissionFactor": 0.2},
+        },
+        extras={"pica": {"simplified": None}, "else": [1]},
+    )
+    file.add("materials", name="flat", alphaMode="BLEND", extensions={"KHR_materials_unlit": {}})
+    corner = np.array(TRIANGLE, np.float32)
+    attributes = {
+        "NORMAL": file.accessor(np.tile((0, 0, 1), (3, 1))),
+        "TANGENT": file.accessor(np.tile((1, 0, 0, 1), (3, 1))),
+        "TEXCOORD_0": file.accessor(corner[:, :2]),
+        "COLOR_0": file.accessor(np.full((3, 4), 200), "u1", normalized=True),
+        "JOINTS_0": file.accessor(np.zeros((3, 4)), "u2"),
+        "WEIGHTS_0": file.accessor(np.tile((1, 0, 0, 0), (3, 1))),
+    }
+    sparse = {
+        "count": 1,
+        "indices": {"bufferView": file.view(b"\1\0"), "componentType": 5123},
+        "values": {"bufferView": file.view(np.float32([2, 0, 0]).tobytes())},
+    }
+    moved_positions = file.accessor(corner, sparse=sparse)
+    skinned = file.mesh(
+        moved_positions,
+        attributes=attributes,
+        indices=file.accessor(np.arange(3), "u2"),
+        material=0,
+        mode=4,
+        targets=[{"POSITION": file.accessor(corner * 0.1), "NORMAL": file.accessor(corner * 0)}],
+        node={"name": "skinned", "skin": 0, "weights": [0.5]},
+    )
+    joint = file.add("nodes", name="joint", translation=[0, 1, 0], rotation=[0, 0, 0, 1], scale=[1, 1, 1])
+    file.add("skins", joints=[joint], skeleton=joint, inverseBindMatrices=None)
+    del file.json["skins"][0]["inverseBindMatrices"]
+    instances = {
+        "TRANSLATION": file.accessor(corner),
+        "ROTATION": file.accessor(np.tile((0, 0, 0, 1), (3, 1))),
+        "SCALE": file.accessor(np.ones((3, 3))),
+    }
+    many = file.mesh(material=1, node={"extensions": {"EXT_mesh_gpu_instancing": {"attributes": instances}}})
+    lights = [
+        {"type": "directional", "color": [1, 0.9, 0.8], "intensity": 3, "name": "sun"},
+        {"type": "point", "range": 10, "intensity": 100},
+        {"type": "spot", "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}},
+    ]
+    file.json["extensions"] = {"KHR_lights_punctual": {"lights": lights}}
+    shining = [file.add("nodes", extensions={"KHR_lights_punctual": {"light": i}}) for i in range(3)]
+    file.add("cameras", type="perspective", perspective={"yfov": 0.8, "znear": 0.1, "zfar": 100, "aspectRatio": 1.5})
+    file.add("cameras", type="orthographic", orthographic={"xmag": 2, "ymag": 2, "znear": 0.1, "zfar": 100})
+    seeing = [file.add("nodes", camera=i, translation=[0, 0, 5]) for i in range(2)]
+    matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 2, 3, 1]
+    root = file.add("nodes", matrix=matrix, children=[skinned, many, joint, *shining, *seeing], extras={"pica": {}})
+    file.add("scenes", nodes=[root], name="all")
+    times = file.accessor([0.0, 0.5, 1.0], min=[0], max=[1])
+    outputs = {
+        "translation": file.accessor(corner),
+        "rotation": file.accessor(np.tile((0, 0, 0, 1), (3, 1))),
+        "scale": file.accessor(np.ones((9, 3))),
+        "weights": file.accessor([0.0, 1.0, 0.5]),
+    }
+    samplers = [
+        {"input": times, "output": output, "interpolation": "CUBICSPLINE" if path == "scale" else "LINEAR"}
+        for path, output in outputs.items()
+    ]
+    targets = [{"node": skinned if path == "weights" else joint, "path": path} for path in outputs]
+    channels = [{"sampler": i, "target": target} for i, target in enumerate(targets)]
+    file.add("animations", name="all", samplers=samplers, channels=channels)
+    used = ["KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_texture_transform", "KHR_materials_unlit"]
+    file.json |= {"scene": 0, "extensionsUsed": used}
+    return file
