@@ -1,8 +1,12 @@
 """One graphics device for all tests that render, and which tests those are."""
 
+import os
+from collections.abc import Iterator
+
 import pytest
 import slangpy as spy
 
+from pica.rhi import validation
 from pica.rhi.device import Device, open_device
 
 
@@ -24,6 +28,14 @@ def _no_device_unless_marked(request: pytest.FixtureRequest, monkeypatch: pytest
     """Where the mark is missing, opening a device in this process fails, so that the mark stays true."""
     if request.node.get_closest_marker("device") is None:
         monkeypatch.setattr(spy, "Device", _ClosedDevice)
+
+
+@pytest.fixture(autouse=True)
+def _nothing_invalid() -> Iterator[None]:
+    """With PICA_VALIDATE=1, a test fails of which validation says anything."""
+    yield
+    if os.environ.get("PICA_VALIDATE"):
+        assert not validation.said()
 
 
 class _ClosedDevice(spy.Device):

@@ -1,6 +1,5 @@
 """The open device: makes buffers, textures and passes, and keeps the shader caches."""
 
-import os
 import shutil
 import warnings
 from collections.abc import Callable, Hashable, Iterator
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from pica.caches.places import MODULES, SHADERS, caches
 from pica.errors import DeviceError
-from pica.rhi import forked
+from pica.rhi import forked, validation
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, choose, describe
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
@@ -76,7 +75,8 @@ class Device:
                 type=spy.DeviceType.vulkan,
                 adapter_luid=adapter.luid,
                 compiler_options={"include_paths": [PACKAGE], "warnings_as_errors": []},
-                enable_rhi_validation="PICA_VALIDATE" in os.environ,
+                enable_rhi_validation=validation.asked(),
+                enable_debug_layers=validation.asked(),
                 enable_hot_reload=False,
                 shader_cache_path=cache and cache / SHADERS,
                 module_cache_path=cache and cache / MODULES,

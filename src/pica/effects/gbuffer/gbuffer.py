@@ -54,6 +54,8 @@ class RasterVisibility:
                 for_types(scene.material_types)
         drawn = scene.draws(frame)
         frame.profiler.begin(frame.encoder, "raster")
+        for draws in drawn:  # Slang-RHI's own barrier would come within the render pass, which Vulkan does not allow
+            frame.encoder.set_buffer_state(draws.arguments, spy.ResourceState.indirect_argument)
         with frame.encoder.begin_render_pass(self._targets[visibility]) as encoder:
             for draws in drawn:
                 self._passes[draws.kind](scene.material_types).bind(encoder, scene=scene, frame=frame)

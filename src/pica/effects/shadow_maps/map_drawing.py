@@ -57,6 +57,8 @@ class MapDrawing:
         totals = [sum(draws.count for draws in casters if draws.kind.opaque is opaque) for opaque in (True, False)]
         self._list_draws(frame, scene, casters, views, stale, totals)
         frame.profiler.begin(frame.encoder, "shadow maps")
+        for buffer in (self._arguments, self.counts):  # Vulkan allows no barrier within a render pass
+            frame.encoder.set_buffer_state(buffer, spy.ResourceState.indirect_argument)
         for place, target in enumerate(stale):
             target.maps.state.index_buffer = scene.geometry.indices
             with frame.encoder.begin_render_pass(target.maps.targets[target.layer]) as encoder:

@@ -1,0 +1,48 @@
+"""PICA_VALIDATE: what validation says is heard."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+MISTAKES = """
+import slangpy as spy
+from pica.rhi import validation
+from pica.rhi.device import Device
+
+device = Device()
+device.compute("path_tracer/average.slang")
+assert validation.said() == [], "nothing to say of pica"
+for _ in range(2):
+    encoder = device.handle.create_command_encoder()
+    encoder.begin_compute_pass()
+    encoder.finish()
+print(*validation.said(), *validation.said(), sep="\\n")
+commands = device.handle.create_command_encoder().finish()
+for _ in range(2):
+    device.handle.submit_command_buffer(commands)
+print(*validation.said(), sep="\\n")
+"""
+
+
+def told(value: str | None) -> list[str]:
+    environment = {name: text for name, text in os.environ.items() if name != "PICA_VALIDATE"}
+    environment |= {} if value is None else {"PICA_VALIDATE": value}
+    done = subprocess.run(
+        [sys.executable, "-c", MISTAKES], env=environment, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    return [line for line in done.stdout.splitlines() if line.startswith(("layer: ", "driver: "))]
+
+
+@pytest.mark.device
+def test_mistakes_are_heard_where_they_are_asked_for():
+    """Khronos' layer need not be installed; Slang-RHI brings its own."""
+    assert told(None) == told("") == told("0") == []
+    own, *khronos = told("1")
+    assert (
+        own
+        == "layer: ICommandEncoder::finish: The command encoder must not be in a render, compute or ray-tracing pass."
+    )
+    assert all("VkCommandBuffer" in line or "CommandBuffer" in line for line in khronos)
