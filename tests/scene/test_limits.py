@@ -174,7 +174,7 @@ def primitives(file: GltfFile) -> None:
 
 
 ATTACKS = {
-    many_zeros: r"meshes\[0\].primitives\[0\].* files of \d+ bytes may become 256 times that, or 1 GB",
+    many_zeros: r"meshes\[0\].primitives\[0\].* files of \d+ bytes may become 500 times that, or 1 GB",
     many_zeros_often: r"meshes\[\d+\].primitives\[0\].* files of",
     zeros_of_one_accessor: r"meshes\[\d+\].primitives\[0\].* files of",
     one_buffer_view: r"meshes\[\d+\].primitives\[0\].* files of",

@@ -32,9 +32,9 @@ class Limits:
     cannot be traced: an instance's number has 24 bits (VkAccelerationStructureInstanceKHR::instanceCustomIndex)."""
     pixels: float = 1 << 31
     """Pixels of all pictures: 128 of 4096x4096, which take 8 GB."""
-    expansion: float = 256
+    expansion: float = 500
     """Bytes that one byte of the files may become, where a load takes more than 1 GB. Quantized meshes without normals
-    become 40, JPEG pictures 20, those of one colour up to 250; what becomes more is made to fill the memory."""
+    become 40, JPEG pictures 20, smooth ones as WebP 200; what becomes more is made to fill the memory."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
