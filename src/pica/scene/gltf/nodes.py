@@ -6,7 +6,6 @@ from collections import Counter
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.errors import SceneError
 from pica.scene.animation import Pose, compose
 from pica.scene.camera import Camera
 from pica.scene.gltf.accessors import element_count, read_floats
@@ -153,11 +152,8 @@ def _place(nodes: dict[Element, Node]) -> None:
         raise posed[row].fault(_NO_TURN, "rotation")
     matrices = compose(translations, rotations, scales)
     for row, entry in enumerate(posed):
-        try:
-            nodes[entry].pose = Pose(translations[row], rotations[row], scales[row])
-            nodes[entry].transform = matrices[row]
-        except SceneError as error:
-            raise entry.fault(str(error)) from None
+        nodes[entry].pose = Pose.of(translations[row], rotations[row], scales[row])
+        entry.apply(setattr, nodes[entry], "transform", matrices[row])
 
 
 def _matrices(entries: list[Element]) -> NDArray[np.float64]:
