@@ -144,11 +144,11 @@ def lit_halves(device, scene, values):
 @pytest.mark.parametrize("values", TRACED, ids=["pipeline", "buffers", "embree"])
 def test_lights_reach_and_are_hidden_by_their_channels(device, values):
     """Two floors; suns of channel 0, 1 and of both; a board of channel 1 over the left floor."""
-    left, right = (placed(plane(4, 4, lambert(0.5)), move(x, 0, 0)) for x in (-2, 2))
-    left.lighting_channels, right.lighting_channels = {0, 1}, {1}
-    over = board(-2)
-    over.visible_to_camera, over.lighting_channels = False, {1}
     for channels, expected in (({0}, (0.5, 0)), ({1}, (0, 0.5)), ({0, 1}, (0, 0.5)), ({2, 5}, (0, 0)), ((), (0, 0))):
+        left, right = (placed(plane(4, 4, lambert(0.5)), move(x, 0, 0)) for x in (-2, 2))
+        left.lighting_channels, right.lighting_channels = {0, 1}, {1}
+        over = board(-2)
+        over.visible_to_camera, over.lighting_channels = False, {1}
         scene = scene_of(left, right, over, shining(replace(SUN, lighting_channels=channels), DOWN))
         for found in lit_halves(device, scene, values):
             assert found == pytest.approx(expected, rel=1e-2), channels
