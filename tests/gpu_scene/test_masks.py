@@ -163,10 +163,14 @@ def test_a_light_that_is_set_anew_lights_as_it_does_in_a_new_scene(device, light
         return [shining(point, move(0.5 * number, 3, 0)) for number in range(lights)]
 
     values = {**RAYS, "shadows.max_lights": "1"}
-    ground = floor()
-    ground.lighting_channels = {2}
+
+    def ground():
+        node = floor()
+        node.lighting_channels = {2}
+        return node
+
     nodes = lamps({2})
-    renderer = pica.Renderer(scene_of(ground, *nodes), SIZE, settings(values), device)
+    renderer = pica.Renderer(scene_of(ground(), *nodes), SIZE, settings(values), device)
     first = renderer.render(4, ABOVE)
     nodes[0].light = replace(nodes[0].light, lighting_channels={3})
     darker = renderer.render(4, ABOVE)
@@ -175,7 +179,7 @@ def test_a_light_that_is_set_anew_lights_as_it_does_in_a_new_scene(device, light
     changed = renderer.render(4, ABOVE)
     others = lamps({2})
     others[0].light = replace(others[0].light, lighting_channels={3})
-    new = pica.Renderer(scene_of(ground, *others), SIZE, settings(values), device)
+    new = pica.Renderer(scene_of(ground(), *others), SIZE, settings(values), device)
     np.testing.assert_array_equal(changed.color, new.render(4, ABOVE).color)
     nodes[0].light = None
     assert renderer.render(1, ABOVE).color.mean() == 0 or lights > 1
