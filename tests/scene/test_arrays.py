@@ -206,3 +206,9 @@ def test_a_matrix_that_places_nothing_is_refused(matrix, fault):
     if np.shape(matrix) == (4, 4) and np.asarray(matrix).dtype == float:
         with pytest.raises(UnfitError, match=r"row"):
             affines(np.stack([np.eye(4), matrix]))
+
+
+def test_one_number_is_told_from_many_too():
+    assert kept(floats(), 2**24) == 2**24
+    with pytest.raises(SceneError, match="field: is an integer that float32 does not hold"):
+        kept(floats(), 2**24 + 1)

@@ -267,7 +267,7 @@ def test_limits_are_raised_and_lowered_by_name(tmp_path: Path) -> None:
         (300, "the file"),
         (60_000, "its JSON"),
         (950_000, r"buffers\[0\].uri"),
-        (1_200_000, r"buffers\[1\].uri: 'more.bin'"),
+        (1_100_000, r"buffers\[1\].uri: 'more.bin'"),
     ],
 )
 def test_the_bytes_of_files_count(most: float, asks: str, tmp_path: Path) -> None:

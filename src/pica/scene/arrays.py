@@ -158,7 +158,7 @@ def _check_range(array: NDArray[Any], limits: "np.iinfo[Any]") -> None:
 
 def _check_exact(given: NDArray[Any], kept: NDArray[Any]) -> None:
     """Raises UnfitError for integers that floats do not hold."""
-    large = (given > _EXACT) | (given < -_EXACT) if given.dtype.itemsize > 2 else np.zeros(0, bool)
+    large = np.asarray((given > _EXACT) | (given < -_EXACT)) if given.dtype.itemsize > 2 else np.zeros(0, bool)
     if not large.any():
         return
     # Python compares integers and floats exactly.

@@ -140,8 +140,8 @@ class TubeLight(_AnyLight):
     color: CheckedField[Color] = CheckedField(COLOR, WHITE)
     radiance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
     """Nits."""
-    length: CheckedField[float] = CheckedField(_SIZE, 1.0)
-    """Metres between the middles of the two round ends."""
+    length: CheckedField[float] = CheckedField(_LENGTH, 1.0)
+    """Metres between the middles of the two round ends; 0 makes a sphere."""
     radius: CheckedField[float] = CheckedField(_SIZE, 0.05)
     """Metres."""
     name: CheckedField[str] = CheckedField(text, "")
