@@ -41,8 +41,5 @@ def test_mistakes_are_heard_where_they_are_asked_for():
     """Khronos' layer need not be installed; Slang-RHI brings its own."""
     assert told(None) == told("") == told("0") == []
     own, *khronos = told("1")
-    assert (
-        own
-        == "layer: ICommandEncoder::finish: The command encoder must not be in a render, compute or ray-tracing pass."
-    )
-    assert all("VkCommandBuffer" in line or "CommandBuffer" in line for line in khronos)
+    assert own.startswith("layer: ICommandEncoder::finish: The command encoder must not be in a render, compute")
+    assert all("CommandBuffer" in line for line in khronos)
