@@ -409,8 +409,9 @@ def test_powers_and_selection():
     assert light_power(SphereLight(radiance=1, radius=1), world, 1) == pytest.approx(4 * np.pi**2)
     assert light_power(TubeLight(radiance=1, length=0, radius=1), world, 1) == pytest.approx(4 * np.pi**2)
     assert light_power(TubeLight(radiance=1, length=3, radius=1), world, 1) == pytest.approx(10 * np.pi**2)
-    # all round and hard-edged, a spot is a point light
-    assert light_power(SpotLight(inner_cone_angle=np.pi, outer_cone_angle=np.pi), world, 1) == pytest.approx(4 * np.pi)
+    # to all of one side and hard-edged, a spot is half a point light
+    half = np.pi / 2
+    assert light_power(SpotLight(inner_cone_angle=half, outer_cone_angle=half), world, 1) == pytest.approx(2 * np.pi)
     np.testing.assert_allclose(selection_probabilities([1, 3]), [0.25, 0.75])
     np.testing.assert_allclose(selection_probabilities([0, 0]), [0.5, 0.5])
     assert len(selection_probabilities([])) == 0

@@ -9,8 +9,8 @@ KNOWN = {
     "is not supported by this layer": "the installed layer is older than the driver",
     "includes a structure with unknown VkStructureType": "likewise",
     "Invalid source language operand": "nor does it know that SPIR-V is made from Slang",
-    "no buffer is associated with pCallableShaderBindingTable": "layers of before May 2023 take a table of size 0 for a "
-    "fault (KhronosGroup/Vulkan-ValidationLayers, issue 5635)",
+    "no buffer is associated with pCallableShaderBindingTable": "layers of before May 2023 take a table of size 0 for "
+    "a fault (KhronosGroup/Vulkan-ValidationLayers, issue 5635)",
 }
 """What says nothing about pica, by a part of the message, and why."""
 
