@@ -3,6 +3,7 @@
 import gc
 import os
 import threading
+import time
 import weakref
 
 import numpy as np
@@ -12,6 +13,7 @@ import pica
 from pica.errors import DeviceError, PicaError
 from pica.programs.library import programs
 from pica.rhi.device import Device, open_device
+from pica.scene import leftovers
 from tests.building import CAMERA, still_life
 from tests.scene.gltf_files import GltfFile
 
@@ -19,8 +21,10 @@ RASTER = pica.Settings.preset("raster")
 SIZE = (24, 16)
 
 
-def test_renderers_that_are_dropped_leave_nothing(device, tmp_path):
+@pytest.mark.parametrize("just_collected", [False, True])
+def test_renderers_that_are_dropped_leave_nothing(device, tmp_path, monkeypatch, just_collected):
     """Not on the device, no thread, no open file; and of the scenes nothing once the next one comes."""
+    monkeypatch.setattr(leftovers, "_due", time.monotonic() + 3600 * just_collected)
     file = GltfFile()
     file.mesh(node={"children": [1]})
     file.mesh()

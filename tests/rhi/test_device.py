@@ -12,6 +12,7 @@ import slangpy as spy
 
 from pica.caches.places import SHADERS
 from pica.caches.shader_database import is_whole
+from pica.errors import DeviceError
 
 COMPILE = """
 from pica.rhi.device import Device
@@ -159,6 +160,14 @@ def test_memory_is_counted(device):
     assert device.memory >= before + 1024 + 1200 + 64 * 64 * 16
     device.count_memory(-1024)
     assert device.memory < device.peak_memory
+
+
+def test_what_the_device_has_no_memory_for_is_an_error_in_words(device):
+    """Of Device.memory nothing is booked for it."""
+    before = device.memory
+    with pytest.raises(DeviceError, match="has no memory for vertices, 1,099,511,627,776 bytes"):
+        device.buffer("vertices", size=1 << 40)
+    assert device.memory == before
 
 
 def test_empty_data_still_makes_a_buffer(device):

@@ -223,14 +223,15 @@ class MaterialTable:
     def _upload(self, image: Image, srgb: bool) -> "_ImageOnGpu":
         height, width, _ = image.pixels.shape
         levels = max(width, height).bit_length()
-        texture = self._device.handle.create_texture(
-            format=spy.Format.rgba8_unorm_srgb if srgb else spy.Format.rgba8_unorm,
-            width=width,
-            height=height,
-            mip_count=levels,
-            usage=spy.TextureUsage.shader_resource | spy.TextureUsage.render_target,
-            label=image.name.encode(errors="replace").decode(),  # files can name things by what is no text
-        )
+        with self._device.allocating(f"picture {image.name}, {width}x{height} texels"):
+            texture = self._device.handle.create_texture(
+                format=spy.Format.rgba8_unorm_srgb if srgb else spy.Format.rgba8_unorm,
+                width=width,
+                height=height,
+                mip_count=levels,
+                usage=spy.TextureUsage.shader_resource | spy.TextureUsage.render_target,
+                label=image.name.encode(errors="replace").decode(),  # files can name things by what is no text
+            )
         self._device.count_memory(texture.memory_usage.device)
         # SlangPy refuses read-only arrays.
         texture.copy_from_numpy(np.require(image.pixels, requirements=["C", "W"]))

@@ -208,6 +208,14 @@ class Device:
         for resource in resources:
             self.count_memory(-resource.memory_usage.device)
 
+    @contextmanager
+    def allocating(self, what: str) -> Iterator[None]:
+        """Raises DeviceError where the device does not give memory for what is made within."""
+        try:
+            yield
+        except RuntimeError as error:
+            raise DeviceError(f"device {self.name!r} has no memory for {what}") from error
+
     def buffer(
         self,
         label: str,
@@ -220,8 +228,10 @@ class Device:
         """A buffer with this data, or of `size` bytes; `struct_size` in bytes for structured ones."""
         content: dict[str, Any] = {"size": max(size, 4)}
         if data is not None and data.nbytes:
+            size = data.nbytes
             content = {"data": np.require(data, requirements=["C", "W"])}  # SlangPy takes no read-only arrays
-        buffer = self.handle.create_buffer(usage=usage, struct_size=struct_size, label=label, **content)
+        with self.allocating(f"{label}, {size:,} bytes"):
+            buffer = self.handle.create_buffer(usage=usage, struct_size=struct_size, label=label, **content)
         self.count_memory(buffer.memory_usage.device)
         return buffer
 
@@ -242,15 +252,16 @@ class Device:
         layers: int | None = None,
     ) -> spy.Texture:
         """A texture of (width, height) texels without content; an array of textures where `layers` are told."""
-        texture = self.handle.create_texture(
-            type=spy.TextureType.texture_2d if layers is None else spy.TextureType.texture_2d_array,
-            array_length=layers or 1,
-            format=texture_format,
-            width=size[0],
-            height=size[1],
-            usage=usage,
-            label=label,
-        )
+        with self.allocating(f"{label}, {size[0]}x{size[1]} texels"):
+            texture = self.handle.create_texture(
+                type=spy.TextureType.texture_2d if layers is None else spy.TextureType.texture_2d_array,
+                array_length=layers or 1,
+                format=texture_format,
+                width=size[0],
+                height=size[1],
+                usage=usage,
+                label=label,
+            )
         self.count_memory(texture.memory_usage.device)
         return texture
 

@@ -1,6 +1,7 @@
 """Fields of dataclasses that keep only what fits them, so that an error points at the line that set it."""
 
 import re
+from collections.abc import Callable
 from typing import Any, Generic, TypeVar, overload
 
 from pica.errors import SceneError, shown
@@ -19,6 +20,7 @@ class CheckedField(Generic[_Value]):
 
     def __init__(self, check: Check[_Value], default: Any = _REQUIRED) -> None:
         self._check, self._default = check, default
+        self._make: Callable[[], Any] | None = default if isinstance(default, type) else None
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
@@ -37,8 +39,8 @@ class CheckedField(Generic[_Value]):
     def __set__(self, holder: object, value: _Value) -> None:
         if value is not self._default:
             value = fitting(holder, self._name, self._check, value)
-        elif isinstance(value, type):
-            value = value()
+        elif self._make is not None:
+            value = self._make()
         holder.__dict__[self._name] = value
 
     def check_again(self, holder: object) -> None:

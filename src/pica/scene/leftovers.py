@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from pica.scene.model import Scene
 
 _SHARE = 10  # of the time, one part at most goes into looking through all objects
-_gone = False
+_young = _old = False
+"""Whether scenes have gone since objects were last looked through: the young ones, and all."""
 _due = 0.0
 
 
@@ -24,18 +25,18 @@ def watch(scene: "Scene") -> None:
 
 def collect() -> None:
     """Free the scenes that have gone: at once what is young, the others where that was not done a moment ago."""
-    global _gone, _due
-    if not _gone:
-        return
-    gc.collect(1)
+    global _young, _old, _due
+    if _young:
+        _young = False
+        gc.collect(1)  # whoever survives counts as old: not again while a scene in use is young
     started = time.monotonic()
-    if started >= _due:
-        _gone = False
+    if _old and started >= _due:
+        _old = False
         gc.collect()
         now = time.monotonic()
         _due = now + _SHARE * (now - started)
 
 
 def _note() -> None:
-    global _gone
-    _gone = True
+    global _young, _old
+    _young = _old = True

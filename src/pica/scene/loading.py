@@ -86,8 +86,9 @@ def read_environment(path: Path, budget: Budget | None = None) -> Environment:
 
 
 def _gives_light(scene: Scene) -> bool:
-    return any(
-        node.light is not None
-        or (node.mesh is not None and any(max(section.material.emission) > 0 for section in node.mesh.sections))
-        for node in scene.nodes()
-    )
+    meshes = set()
+    for node in scene.nodes():
+        if node.light is not None:
+            return True
+        meshes.add(node.mesh)
+    return any(max(section.material.emission) > 0 for mesh in meshes if mesh for section in mesh.sections)

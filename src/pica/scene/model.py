@@ -1,272 +1,23 @@
-"""What there is to see: meshes, nodes and the scene that holds them. NumPy only, nothing of the GPU.
-
-World matrices are float64, right-handed, +Y up, metres; column vectors: world = parent * local.
-"""
+"""What there is to see: meshes, nodes and the scene that holds them. NumPy only, nothing of the GPU."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, get_args
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from pica.errors import SceneError, plain, shown
-from pica.scene.animation import Animation, Pose, together
-from pica.scene.arrays import affine, affines, doubles, integers
+from pica.scene.animation import Animation, together
 from pica.scene.camera import Camera
 from pica.scene.changes import ChangeSet, Listeners
-from pica.scene.channels import ALL_CHANNELS, checked_channels
 from pica.scene.checked_field import CheckedField, described, fitting
-from pica.scene.deformer import CameraFacing, Deformer
 from pica.scene.environment import Environment
-from pica.scene.light import WIDEST, Light, extent
 from pica.scene.mesh import Mesh, Section
-from pica.scene.skin import Skin, deformed_positions
-from pica.scene.tracked_field import TrackedField
-from pica.scene.values import LARGEST, UnfitError, checked, flag, instance, items, number, optional, text
-
-if TYPE_CHECKING:
-    from pica.scene.landscape import Landscape
+from pica.scene.node import Node, enter, loose, worth_checking
+from pica.scene.skin import deformed_positions
+from pica.scene.values import LARGEST, UnfitError, instance, items, number, optional, text
 
 __all__ = ["Mesh", "Node", "Scene", "Section"]
-
-_WEIGHTS = doubles("targets")
-_IDENTITIES = optional(integers(np.int64, "count"))
-_FARTHEST = LARGEST**2
-
-
-@dataclass(eq=False)
-class Node:
-    """A place in the world and what stands there. Set `transform` to move it with its children."""
-
-    name: CheckedField[str] = CheckedField(text, "")
-    mesh: CheckedField[Mesh | None] = CheckedField(optional(instance(Mesh)), None)
-    light: TrackedField[Light | None] = TrackedField(optional(instance(*get_args(Light))), None)
-    """Lights are immutable: set another one, such as `dataclasses.replace(node.light, intensity=3.0)`."""
-    camera: CheckedField[Camera | None] = CheckedField(optional(instance(Camera)), None)
-    """Its own transform is ignored: the node's world matrix places it."""
-    instances: CheckedField[NDArray[np.float64] | None] = CheckedField(optional(affines), None)
-    """(count, 4, 4) copies of the mesh relative to this node (EXT_mesh_gpu_instancing); None: one, at the node."""
-    extras: dict[str, object] = field(default_factory=dict)
-    visible_to_camera: TrackedField[bool] = TrackedField(flag, True)
-    """Whether the camera sees the mesh. This and what follows is about the node's own mesh, not about its children."""
-    visible_to_reflections: TrackedField[bool] = TrackedField(flag, True)
-    """Whether rays for reflected light meet it; if not, its emission lights nothing."""
-    casts_shadows: TrackedField[bool] = TrackedField(flag, True)
-    """Whether it hides lights of its channels, and the environment."""
-    lighting_channels: TrackedField[frozenset[int]] = TrackedField(checked_channels, ALL_CHANNELS)
-    """Of 0 to 5: lights reach meshes in one of their channels, and these alone hide them. The mesh's own emission
-    reaches those in one of its channels. SceneError for other numbers."""
-    pose: CheckedField[Pose | None] = CheckedField(optional(instance(Pose)), None)
-    """What a file or an animation made `transform` from; None: a matrix, and animations cannot place the node."""
-    detail: "Landscape | None" = None
-    """What gives the meshes that the node shows to each camera instead of its own; set before it comes into a scene."""
-    identities: CheckedField[NDArray[np.int64] | None] = CheckedField(_IDENTITIES, None)
-    """(count,) which thing each instance shows: where that changes, it has come, not moved. None: always the same."""
-    children: list["Node"] = field(default_factory=list, init=False)
-    """Do not write into it: `add` and Scene.remove do."""
-    parent: "Node | None" = field(default=None, init=False, repr=False)
-    _transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
-    _world: NDArray[np.float64] | None = field(default=None, repr=False)
-    _weights: NDArray[np.float64] | None = field(default=None, repr=False)
-    _skin: Skin | None = field(default=None, repr=False)
-    _deformer: Deformer | None = field(default=None, repr=False)
-    _carried: "tuple[Node, ...]" = field(default=(), repr=False)
-    """The skinned nodes that this one places, as their skin's root."""
-    _bent: "tuple[Node, ...]" = field(default=(), repr=False)
-    """The skinned nodes that this one deforms, as a link of their skin."""
-    _listeners: Listeners | None = field(default=None, repr=False)
-
-    @property
-    def transform(self) -> NDArray[np.float64]:
-        """(4, 4) this node to its parent, last row 0, 0, 0, 1. Assign a new matrix, which is copied, to move the node;
-        do not write into it. Raises SceneError for one that is not finite."""
-        return self._transform
-
-    @transform.setter
-    def transform(self, matrix: ArrayLike) -> None:
-        self._transform = fitting(self, "transform", affine, matrix)
-        for node in self.walk():
-            node._world = None
-            for listener in node._listeners or ():
-                listener.moved[node] = None
-                for skinned in node._carried:
-                    listener.moved[skinned] = None
-        for listener in self._listeners or () if self._bent else ():
-            listener.deformed.update(dict.fromkeys(self._bent))
-
-    @property
-    def weights(self) -> NDArray[np.float64] | None:
-        """(targets,) how far the mesh goes towards each morph target; None: the mesh as it is. Assign, do not write."""
-        return self._weights
-
-    @weights.setter
-    def weights(self, weights: ArrayLike) -> None:
-        values = fitting(self, "weights", _WEIGHTS, weights)
-        self._check_weights(values)
-        self._weights = values.copy()
-        self.tell_deformed()
-
-    @property
-    def skin(self) -> Skin | None:
-        """The joints that the mesh follows; set it once."""
-        return self._skin
-
-    @skin.setter
-    def skin(self, skin: Skin) -> None:
-        if self._skin is not None:
-            raise SceneError(f"{described(self)}: skin: it has one already")
-        self._skin = fitting(self, "skin", instance(Skin), skin)
-        if skin.root is not None:
-            skin.root._carried += (self,)
-        for link in skin.links:
-            link._bent += (self,)
-
-    @property
-    def deformer(self) -> Deformer | None:
-        """What writes the mesh's vertices instead of a skin and weights; set it once, before the node is shown."""
-        return self._deformer
-
-    @deformer.setter
-    def deformer(self, deformer: Deformer) -> None:
-        fitting(self, "deformer", instance(Deformer), deformer)
-        if self._deformer is not None:
-            raise SceneError(f"{described(self)}: deformer: it has one already")
-        if deformer.node is not None:
-            raise SceneError(f"{described(self)}: its deformer belongs to {described(deformer.node)} already")
-        self._deformer, deformer.node = deformer, self
-
-    @property
-    def deforms(self) -> bool:
-        """Whether the mesh has a shape of its own at this node, by a skin, by weights or by a deformer."""
-        own = self._skin is not None or self._weights is not None or self._deformer is not None
-        return self.mesh is not None and own
-
-    @property
-    def follows_camera(self) -> bool:
-        """Whether each view shows the node in its own way, by where its camera is."""
-        return self.detail is not None or isinstance(self._deformer, CameraFacing)
-
-    def tell_deformed(self) -> None:
-        """The mesh's vertices are to be written anew."""
-        for listener in self._listeners or ():
-            listener.deformed[self] = None
-
-    def show(self, mesh: Mesh | None) -> None:
-        """Show another mesh from the next picture on."""
-        self.mesh = mesh
-        for listener in self._listeners or ():
-            listener.remove(self)
-            listener.add(self)
-
-    def place_instances(self, instances: NDArray[np.float64], identities: NDArray[np.int64] | None = None) -> None:
-        """Put the copies of the mesh elsewhere: `instances` and `identities` as above, as many as there were or not."""
-        count = None if self.instances is None else len(self.instances)
-        placed = fitting(self, "instances", affines, instances)
-        numbers = fitting(self, "identities", _IDENTITIES, identities)
-        self._check_identities(placed, numbers)
-        self.instances, self.identities = placed, numbers
-        if len(placed) != count:
-            self.show(self.mesh)
-        for listener in self._listeners or ():
-            listener.moved[self] = None
-
-    @property
-    def world(self) -> NDArray[np.float64]:
-        """(4, 4) this node to the world."""
-        outdated: list[Node] = []
-        above = self
-        while above._world is None and above.parent is not None:  # a loop: files nest deeper than Python recurses
-            outdated.append(above)
-            above = above.parent
-        world = above._transform if above._world is None else above._world
-        above._world = world
-        for node in reversed(outdated):
-            node._world = world = world.dot(node._transform)  # unlike @ it has no words for what overflows: check does
-        return world
-
-    def add(self, child: "Node") -> "Node":
-        """Make `child` a child of this node and return it. Raises SceneError for one that stands elsewhere already, and
-        for this node or one above it."""
-        below = _loose(child, self)
-        if self in below:
-            raise SceneError(f"{described(self)}: add: {described(child)} is this node, or above it")
-        child.parent = self
-        self.children.append(child)
-        _enter(below, self._listeners)
-        return child
-
-    def walk(self) -> Iterator["Node"]:
-        """This node and all below it, parents first."""
-        stack = [self]
-        while stack:
-            node = stack.pop()
-            yield node
-            stack.extend(reversed(node.children))
-
-    def instance_transforms(self) -> NDArray[np.float64]:
-        """(count, 4, 4) object to world of every copy of the mesh; count is 1 without `instances`.
-
-        The skin's root instead of the node itself places a skinned mesh.
-        """
-        world = self.world if self._skin is None else self._skin.world
-        return world[None] if self.instances is None else world @ self.instances
-
-    def check(self) -> None:
-        """Raises SceneError when what stands here, the mesh's own arrays apart, cannot be shown as it is now."""
-        world = self.world if self._skin is None else self._skin.world
-        if not np.vdot(world, world) <= _FARTHEST:
-            raise SceneError(f"{described(self)}: its place in the world is too large for 32-bit floats")
-        if self.instances is not None:
-            farthest = np.abs(self.instances).max(initial=0)
-            if not farthest * np.abs(world).max() <= LARGEST / 4:
-                with np.errstate(over="ignore", invalid="ignore"):
-                    placed = world @ self.instances
-                checked(f"{described(self)}: instances: in the world", affines, placed)
-        self._check_identities(self.instances, self.identities)
-        if self.light is not None and extent(self.light):
-            scale = np.linalg.norm(world[:3, :3], axis=0).max()
-            if not extent(self.light) * scale <= WIDEST:
-                raise SceneError(f"{described(self)}: light: with the node's scale it is too large for 32-bit floats")
-        if self.mesh is not None and self._weights is not None:
-            self._check_weights(self._weights)
-        if self.mesh is not None and self._skin is not None:
-            for section in self.mesh.sections:
-                joint = 0 if section.joints is None else int(section.joints.max(initial=0))
-                if joint >= len(self._skin.joints):
-                    fault = f"its mesh follows joint {joint} of {len(self._skin.joints)}"
-                    raise SceneError(f"{described(self)}: skin: {fault}")
-
-    def _check_weights(self, weights: NDArray[np.float64]) -> None:
-        count = 0 if self.mesh is None else self.mesh.target_count
-        if len(weights) != count:
-            raise SceneError(f"{described(self)}: {len(weights)} weights for a mesh with {count} morph targets")
-
-    def _check_identities(self, instances: NDArray[np.float64] | None, identities: NDArray[np.int64] | None) -> None:
-        count = 1 if instances is None else len(instances)
-        if identities is not None and len(identities) != count:
-            raise SceneError(f"{described(self)}: identities: {len(identities)} for {count} instances")
-
-
-def _loose(node: Node, above: "Node | Scene") -> list[Node]:
-    """A node that is to come below another or into a scene, and all below it. Raises SceneError unless it is free."""
-    if not isinstance(node, Node):
-        raise SceneError(f"{described(above)}: add: {shown(node)} is not a Node")
-    if node.parent is not None:
-        fault = f"is below {described(node.parent)} already"
-        raise SceneError(f"{described(above)}: add: {described(node)} {fault}; a node has one parent")
-    if node._listeners is not None and node._listeners.in_use:
-        raise SceneError(f"{described(above)}: add: {described(node)} is in a scene already; remove it there first")
-    return list(node.walk())
-
-
-def _enter(nodes: list[Node], listeners: Listeners | None) -> None:
-    """Nodes that were free come into a scene, or below a node that is in none."""
-    for node in nodes:
-        node._world = None
-        node._listeners = listeners
-        for listener in listeners or ():
-            listener.add(node)
 
 
 class Scene:
@@ -287,9 +38,9 @@ class Scene:
     def add(self, node: Node) -> Node:
         """Add a node without a parent, with all below it, and return it. Raises SceneError for one that has a parent or
         is in a scene."""
-        below = _loose(node, self)
+        below = loose(node, self)
         self.roots.append(node)
-        _enter(below, self._listeners)
+        enter(below, self._listeners)
         return node
 
     def remove(self, node: Node) -> None:
@@ -314,7 +65,7 @@ class Scene:
         """Raises SceneError when something, the meshes' own arrays apart, cannot be shown as it is now."""
         if self.environment is not None:
             self.environment.check()
-        for node in self.nodes():
+        for node in worth_checking(list(self.nodes())):
             node.check()
 
     def nodes(self) -> Iterator[Node]:

@@ -1,6 +1,6 @@
 """Meshes: primitives become sections of indexed triangles with every attribute present (3.7.2)."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,15 @@ Attributes = dict[str, NDArray[Any]]
 """By name, one row a vertex."""
 
 
+class _Counts(NamedTuple):
+    """What is known of a mesh that thousands of nodes may show."""
+
+    parts: int
+    shining: int
+    """Vertices of triangles that emit light."""
+    targets: int
+
+
 class Meshes:
     """The meshes of a file, each made once, when first used."""
 
@@ -40,7 +49,7 @@ class Meshes:
         self._document = document
         self._materials = Materials(document)
         self._made: dict[Element, Mesh] = {}
-        self._parts: dict[Mesh, tuple[int, int]] = {}
+        self._counts: dict[Mesh, _Counts] = {}
 
     def get(self, node: Element) -> Mesh:
         """The mesh of a node; primitives without a surface are left out with a warning."""
@@ -52,13 +61,17 @@ class Meshes:
             mesh = entry.apply(Mesh, [section for section in sections if section is not None], entry.name)
             self._made[entry] = mesh
             shining = (section.indices.size for section in mesh.sections if max(section.material.emission) > 0)
-            self._parts[mesh] = max(len(mesh.sections), 1), sum(shining)
+            self._counts[mesh] = _Counts(max(len(mesh.sections), 1), sum(shining), mesh.target_count)
         return self._made[entry]
 
     def count_placed(self, node: Element, mesh: Mesh | None, copies: int) -> None:
         """Count what a node shows: parts of the mesh, of which each triangle that shines is a light in each copy."""
-        parts, shining = (1, 0) if mesh is None else self._parts[mesh]
+        parts, shining, _ = (1, 0, 0) if mesh is None else self._counts[mesh]
         self._document.take(node, instances=copies * parts, vertices=copies * shining)
+
+    def target_count(self, mesh: Mesh) -> int:
+        """As of the mesh."""
+        return self._counts[mesh].targets
 
     def _section(self, primitive: Element) -> Section | None:
         mode = primitive.integer("mode", high=_FAN, default=_TRIANGLES)

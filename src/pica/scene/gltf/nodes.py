@@ -17,7 +17,9 @@ from pica.scene.gltf.lights import Lights, read_visibility
 from pica.scene.gltf.meshes import Meshes
 from pica.scene.limits import OBJECT_BYTES
 from pica.scene.model import Mesh, Node, Scene
+from pica.scene.node import worth_checking
 from pica.scene.skin import Skin
+from pica.scene.values import LARGEST
 
 _PERSPECTIVE, _ORTHOGRAPHIC = "perspective", "orthographic"
 _CAMERAS = {kind: kind for kind in (_PERSPECTIVE, _ORTHOGRAPHIC)}
@@ -41,8 +43,9 @@ def build_scene(document: Document) -> Scene:
     for root in roots:
         scene.add(nodes[root])
     _bind_skins(document, nodes)
-    for entry, node in nodes.items():
-        entry.apply(node.check)  # what a renderer would find, where it stands in the file
+    entries = {node: entry for entry, node in nodes.items()}
+    for node in worth_checking(list(entries)):
+        entries[node].apply(node.check)  # what a renderer would find, where it stands in the file
     scene.animations = read_animations(document, nodes)
     if not any(len(section.indices) for node in scene.nodes() if node.mesh for section in node.mesh.sections):
         document.warn("shows nothing, its scene has no mesh with triangles")
@@ -124,9 +127,9 @@ def _node(document: Document, entry: Element, lights: Lights, meshes: Meshes) ->
         extras=entry.extras,
         **read_visibility(entry),
     )
-    if mesh is not None and mesh.target_count:
+    count = 0 if mesh is None else meshes.target_count(mesh)
+    if mesh is not None and count:
         # 3.7.2.2: the node's weights, else the mesh's, else zeros
-        count = mesh.target_count
         given = entry.reference("mesh", document.entries("meshes"))
         default = given.numbers("weights", count, default=(0.0,) * count)
         weights = np.array(entry.numbers("weights", count, default=default))
@@ -142,18 +145,25 @@ def _vertex_count(mesh: Mesh) -> int:
 def _place(nodes: dict[Element, Node]) -> None:
     """Put the nodes where the file says (3.5.3): all in one go, one by one it would take most of the time."""
     with_matrix = [entry for entry in nodes if "matrix" in entry]
-    for entry, matrix in zip(with_matrix, _matrices(with_matrix), strict=True):
-        entry.apply(setattr, nodes[entry], "transform", matrix)
+    _set_transforms(with_matrix, nodes, _matrices(with_matrix))
     posed = [entry for entry in nodes if "matrix" not in entry]
     translations = _rows(posed, "translation", _NO_TRANSLATION)
     rotations = _rows(posed, "rotation", _NO_ROTATION)
     scales = _rows(posed, "scale", _NO_SCALE)
     for row in _zero_rotations(rotations):
         raise posed[row].fault(_NO_TURN, "rotation")
-    matrices = compose(translations, rotations, scales)
-    for row, entry in enumerate(posed):
-        nodes[entry].pose = Pose.of(translations[row], rotations[row], scales[row])
-        entry.apply(setattr, nodes[entry], "transform", matrices[row])
+    _set_transforms(posed, nodes, compose(translations, rotations, scales))
+    for entry, *pose in zip(posed, translations, rotations, scales, strict=True):
+        nodes[entry].pose = Pose.of(*pose)
+
+
+def _set_transforms(entries: list[Element], nodes: dict[Element, Node], matrices: NDArray[np.float64]) -> None:
+    near = np.einsum("nij,nij->n", matrices, matrices) <= LARGEST  # so that none is too large
+    for entry, matrix, fits in zip(entries, matrices, near.tolist(), strict=True):
+        if fits:
+            nodes[entry].place(matrix)
+        else:
+            entry.apply(setattr, nodes[entry], "transform", matrix)
 
 
 def _matrices(entries: list[Element]) -> NDArray[np.float64]:
@@ -163,6 +173,7 @@ def _matrices(entries: list[Element]) -> NDArray[np.float64]:
     affine = np.isclose(matrices[:, 3], (0, 0, 0, 1), atol=1e-4).all(axis=1)
     for row in np.flatnonzero(~affine):
         raise entries[row].fault("its last row must be 0, 0, 0, 1", "matrix")
+    matrices[:, 3] = (0, 0, 0, 1)
     return matrices
 
 
