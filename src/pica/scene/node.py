@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 _WEIGHTS = doubles("targets")
 _IDENTITIES = optional(integers(np.int64, "count"))
 _FARTHEST = LARGEST**2
-_IN_PLACE = np.eye(4)  # shared: to make one takes as long as all else of a node
-_IN_PLACE.flags.writeable = False
+_IN_PLACE = np.eye(4)
 
 
 @dataclass(eq=False)
@@ -66,7 +65,7 @@ class Node:
     children: list["Node"] = field(default_factory=list, init=False)
     """Do not write into it: `add` and Scene.remove do."""
     parent: "Node | None" = field(default=None, init=False, repr=False)
-    _transform: NDArray[np.float64] = field(default_factory=lambda: _IN_PLACE)
+    _transform: NDArray[np.float64] = field(default_factory=_IN_PLACE.copy)
     _world: NDArray[np.float64] | None = field(default=None, repr=False)
     _weights: NDArray[np.float64] | None = field(default=None, repr=False)
     _skin: Skin | None = field(default=None, repr=False)
