@@ -9,9 +9,9 @@ from pica.gpu_scene.geometry import NOT_DEFORMED, OF_VIEW, VERTEX
 from pica.gpu_scene.lights.emissive_triangles import EMISSIVE_TRIANGLE
 from pica.gpu_scene.lights.light_rows import LIGHT_DTYPE
 from pica.gpu_scene.materials import MATERIAL, SLOT
-from pica.gpu_scene.placement import INSTANCE, NOT_EMISSIVE, RECORD
 from pica.gpu_scene.previous_frame import PLACE
 from pica.gpu_scene.primitive_buffers import BOX
+from pica.gpu_scene.table_rows import INSTANCE, NOT_EMISSIVE, RECORD
 from pica.rhi.acceleration import INSTANCE as RT_INSTANCE
 from pica.rhi.binding import parameters_of
 from tests.building import scene_of

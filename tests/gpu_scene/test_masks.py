@@ -112,7 +112,7 @@ def test_masks_change_at_run_time_with_as_little_upload_as_may_be(device):
     node.visible_to_reflections = False
     with device.record() as recording:
         assert cast.scene.update(recording, FRONT)
-    assert not cast.scene.scene.instance_table._touched and not cast.scene.rt_scene.slots._touched
+    assert cast.scene.scene.instance_table._quiet and cast.scene.rt_scene.slots._quiet
     node.visible_to_reflections = False
     with device.record() as recording:
         assert not cast.scene.update(recording, FRONT), "nothing is new"

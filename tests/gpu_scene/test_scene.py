@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import pica
-from pica.gpu_scene.placement import INSTANCE
 from pica.gpu_scene.previous_frame import PLACE
+from pica.gpu_scene.table_rows import INSTANCE
 from pica.scene.light import DirectionalLight, PointLight
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node

@@ -1,6 +1,7 @@
 """All meshes in a few shared buffers, and one bottom-level structure per mesh, sidedness and material type."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import groupby
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from pica.gpu_scene.bounds import object_box
 from pica.gpu_scene.primitive_buffers import BOX_INDICES, PlacedPrimitives, PrimitiveBuffers
+from pica.gpu_scene.table_rows import RECORD
 from pica.rhi.acceleration import ObjectFlags, RtGeometry, RtSection, build_compact
 from pica.rhi.device import Device
 from pica.rhi.tables import DeviceTable, Runs
@@ -62,6 +64,18 @@ class GpuMesh:
     def placed(self) -> list[PlacedSection | PlacedPrimitives]:
         """What has a record each."""
         return [*self.sections, *self.primitives]
+
+    @cached_property
+    def records(self) -> NDArray[np.void]:
+        """(placed,) RECORD rows as far as they say where what is placed lies and what is round it."""
+        records = np.zeros(len(self.placed), RECORD)
+        for row, placed in zip(records, self.placed, strict=True):
+            for name in ("first_index", "first_vertex", "first_previous"):
+                row[name] = getattr(placed, name)
+            row["center"], row["extent"] = placed.box
+        if self.previous is not None:
+            records["extent"] *= -1
+        return records
 
 
 class GeometryBuffers:

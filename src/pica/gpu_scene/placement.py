@@ -1,4 +1,4 @@
-"""What a placed node has of the scene's tables, and the layout of their rows."""
+"""What a placed node has of the scene's tables."""
 
 from dataclasses import dataclass
 
@@ -7,17 +7,6 @@ from numpy.typing import NDArray
 
 from pica.gpu_scene.geometry import GpuMesh
 from pica.scene.model import Node
-
-# gpu_scene/scene_types.slang: SectionRecord and Instance
-RECORD = np.dtype(
-    [
-        (name, "u4")
-        for name in ("first_index", "first_vertex", "material", "instance", "first_emissive", "first_previous", "shape")
-    ]
-    + [("center", "f4", 3), ("extent", "f4", 3)]
-)
-INSTANCE = np.dtype([("to_world", "f4", (3, 4)), ("node", "u4"), ("mask_and_channels", "u4")])
-NOT_EMISSIVE = 0xFFFFFFFF
 
 
 @dataclass(eq=False)

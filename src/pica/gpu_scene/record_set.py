@@ -18,7 +18,7 @@ from pica.gpu_scene.geometry import GeometryBuffers, GpuMesh
 from pica.gpu_scene.lights.emissive_triangles import EmissiveTriangles
 from pica.gpu_scene.masks import SEEN_BY_CAMERA, SEEN_BY_SURFACES
 from pica.gpu_scene.materials import MaterialTable, average_emission
-from pica.gpu_scene.placement import NOT_EMISSIVE
+from pica.gpu_scene.table_rows import NOT_EMISSIVE
 from pica.rhi.acceleration import RtObject
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
@@ -55,16 +55,12 @@ class RecordSet:
         count, sections = len(instances), len(mesh.placed)
         first = self._records.take(count * sections)
         records = self._records.rows[first : first + count * sections].reshape(count, sections)
+        records[:] = mesh.records
         records["material"] = [self._materials.acquire(placed.section.material) for placed in mesh.placed]
-        shapes = [self._materials.shape_number(placed.hit_group) for placed in mesh.primitives]
         records["instance"] = np.array(instances)[:, None]
         records["first_emissive"] = NOT_EMISSIVE
-        for name in ("first_index", "first_vertex", "first_previous"):
-            records[name] = [getattr(placed, name) for placed in mesh.placed]
-        records["shape"] = [0] * len(mesh.sections) + shapes
-        boxes = np.array([placed.box for placed in mesh.placed], np.float32).reshape(sections, 2, 3)
-        records["center"] = boxes[:, 0]
-        records["extent"] = boxes[:, 1] if mesh.previous is None else -boxes[:, 1]
+        for index, primitives in enumerate(mesh.primitives, len(mesh.sections)):
+            records["shape"][:, index] = self._materials.shape_number(primitives.hit_group)
         if first + count * sections > len(self._sections):
             more = max(first + count * sections, 2 * len(self._sections)) - len(self._sections)
             self._sections = np.append(self._sections, np.zeros(more, DRAWN_SECTION))

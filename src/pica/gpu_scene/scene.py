@@ -18,8 +18,9 @@ from pica.gpu_scene.lights.placed_lights import PlacedLights
 from pica.gpu_scene.masks import instance_mask, is_masked, mask_and_channels
 from pica.gpu_scene.materials import MaterialTable, average_emission
 from pica.gpu_scene.pending_nodes import PendingNodes
-from pica.gpu_scene.placement import INSTANCE, RECORD, Placement, rows_of_runs
+from pica.gpu_scene.placement import Placement, rows_of_runs
 from pica.gpu_scene.record_set import RecordSet
+from pica.gpu_scene.table_rows import INSTANCE, RECORD
 from pica.rhi.acceleration import RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
@@ -82,8 +83,9 @@ class GpuScene:
         self.environment = environment_map(device, scene.environment)
         self.lights = self.light_table()
         with device.record() as recording:
-            for node in scene.nodes():
-                self._add(recording, node)
+            nodes = list(scene.nodes())
+            self._grow_bounds([node for node in nodes if self._add(recording, node)])
+            for node in nodes:
                 self.placed_lights.follow(node)
         self.geometry.build_compact()
         with device.record() as recording:
@@ -201,6 +203,7 @@ class GpuScene:
         for node in changes.removed:
             self._remove(node)
         added = [node for node in come if self._add(recording, node)]
+        self._grow_bounds(added)
         self.geometry.build(recording.encoder)
         moved, now = self._moves
         self._move(moved, now)
@@ -244,7 +247,6 @@ class GpuScene:
         for view in self.views:
             view.come(node, placement)
         self._note_masked(node)
-        self._grow_bounds([node])
         return True
 
     def _show(self, recording: Recording, node: Node, placement: Placement) -> None:
@@ -336,6 +338,8 @@ class GpuScene:
 
     def _grow_bounds(self, nodes: list[Node]) -> None:
         """Take in where these are now."""
+        if not nodes:
+            return
         placements = [self.placements[node] for node in nodes]
         starts, counts = np.array([(p.records.start, len(p.records)) for p in placements]).T
         records = self.record_table.rows[rows_of_runs(starts, counts)]

@@ -102,12 +102,17 @@ class RtGeometry:
         """How many were recorded."""
         self._descs: list[spy.AccelerationStructureBuildDesc] = []
         self._size = self._scratch_size = 0
+        self._handle: int | None = None
         self.structure: spy.AccelerationStructure
 
     @property
     def handle(self) -> int:
         """The structure as a driver's record has it; 0 where nothing is built."""
-        return _handle(self.structure) if self._device.traces_rays else 0
+        if not self._device.traces_rays:
+            return 0
+        if self._handle is None:
+            self._handle = _handle(self.structure)
+        return self._handle
 
     @property
     def has_boxes(self) -> bool:
@@ -132,6 +137,7 @@ class RtGeometry:
             self._scratch_size = max(sizes.scratch_size, sizes.update_scratch_size)
             self._device.count_memory(self._size)
             self.structure = self._device.handle.create_acceleration_structure(kind=_BOTTOM, size=self._size)
+            self._handle = None
         scratch = self._device.shared(BuildScratch).take(self._scratch_size)
         encoder.build_acceleration_structure(
             desc=self._descs[0], dst=self.structure, src=None, scratch_buffer=scratch, queries=queries or []
@@ -158,7 +164,7 @@ class RtGeometry:
         )
         encoder.copy_acceleration_structure(self.structure, loose, spy.AccelerationStructureCopyMode.compact)
         self._device.count_memory(size - self._size)
-        self._size = size
+        self._size, self._handle = size, None
 
     def forget(self) -> None:
         """Book the memory as given back; the structure goes when its last user does."""
@@ -308,7 +314,7 @@ class RtScene:
         self.objects[slot] = placed
         if placed.geometry.has_boxes:
             self._with_boxes.add(slot)
-        self.slots.touch(np.array([slot]))
+        self.slots.touch(slice(slot, slot + 1))
         self.changed([slot])
 
     def move(self, slots: NDArray[np.int64], transforms: NDArray[Any]) -> None:

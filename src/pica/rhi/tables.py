@@ -96,7 +96,9 @@ class HostTable:
     def __init__(self, device: Device, label: str, row: np.dtype[Any], usage: spy.BufferUsage = _READ_WRITE) -> None:
         self._device, self._label, self._usage = device, label, usage
         self._runs = Runs()
-        self._touched: list[NDArray[np.int64]] = []
+        self._touched = np.zeros(1, bool)
+        self._quiet = True
+        """Nothing has been touched since the last flush."""
         self._upload = RowUpload(device)
         self.rows: NDArray[Any] = np.zeros(1, row)
         self.buffer = device.structured(label, self.rows, usage)
@@ -110,8 +112,7 @@ class HostTable:
         """The first of `count` new rows, which are zero."""
         first = self._runs.take(count)
         self.reserve(first + count)
-        self.rows[first : first + count] = 0
-        self.touch(np.arange(first, first + count))
+        self.touch(slice(first, first + count))
         return first
 
     def reserve(self, count: int) -> None:
@@ -119,24 +120,27 @@ class HostTable:
         if count > len(self.rows):
             more = np.zeros(max(count, 2 * len(self.rows)) - len(self.rows), self.rows.dtype)
             self.rows = np.concatenate([self.rows, more])
+            self._touched = np.append(self._touched, np.zeros(len(more), bool))
 
     def give_back(self, first: int, count: int) -> None:
         """Free rows; they become zero."""
         self.rows[first : first + count] = 0
-        self.touch(np.arange(first, first + count))
+        self.touch(slice(first, first + count))
         self._runs.give_back(first, count)
 
-    def touch(self, rows: NDArray[np.int64]) -> None:
+    def touch(self, rows: NDArray[np.int64] | slice) -> None:
         """These rows have changed."""
-        if len(rows):
-            self._touched.append(rows)
+        self._touched[rows] = True
+        self._quiet = False
 
     def flush(self, recording: Recording) -> None:
         """Upload what changed; a table that has outgrown its buffer gets a new one."""
-        if not self._touched:
+        if self._quiet:
             return
-        rows = np.unique(np.concatenate(self._touched))
-        self._touched = []
+        rows, self._quiet = np.flatnonzero(self._touched), True
+        if not len(rows):
+            return
+        self._touched[rows] = False
         if self.rows.nbytes > self.buffer.size:
             self._device.give_back(self.buffer)
             self.buffer = self._device.structured(self._label, self.rows, self._usage)

@@ -1,6 +1,7 @@
 """Lighting channels: which lights and which meshes have to do with each other (RTG 19, 19.2.1.8)."""
 
 from collections.abc import Iterable
+from functools import cache
 from operator import index
 
 from pica.errors import SceneError, shown
@@ -20,6 +21,7 @@ def checked_channels(channels: Iterable[int]) -> frozenset[int]:
     return chosen
 
 
+@cache
 def channel_bits(channels: frozenset[int]) -> int:
     """Bit n stands for channel n."""
     return sum(1 << channel for channel in channels)

@@ -112,20 +112,22 @@ class Scene:
 
         Raises SceneError for a mesh that cannot be shown, or cannot where it stands.
         """
-        boxes: dict[int, NDArray[np.float64]] = {}
-        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        alike: dict[Mesh | Node, list[Node]] = {}
         for node in self.nodes():
-            if node.mesh is None:
-                continue
-            key = id(node if node.deforms else node.mesh)
-            if key not in boxes:
-                boxes[key] = _corners(node, node.mesh)
-            corners = boxes[key]
+            if node.mesh is not None:
+                alike.setdefault(node if node.deforms else node.mesh, []).append(node)
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for nodes in alike.values():
+            assert nodes[0].mesh is not None
+            corners = _corners(nodes[0], nodes[0].mesh)
             if not len(corners):
                 continue
-            world = node.instance_transforms()
+            placed = [node.instance_transforms() for node in nodes]
+            world = np.concatenate(placed)
             points = np.einsum("nij,pj->npi", world[:, :3, :3], corners) + world[:, None, :3, 3]
-            if not np.abs(points).max(initial=0) <= LARGEST:
+            far = ~(np.abs(points) <= LARGEST).all((1, 2))
+            if far.any():
+                node = nodes[int(np.repeat(np.arange(len(nodes)), [len(each) for each in placed])[far][0])]
                 raise SceneError(f"{described(node)}: its mesh is too large in the world for 32-bit floats")
             low = np.minimum(low, points.min((0, 1), initial=np.inf))
             high = np.maximum(high, points.max((0, 1), initial=-np.inf))
