@@ -84,7 +84,7 @@ class Renderer(Stages):
         slots.update(scene.lights)
         gbuffer = self.gbuffer(frame, scene)
         reprojection = self.reprojection(frame, gbuffer)
-        slots.choose(frame, gbuffer, scene)
+        slots.sample(frame, gbuffer, scene)
         self.effect_inputs = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": slots}
         shadows = self.shadows(frame, gbuffer, scene, slots, reprojection) if self.shadows else None
         occlusion = self.ambient_occlusion(frame, gbuffer, scene, reprojection) if self.ambient_occlusion else None

@@ -38,15 +38,15 @@ class LightSlots:
         """How many of them by SVGF; the others by the anisotropic filter."""
         self.noisy = 0
         """How many slots, the last, bring noisy light that is filtered together."""
-        self.reservoirs = device.texture("light reservoirs", spy.Format.rg32_uint, (1, 1))
-        """Which candidate the shared slot follows; full size where there is such a slot."""
-        self._has_shared = False
-        self._choose = programs(device).compute("light_sampling/reservoir.slang")
+        self._sample = programs(device).compute("light_sampling/sample_lights.slang")
+        self._allocate(0, 0)
         self.block = device.parameter_block("light_sampling/light_slots.slang", "lightSlots")
 
     def resize(self, size: Size) -> None:
         """Work at another size, (width, height) pixels, from the next frame on."""
+        self._device.give_back(self.samples, self.weights)
         self._size, self._lights = size, None
+        self._allocate(0, 0)
 
     def update(self, lights: LightTable) -> None:
         """Follow the scene's lights; does nothing while they are the same."""
@@ -69,46 +69,66 @@ class LightSlots:
         ranges = [(light, 1) for light in order]
         triangles = lights.parameters["emissiveCount"]
         sources = lights.light_count - single + triangles
-        self._has_shared = sources > 0
-        if self._has_shared:
+        has_shared = sources > 0
+        if has_shared:
             # The triangles' one entry follows the lights.
             ranges.append((single, lights.light_count - single + (triangles > 0)))
-            if (self.reservoirs.width, self.reservoirs.height) != self._size:
-                self._device.give_back(self.reservoirs)
-                self.reservoirs = self._device.texture("light reservoirs", spy.Format.rg32_uint, self._size)
-        shared = len(ranges) - 1 if self._has_shared else _NO_SLOT
+        shared = len(ranges) - 1 if has_shared else _NO_SLOT
         environment = lights.environment_light if self._settings.lighting.environment == "sampled" else None
         if environment is not None:
             ranges.append((environment, 1))
         self.count = len(ranges)
         steady = len(denoised) + sum(chosen[light] == "off" for light in rest)
         self.noisy = self.count - steady if self._settings.lighting.filter else 0
+        by_rays = self._settings.shadows.mode != "off" and self._settings.shadows.method == "rays"
+        whole = self._settings.lighting.area_lights == "ltc"
+        self._first_sampled = len(denoised) if whole and not by_rays else 0
+        self._fit(self.count, len(denoised))
         ratio = bool(denoised) and self._settings.lighting.area_shadows == "ratio"
         self.block.bind(
             ranges=self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
             count=self.count,
+            firstSampled=self._first_sampled,
             denoised=len(denoised),
             firstDistance=self.svgf,
             firstNoisy=self.count - self.noisy,
             hard=int(self._settings.shadows.mode == "hard"),
-            needMaterial=int(environment is not None or ratio),
+            needMaterial=int(environment is not None or has_shared or ratio),
             ratio=int(ratio),
             shared=shared,
             candidates=min(self._settings.lighting.candidates, sources),
         )
 
-    def choose(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView) -> None:
-        """Choose what each pixel's shared slot looks at in this frame."""
-        if self._has_shared:
-            self._choose(scene.material_types)(
+    def sample(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView) -> None:
+        """Draw what each pixel's slots look at in this frame."""
+        if self._first_sampled < self.count:
+            self._sample(scene.material_types)(
                 frame,
                 frame.grid,
                 frame=frame,
                 gbuffer=gbuffer,
                 scene=scene,
                 lightSlots=self,
-                reservoirs=self.reservoirs,
+                lightSamples=self.samples,
+                weights=self.weights,
             )
+
+    def _allocate(self, samples: int, weights: int) -> None:
+        def make(label: str, texture_format: spy.Format, layers: int) -> spy.Texture:
+            return self._device.texture(label, texture_format, self._size if layers else (1, 1), layers=layers or 1)
+
+        self._layers = samples, weights
+        self.samples = make("light samples", spy.Format.rgba32_uint, samples)
+        """(width, height, slots) light_samples.slang: this frame's sample of each slot."""
+        self.weights = make("light sample weights", spy.Format.r16_float, weights)
+        """(width, height, denoised slots) what the samples count in the share of their light that arrives."""
+
+    def _fit(self, count: int, denoised: int) -> None:
+        """Have room for the samples that somebody asks for."""
+        wanted = (count, denoised) if self._first_sampled < count else (0, 0)
+        if any(map(operator.gt, wanted, self._layers)):
+            self._device.give_back(self.samples, self.weights)
+            self._allocate(*map(max, wanted, self._layers))
 
     def _denoiser(self, light: Light | None) -> str:
         """The filter of a light's shadow; none where shadows have no penumbra."""

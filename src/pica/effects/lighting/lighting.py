@@ -63,7 +63,7 @@ class DirectLighting(Effect):
             gbuffer=gbuffer,
             scene=scene,
             lightSlots=slots,
-            reservoirs=slots.reservoirs,
+            lightSamples=slots.samples,
             visibility=shadows.bits if shadows else self._no_shadows,
             shadowed=int(shadows is not None),
             filteredShadows=shadows.filtered if shadows else self._not_filtered,
