@@ -84,12 +84,12 @@ class Renderer(Stages):
         slots.update(scene.lights)
         gbuffer = self.gbuffer(frame, scene)
         reprojection = self.reprojection(frame, gbuffer)
-        slots.sample(frame, gbuffer, scene)
+        light = self._light_sampler(frame, gbuffer, scene, slots)
         self.effect_inputs = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": slots}
-        shadows = self.shadows(frame, gbuffer, scene, slots, reprojection) if self.shadows else None
+        shadows = self.shadows(frame, gbuffer, scene, light, reprojection) if self.shadows else None
         occlusion = self.ambient_occlusion(frame, gbuffer, scene, reprojection) if self.ambient_occlusion else None
         noisy = self.stochastic_light.samples() if slots.noisy else None
-        radiance = self.lighting(frame, gbuffer, scene, slots, shadows, occlusion, noisy)
+        radiance = self.lighting(frame, gbuffer, scene, light, shadows, occlusion, noisy)
         if noisy is not None:
             self.stochastic_light(frame, gbuffer, scene, radiance, reprojection)
         picture = self.antialiasing(frame, gbuffer, radiance, self.post.exposure)

@@ -19,6 +19,7 @@ from pica.frame.effect import Effect
 from pica.frame.reprojection import Reprojection
 from pica.frame.snapshot import checked_size
 from pica.gpu_scene.view import SceneView
+from pica.light_sampling.light_sampler import LightSampler
 from pica.light_sampling.light_slots import LightSlots
 from pica.rhi.device import Device, open_device
 from pica.scene.model import Scene
@@ -51,13 +52,14 @@ class Stages(Closing):
         size = self.render_size
         if changed == _GROUPS:
             self.reprojection = Reprojection(device.part(), size)
+            self._light_sampler = LightSampler(device.part(), size)
             self.stochastic_light = StochasticLightDenoiser(device.part(), size)
         if "rays" in changed:
             self.tracer = choose_tracer(device.part(), settings.rays, view)
         if changed & {"rays", "visibility"}:
             self.gbuffer = GBufferEffect(device.part(), size, settings.visibility.primary, self.tracer)
         if changed & {"shadows", "shadow_maps", "lighting"}:
-            self._slots = LightSlots(device.part(), size, settings)
+            self._slots = LightSlots(device.part(), settings)
         if changed & {"rays", "shadows", "shadow_maps"}:
             self.shadows = self._shadows()
         if changed & {"rays", "ambient_occlusion"}:
@@ -112,7 +114,7 @@ class Stages(Closing):
         self.size = checked_size(size)
         with self.device.turn:
             self._frames.resize(self.size)
-            self._slots.resize(self.render_size)
+            self._light_sampler.resize(self.render_size)
             self.reprojection.resize(self.render_size)
             for effect in self.effects:
                 effect.resize(self.size if effect.at_output else self.render_size)

@@ -3,13 +3,8 @@
 import operator
 
 import numpy as np
-import slangpy as spy
 
-from pica.frame.context import FrameContext, Size
-from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.lights.light_table import LightTable
-from pica.gpu_scene.view import SceneView
-from pica.programs.library import programs
 from pica.rhi.device import Device
 from pica.scene.light import DirectionalLight, DiskLight, Light, RectangleLight
 from pica.scene.model import Node
@@ -25,8 +20,8 @@ class LightSlots:
     would be filtered too if they were not too many.
     """
 
-    def __init__(self, device: Device, size: Size, settings: Settings) -> None:
-        self._device, self._size, self._settings = device, size, settings
+    def __init__(self, device: Device, settings: Settings) -> None:
+        self._device, self._settings = device, settings
         self._lights: LightTable | None = None
         self._shown: list[Light | None] = []
         self.count = 0
@@ -38,15 +33,9 @@ class LightSlots:
         """How many of them by SVGF; the others by the anisotropic filter."""
         self.noisy = 0
         """How many slots, the last, bring noisy light that is filtered together."""
-        self._sample = programs(device).compute("light_sampling/sample_lights.slang")
-        self._allocate(0, 0)
+        self.first_sampled = 0
+        """Slots before this one need no samples."""
         self.block = device.parameter_block("light_sampling/light_slots.slang", "lightSlots")
-
-    def resize(self, size: Size) -> None:
-        """Work at another size, (width, height) pixels, from the next frame on."""
-        self._device.give_back(self.samples, self.weights)
-        self._size, self._lights = size, None
-        self._allocate(0, 0)
 
     def update(self, lights: LightTable) -> None:
         """Follow the scene's lights; does nothing while they are the same."""
@@ -82,13 +71,12 @@ class LightSlots:
         self.noisy = self.count - steady if self._settings.lighting.filter else 0
         by_rays = self._settings.shadows.mode != "off" and self._settings.shadows.method == "rays"
         whole = self._settings.lighting.area_lights == "ltc"
-        self._first_sampled = len(denoised) if whole and not by_rays else 0
-        self._fit(self.count, len(denoised))
+        self.first_sampled = len(denoised) if whole and not by_rays else 0
         ratio = bool(denoised) and self._settings.lighting.area_shadows == "ratio"
         self.block.bind(
             ranges=self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
             count=self.count,
-            firstSampled=self._first_sampled,
+            firstSampled=self.first_sampled,
             denoised=len(denoised),
             firstDistance=self.svgf,
             firstNoisy=self.count - self.noisy,
@@ -98,37 +86,6 @@ class LightSlots:
             shared=shared,
             candidates=min(self._settings.lighting.candidates, sources),
         )
-
-    def sample(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView) -> None:
-        """Draw what each pixel's slots look at in this frame."""
-        if self._first_sampled < self.count:
-            self._sample(scene.material_types)(
-                frame,
-                frame.grid,
-                frame=frame,
-                gbuffer=gbuffer,
-                scene=scene,
-                lightSlots=self,
-                lightSamples=self.samples,
-                weights=self.weights,
-            )
-
-    def _allocate(self, samples: int, weights: int) -> None:
-        def make(label: str, texture_format: spy.Format, layers: int) -> spy.Texture:
-            return self._device.texture(label, texture_format, self._size if layers else (1, 1), layers=layers or 1)
-
-        self._layers = samples, weights
-        self.samples = make("light samples", spy.Format.rgba32_uint, samples)
-        """(width, height, slots) light_samples.slang: this frame's sample of each slot."""
-        self.weights = make("light sample weights", spy.Format.r16_float, weights)
-        """(width, height, denoised slots) what the samples count in the share of their light that arrives."""
-
-    def _fit(self, count: int, denoised: int) -> None:
-        """Have room for the samples that somebody asks for."""
-        wanted = (count, denoised) if self._first_sampled < count else (0, 0)
-        if any(map(operator.gt, wanted, self._layers)):
-            self._device.give_back(self.samples, self.weights)
-            self._allocate(*map(max, wanted, self._layers))
 
     def _denoiser(self, light: Light | None) -> str:
         """The filter of a light's shadow; none where shadows have no penumbra."""

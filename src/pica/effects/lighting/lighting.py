@@ -8,7 +8,7 @@ from pica.frame.context import FrameContext, Size
 from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.view import SceneView
-from pica.light_sampling.light_slots import LightSlots
+from pica.light_sampling.light_sampler import LightSamples
 from pica.light_sampling.shadow_textures import ShadowTextures
 from pica.programs.library import programs
 from pica.rhi.device import Device
@@ -43,7 +43,7 @@ class DirectLighting(Effect):
         frame: FrameContext,
         gbuffer: GBuffer,
         scene: SceneView,
-        slots: LightSlots,
+        light: LightSamples,
         shadows: ShadowTextures | None,
         occlusion: spy.Texture | None,
         noisy: spy.Texture | None,
@@ -62,8 +62,8 @@ class DirectLighting(Effect):
             frame=frame,
             gbuffer=gbuffer,
             scene=scene,
-            lightSlots=slots,
-            lightSamples=slots.samples,
+            lightSlots=light.slots,
+            lightSamples=light.samples,
             visibility=shadows.bits if shadows else self._no_shadows,
             shadowed=int(shadows is not None),
             filteredShadows=shadows.filtered if shadows else self._not_filtered,

@@ -8,7 +8,7 @@ from pica.frame.effect import Aov, Effect
 from pica.frame.gbuffer import GBuffer
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
-from pica.light_sampling.light_slots import LightSlots
+from pica.light_sampling.light_sampler import LightSamples
 from pica.light_sampling.shadow_textures import ShadowTextures, visibility_aov
 from pica.rhi.device import Device
 from pica.settings import Settings
@@ -48,10 +48,11 @@ class ShadowMaps(Effect):
         frame: FrameContext,
         gbuffer: GBuffer,
         scene: SceneView,
-        slots: LightSlots,
+        light: LightSamples,
         reprojection: Reprojection,
     ) -> ShadowTextures:
         """The shadows of this frame, which need no history."""
+        slots = light.slots
         self._slot_count = slots.count
         if slots.denoised is not self.maps.nodes:
             self.maps.give_back()

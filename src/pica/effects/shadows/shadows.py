@@ -10,6 +10,7 @@ from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
+from pica.light_sampling.light_sampler import LightSamples
 from pica.light_sampling.light_slots import LightSlots
 from pica.light_sampling.shadow_textures import ShadowTextures, visibility_aov, visibility_layers
 from pica.rhi.device import Device
@@ -87,11 +88,11 @@ class Shadows(Effect):
         frame: FrameContext,
         gbuffer: GBuffer,
         scene: SceneView,
-        slots: LightSlots,
+        light: LightSamples,
         reprojection: Reprojection,
     ) -> ShadowTextures:
         """The visibility of this frame's light samples, and the shadows that many of them make."""
-        self._slots = slots
+        slots = self._slots = light.slots
         self._allocate(len(slots.denoised), slots.count if scene.transparent else 0)
         self._rays("surface" if scene.transparent else "hit")(
             frame,
@@ -100,8 +101,8 @@ class Shadows(Effect):
             gbuffer=gbuffer,
             scene=scene,
             lightSlots=slots,
-            lightSamples=slots.samples,
-            weights=slots.weights,
+            lightSamples=light.samples,
+            weights=light.weights,
             visibility=self._bits,
             samples=self._samples,
             slopes=self._slopes,

@@ -1,0 +1,67 @@
+"""Draws the samples of the light slots, once a frame for all who read them."""
+
+from dataclasses import dataclass
+from operator import gt
+
+import slangpy as spy
+
+from pica.frame.context import FrameContext, Size
+from pica.frame.gbuffer import GBuffer
+from pica.gpu_scene.view import SceneView
+from pica.light_sampling.light_slots import LightSlots
+from pica.programs.library import programs
+from pica.rhi.device import Device
+
+
+@dataclass(frozen=True)
+class LightSamples:
+    """What a frame looks at to find its direct light."""
+
+    slots: LightSlots
+    samples: spy.Texture
+    """(width, height, slots) light_samples.slang: the sample of each slot that needs one."""
+    weights: spy.Texture
+    """(width, height, denoised slots, r16_float) what they count in the share of their light that arrives."""
+
+
+class LightSampler:
+    """One sample a pixel and slot, of the slots that need any."""
+
+    def __init__(self, device: Device, size: Size) -> None:
+        self._device, self._size = device, size
+        self._sample = programs(device).compute("light_sampling/sample_lights.slang")
+        self._allocate(0, 0)
+
+    def resize(self, size: Size) -> None:
+        """Work at another size, (width, height) pixels, from the next frame on."""
+        self._device.give_back(self._samples, self._weights)
+        self._size = size
+        self._allocate(0, 0)
+
+    def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, slots: LightSlots) -> LightSamples:
+        """Draw this frame's samples."""
+        if slots.first_sampled == slots.count:
+            return LightSamples(slots, self._samples, self._weights)
+        wanted = slots.count, len(slots.denoised)
+        if any(map(gt, wanted, self._layers)):
+            self._device.give_back(self._samples, self._weights)
+            self._allocate(*map(max, wanted, self._layers))
+        self._sample(scene.material_types)(
+            frame,
+            frame.grid,
+            frame=frame,
+            gbuffer=gbuffer,
+            scene=scene,
+            lightSlots=slots,
+            lightSamples=self._samples,
+            weights=self._weights,
+        )
+        return LightSamples(slots, self._samples, self._weights)
+
+    def _allocate(self, slots: int, denoised: int) -> None:
+        def make(label: str, texture_format: spy.Format, layers: int) -> spy.Texture:
+            return self._device.texture(label, texture_format, self._size if layers else (1, 1), layers=layers or 1)
+
+        self._layers = slots, denoised
+        self._samples = make("light samples", spy.Format.rgba32_uint, slots)
+        self._weights = make("light sample weights", spy.Format.r16_float, denoised)
