@@ -14,7 +14,7 @@ _NO_SLOT = 0xFFFFFFFF
 
 
 class LightSlots:
-    """A slot for each of the strongest lights, one for all others and the emissive triangles, one for the environment.
+    """A slot for each of a few lights, and one for all others, the emissive triangles and the environment.
 
     Of the single lights those with filtered shadows come first, first those with the filter "svgf"; last those that
     would be filtered too if they were not too many.
@@ -58,20 +58,19 @@ class LightSlots:
         ranges = [(light, 1) for light in order]
         triangles = lights.parameters["emissiveCount"]
         sources = lights.light_count - single + triangles
-        has_shared = sources > 0
+        environment = self._settings.lighting.environment == "sampled" and lights.environment_light is not None
+        has_shared = sources > 0 or environment
         if has_shared:
-            # The triangles' one entry follows the lights.
-            ranges.append((single, lights.light_count - single + (triangles > 0)))
+            # The triangles' one entry and that of the environment follow the lights.
+            ranges.append((single, lights.light_count - single + (triangles > 0) + environment))
         shared = len(ranges) - 1 if has_shared else _NO_SLOT
-        environment = lights.environment_light if self._settings.lighting.environment == "sampled" else None
-        if environment is not None:
-            ranges.append((environment, 1))
         self.count = len(ranges)
         steady = len(denoised) + sum(chosen[light] == "off" for light in rest)
         self.noisy = self.count - steady if self._settings.lighting.filter else 0
         by_rays = self._settings.shadows.mode != "off" and self._settings.shadows.method == "rays"
         whole = self._settings.lighting.area_lights == "ltc"
         self.first_sampled = len(denoised) if whole and not by_rays else 0
+        candidates = self._settings.lighting.candidates
         ratio = bool(denoised) and self._settings.lighting.area_shadows == "ratio"
         self.block.bind(
             ranges=self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
@@ -81,10 +80,11 @@ class LightSlots:
             firstDistance=self.svgf,
             firstNoisy=self.count - self.noisy,
             hard=int(self._settings.shadows.mode == "hard"),
-            needMaterial=int(environment is not None or has_shared or ratio),
+            needMaterial=int(has_shared or ratio),
             ratio=int(ratio),
             shared=shared,
-            candidates=min(self._settings.lighting.candidates, sources),
+            candidates=candidates if environment else min(candidates, sources),
+            byBrdf=int(environment),
         )
 
     def _denoiser(self, light: Light | None) -> str:

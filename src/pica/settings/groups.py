@@ -69,14 +69,10 @@ class ShadowsSettings(Group):
     """Shadows of every light."""
 
     levels: ClassVar = {
-        "low": Level(
-            "4 lights with a ray of their own, 2 with a filter: many lights are noisier, one or two do not change.",
-            {"max_lights": 4, "denoised_lights": 2},
-        ),
-        "medium": Level("8 lights with a ray of their own, 4 with a filter."),
+        "low": Level("One ray a pixel, whatever gives light.", {"max_lights": 0}),
+        "medium": Level("Two rays a pixel: one for the sun, or else the strongest light, and one for all others."),
         "high": Level(
-            "16 lights with a ray of their own, 8 with a filter: less noise where many overlap.",
-            {"max_lights": 16, "denoised_lights": 8},
+            "8 lights with a ray of their own, 4 with a filter: less noise where many overlap.", {"max_lights": 8}
         ),
     }
 
@@ -99,11 +95,11 @@ class ShadowsSettings(Group):
         " Costs nothing in scenes without any, else a ray for each surface on the way. The path tracer follows it too.",
     )
     max_lights: int = number(
-        8,
-        range=(1, 29),
+        1,
+        range=(0, 29),
         unit="lights",
-        text="Lights with a shadow ray of their own; the lights beyond and all emissive triangles share one ray."
-        " Visibility has 32 bits a pixel.",
+        text="Lights with a shadow ray of their own, the strongest directional one first; the lights beyond, all"
+        " emissive triangles and the sampled environment share one ray. Visibility has 32 bits a pixel.",
         higher="less noise with many lights",
         lower="fewer rays, less memory",
     )
@@ -268,7 +264,7 @@ class LightingSettings(Group):
 
     levels: ClassVar = {
         "low": Level(
-            "A quarter of the candidates: many lights and emissive triangles are noisier, other scenes do not change.",
+            "A quarter of the candidates: many lights, emissive triangles and the environment are noisier.",
             {"candidates": 4},
         ),
         "medium": Level("16 candidates, after which noise falls slowly."),
@@ -278,7 +274,7 @@ class LightingSettings(Group):
     environment: Literal["sampled", "prefiltered", "off"] = choice(
         "sampled",
         "Light of the environment.",
-        sampled="One ray a frame, by importance, with shadows.",
+        sampled="By importance, with shadows; it shares the ray of the lights that have none of their own.",
         prefiltered="No rays, no shadows, no noise.",
         off="None.",
     )
@@ -286,8 +282,8 @@ class LightingSettings(Group):
         16,
         range=(1, 64),
         unit="samples",
-        text="Among these the shared ray of many lights chooses, by the light that they would bring without shadows; no"
-        " bias with any. Never more than there are such lights and emissive triangles.",
+        text="Among these the shared ray chooses, by the light that they would bring without shadows; no bias with any."
+        " Without an environment never more than there are such lights and emissive triangles.",
         higher="less noise",
         lower="less time",
     )

@@ -118,6 +118,7 @@ PRESETS = {
         {
             "visibility.primary": "raster",
             "shadows.method": "maps",
+            "shadows.max_lights": 8,
             "ambient_occlusion.mode": "ground_truth",
             "lighting.environment": "prefiltered",
         },

@@ -55,11 +55,17 @@ class PlacedLights:
         return self._placed["row"][slots]
 
     def strongest_first(self, radius: float) -> tuple[NDArray[np.int64], list[Node], NDArray[np.float64]]:
-        """Slots, nodes and powers in lumen, in a scene of `radius` metres. Equal ones as they came."""
+        """Slots, nodes and powers in lumen, in a scene of `radius` metres. Equal ones as they came.
+
+        The strongest directional light comes before all others: its shadow is the one that is seen everywhere.
+        """
         slots = np.fromiter(self._slots.values(), np.int64, len(self._slots))
         placed = self._placed[slots]
         powers = placed["power"] + placed["power_by_area"] * radius**2
         order = np.lexsort((placed["arrival"], -powers))
+        suns = np.flatnonzero(placed["power_by_area"][order] > 0)
+        if len(suns):
+            order = np.append(order[suns[0]], np.delete(order, suns[0]))
         slots = slots[order]
         nodes = [node for slot in slots.tolist() if (node := self._nodes[slot]) is not None]
         return slots, nodes, powers[order]
