@@ -1,4 +1,4 @@
-"""A thousand point lights: what the shared reservoir costs, and how noisy one frame is.
+"""A thousand point lights: what sampling them costs, and how noisy one frame is.
 
     python benchmarks/many_lights.py [--size 1920x1080] [--device NAME] [--frames 200] [--reference 0]
 
