@@ -4,9 +4,9 @@ from typing import Any
 
 import slangpy as spy
 
-from pica.effects.denoising.denoiser import Denoiser
+from pica.effects.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.frame.aovs import at_size
-from pica.frame.arguments import Progress, check_progress, checked_camera, checked_count, checked_flag
+from pica.frame.arguments import Progress, check_progress, checked_camera, checked_count
 from pica.frame.closing import alone
 from pica.frame.context import Size
 from pica.frame.effect import Aov, kept
@@ -115,19 +115,19 @@ class Renderer(Stages):
         frames: int = 16,
         camera: Camera | None = None,
         progress: Progress | None = None,
-        denoise: bool = False,
+        denoise: Denoise = False,
     ) -> Frame:
         """Render `frames` frames and return the last, which holds the mean of all since something moved.
 
         All that is in the scene is shown: material types that are new are compiled before the frame that meets them.
         The G-buffer's AOVs are those of the first of these frames, when motion is that since the call before.
         `camera` None takes the scene's first, or one that shows the whole scene. `progress(done, frames)` is called
-        after each frame. `denoise`: Open Image Denoise takes out the noise that is left in the end. Raises SceneError
-        for what cannot be shown as it is now: in each call, until it is mended; PicaError where that is not installed.
+        after each frame. `denoise`: as PathTracer's, at the end. Raises SceneError for what cannot be shown as it is
+        now: in each call, until it is mended.
         """
         frames = checked_count("render: frames", frames)
         check_progress("render", progress)
-        denoiser = Denoiser(self.device.part(), self.size) if checked_flag("render: denoise", denoise) else None
+        denoiser = denoiser_of(self.device, self.size, denoise)
         if camera is None:
             camera = self.scene.default_camera(self.size[0] / self.size[1])
         for done in range(1, frames + 1):

@@ -64,6 +64,13 @@ def test_without_open_image_denoise_nothing_is_rendered(run, calls, monkeypatch,
     assert not calls and not list(tmp_path.iterdir())
 
 
+def test_denoised_fast(run, calls, installed, tmp_path):
+    arguments = ["render", "m.glb", "-o", tmp_path / "o.png", "--size", "8x4", "--denoise-fast"]
+    assert json.loads(run(*arguments, "--json")[1])["denoised"] == "fast" and calls[0].denoise == "fast"
+    code, _, err = run(*arguments, "--denoise")
+    assert code == 2 and "--denoise and --denoise-fast" in err and len(calls) == 1
+
+
 @pytest.mark.parametrize("kind", [[], ["--path-traced"]])
 def test_settings_reach_the_renderer(run, calls, tmp_path, kind):
     more = ["--preset", "raster", "--set", "post.exposure=2", "--device", "x", *kind]

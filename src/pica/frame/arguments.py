@@ -7,7 +7,7 @@ from pica.errors import DeviceError, PicaError, SettingsError, shown
 from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
-from pica.scene.values import checked, flag, instance, optional, whole
+from pica.scene.values import checked, instance, optional, whole
 from pica.settings import Settings
 
 Progress = Callable[[int, int], None]
@@ -38,8 +38,3 @@ def check_progress(who: str, progress: Any) -> None:
     """Raises PicaError for what cannot be called."""
     if progress is not None and not callable(progress):
         raise PicaError(f"{who}: progress: {shown(progress)} cannot be called")
-
-
-def checked_flag(what: str, value: Any) -> bool:
-    """True or False as it is. Raises PicaError for anything else."""
-    return checked(what, flag, value, PicaError)
