@@ -47,10 +47,12 @@ setup-test: $(VENV)/installed-test setup
 $(BIN)/python:
 	@scripts/setup_venv.sh $(PYTHON) $(VENV)
 
-$(VENV)/installed: requirements.lock pyproject.toml | $(BIN)/python
+$(VENV)/installed: requirements.lock requirements-denoise.lock pyproject.toml | $(BIN)/python
 	@echo "pica: installing the package and its dependencies into $(VENV)"
 	@$(PIP) -r requirements.lock
 	@$(PIP) --no-deps --no-build-isolation --editable .
+	@$(PIP) --only-binary :all: -r requirements-denoise.lock || \
+		echo "pica: Open Image Denoise cannot be installed here, so pictures cannot be denoised"
 	@touch $@
 
 $(VENV)/installed-test: requirements-test.lock $(VENV)/installed

@@ -72,6 +72,15 @@ def test_depths_that_no_path_has(depth):
         pica.PathTracer(scene_of(), (8, 8), depth)
 
 
+@pytest.mark.device
+@pytest.mark.parametrize("kind", KINDS)
+def test_denoise_is_yes_or_no(device, kind):
+    renderer = kind(scene_of(), (8, 8), device=device)
+    for label, value in VALUES.items():
+        if label != "true":
+            assert fault_of(renderer.render, 1, CAMERA, denoise=value).endswith(" is not True, False or 'fast'"), label
+
+
 def test_settings_of_a_wrong_kind():
     settings = pica.Settings()
     for label, value in VALUES.items():

@@ -4,6 +4,7 @@ from typing import Any
 
 import slangpy as spy
 
+from pica.effects.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.frame.aovs import at_size
 from pica.frame.arguments import Progress, check_progress, checked_camera, checked_count
 from pica.frame.closing import alone
@@ -72,7 +73,14 @@ class Renderer(Stages):
         with self.device.turn:
             return self._advance(camera, not self._running, jittered)
 
-    def _advance(self, camera: Camera, wait: bool, jittered: bool = True) -> dict[str, spy.Texture]:
+    def _advance(
+        self,
+        camera: Camera,
+        wait: bool,
+        jittered: bool = True,
+        denoiser: Denoiser | None = None,
+        last: bool = False,
+    ) -> dict[str, spy.Texture]:
         self.check_open()  # what is called after each frame may close it
         camera = checked_camera("render", camera)
         scene, slots = self.view, self._slots
@@ -83,6 +91,8 @@ class Renderer(Stages):
         frame.changed_lights = scene.lights_changed
         slots.update(scene.lights)
         gbuffer = self.gbuffer(frame, scene)
+        if denoiser is not None:
+            denoiser.gather(frame, gbuffer, scene)
         reprojection = self.reprojection(frame, gbuffer)
         light = self._light_sampler(frame, gbuffer, scene, slots)
         self.effect_inputs = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": slots}
@@ -93,26 +103,36 @@ class Renderer(Stages):
         if noisy is not None:
             self.stochastic_light(frame, gbuffer, scene, radiance, reprojection)
         picture = self.antialiasing(frame, gbuffer, radiance, self.post.exposure)
+        if denoiser is not None and last:
+            picture = denoiser(frame, picture)
         display = self.post(frame, picture)
         self._frames.end(frame)
         return {**gbuffer.textures, "color": picture, "display": display}
 
     @alone
-    def render(self, frames: int = 16, camera: Camera | None = None, progress: Progress | None = None) -> Frame:
+    def render(
+        self,
+        frames: int = 16,
+        camera: Camera | None = None,
+        progress: Progress | None = None,
+        denoise: Denoise = False,
+    ) -> Frame:
         """Render `frames` frames and return the last, which holds the mean of all since something moved.
 
         All that is in the scene is shown: material types that are new are compiled before the frame that meets them.
         The G-buffer's AOVs are those of the first of these frames, when motion is that since the call before.
         `camera` None takes the scene's first, or one that shows the whole scene. `progress(done, frames)` is called
-        after each frame. Raises SceneError for what cannot be shown as it is now: in each call, until it is mended.
+        after each frame. `denoise`: as PathTracer's, at the end. Raises SceneError for what cannot be shown as it is
+        now: in each call, until it is mended.
         """
         frames = checked_count("render: frames", frames)
         check_progress("render", progress)
+        denoiser = denoiser_of(self.device, self.size, denoise)
         if camera is None:
             camera = self.scene.default_camera(self.size[0] / self.size[1])
         for done in range(1, frames + 1):
             with self.device.turn:
-                buffers = self._advance(camera, wait=True)
+                buffers = self._advance(camera, wait=True, denoiser=denoiser, last=done == frames)
                 if done == 1:
                     seen = kept(self.device, self.gbuffer.aovs())
                 if done == frames:

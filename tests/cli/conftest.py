@@ -25,7 +25,12 @@ def fake_frame(width, height, level=0.5):
 def fake_benchmark(renderer, camera=None, frames=None, warm_up=None, progress=None):
     progress(1, 1)
     FakeRenderer.calls.append(SimpleNamespace(**vars(renderer.asked), camera=camera, frames=frames, warm_up=warm_up))
-    return {"frames": frames or 20, "gpu_ms": {"gbuffer": 0.5}, "host_ms": 0.25}
+    return {"frames": frames or 20, "gpu_ms": {"gbuffer": 0.5, "frame": 0.5}, "host_ms": 0.25}
+
+
+def fake_path_traced_sample(renderer, frame_ms, camera=None, progress=None):
+    progress(5, 5)
+    return {"samples": 3, "sample_ms": 2 * frame_ms, "frame_over_sample": 0.5}
 
 
 class FakeRenderer:
@@ -42,8 +47,8 @@ class FakeRenderer:
         self.device = f"opened {device}"
         self.asked = SimpleNamespace(scene=scene, size=size, settings=settings, device=device, max_depth=max_depth)
 
-    def render(self, frames=16, camera=None, progress=None):
-        return self._answer(camera, progress, frames, frames=frames)
+    def render(self, frames=16, camera=None, progress=None, denoise=False):
+        return self._answer(camera, progress, frames, frames=frames, denoise=denoise)
 
     def _answer(self, camera, progress, count, **counts):
         if FakeRenderer.error is not None:
@@ -57,8 +62,8 @@ class FakePathTracer(FakeRenderer):
     def __init__(self, scene, size, max_depth=None, settings=None, device=None):
         super().__init__(scene, size, settings, device, max_depth)
 
-    def render(self, samples=1024, camera=None, progress=None):
-        return self._answer(camera, progress, samples, samples=samples)
+    def render(self, samples=1024, camera=None, progress=None, denoise=False):
+        return self._answer(camera, progress, samples, samples=samples, denoise=denoise)
 
 
 @pytest.fixture
@@ -71,6 +76,7 @@ def calls(monkeypatch):
     monkeypatch.setitem(vars(pica), "Renderer", FakeRenderer)
     monkeypatch.setitem(vars(pica), "PathTracer", FakePathTracer)
     monkeypatch.setattr("pica.quality.benchmark.benchmark", fake_benchmark)
+    monkeypatch.setattr("pica.quality.benchmark.path_traced_sample", fake_path_traced_sample)
     monkeypatch.setattr(FakeRenderer, "calls", [])
     monkeypatch.setattr(FakeRenderer, "error", None)
     return FakeRenderer.calls

@@ -11,8 +11,9 @@ def test_json_joins_what_the_renderer_measured(run, calls):
         "device": "fake device",
         "size": [8, 4],
         "frames": 7,
-        "gpu_ms": {"gbuffer": 0.5},
+        "gpu_ms": {"gbuffer": 0.5, "frame": 0.5},
         "host_ms": 0.25,
+        "path_traced": {"samples": 3, "sample_ms": 1.0, "frame_over_sample": 0.5},
     }
     assert (calls[0].frames, calls[0].warm_up) == (7, 2)
 
@@ -33,7 +34,7 @@ def test_json_has_no_numbers_that_json_lacks(run, calls, monkeypatch):
 
 
 def test_a_table_shows_names_of_all_kinds(run, calls, monkeypatch):
-    times = {"gpu_ms": {"sun [bold]\n\x1b[2J": 1.0, "x" * 9999: 2}}
+    times = {"gpu_ms": {"sun [bold]\n\x1b[2J": 1.0, "x" * 9999: 2, "frame": 3.0}}
     monkeypatch.setattr("pica.quality.benchmark.benchmark", lambda *_, **__: times)
     out = run("bench", "[red]\n.glb", "--size", "8x4")[1]
     assert out.splitlines()[0] == "[red]\\n.glb" and "  sun [bold]\\n\\x1b[2J" in out
@@ -43,6 +44,17 @@ def test_a_table_shows_names_of_all_kinds(run, calls, monkeypatch):
 def test_without_json_a_table(run, calls):
     out = run("bench", "m.glb", "--size", "8x4")[1]
     assert "gbuffer" in out and "0.5" in out
+    assert [line.split() for line in out.splitlines()][-3:] == [
+        ["samples", "3"],
+        ["sample_ms", "1"],
+        ["frame_over_sample", "0.5"],
+    ]
+
+
+def test_where_nothing_traces_there_is_no_path_traced_sample(run, calls, monkeypatch):
+    monkeypatch.setattr("pica.quality.benchmark.path_traced_sample", lambda *_: None)
+    assert json.loads(run("bench", "m.glb", "--size", "8x4", "--json")[1])["path_traced"] is None
+    assert "path_traced" not in run("bench", "m.glb", "--size", "8x4")[1]
 
 
 @pytest.mark.device
@@ -51,3 +63,6 @@ def test_a_progress_bar_on_stderr_and_json_alone_on_stdout(run):
     result = json.loads(out)
     assert code == 0 and result["frames"] == 2 and result["gpu_ms"]["frame"] > 0
     assert "Measuring" in err and "3/3" in err
+    sample = result["path_traced"]
+    assert sample["samples"] == 3 and "Path tracing" in err and "5/5" in err
+    assert sample["frame_over_sample"] == pytest.approx(result["gpu_ms"]["frame"] / sample["sample_ms"])

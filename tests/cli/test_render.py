@@ -27,6 +27,7 @@ def test_json_is_one_object(run, calls, tmp_path):
         "device": "fake device",
         "size": [8, 4],
         "frames": 16,
+        "denoised": False,
         "timings": {"gbuffer": 1.5},
         "files": [str(tmp_path / "out.png")],
     }
@@ -38,6 +39,36 @@ def test_path_traced_counts_samples(run, calls, tmp_path):
     )[1]
     assert json.loads(out)["samples"] == 5 and "frames" not in json.loads(out)
     assert calls[0].samples == 5
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """Open Image Denoise, or so the command believes."""
+    monkeypatch.setattr("pica.effects.denoising.open_image_denoise.check_installed", lambda: None)
+
+
+@pytest.mark.parametrize("kind", [[], ["--path-traced"]])
+def test_denoised(run, calls, installed, tmp_path, kind):
+    more = ["m.glb", "-o", tmp_path / "o.png", "--size", "8x4", *kind]
+    out = run("render", *more, "--denoise", "--json")[1]
+    assert json.loads(out)["denoised"] is True and calls[0].denoise is True
+    assert ", denoised, " in run("render", *more, "--denoise")[1]
+    assert ", denoised, " not in run("render", *more)[1] and calls[2].denoise is False
+
+
+def test_without_open_image_denoise_nothing_is_rendered(run, calls, monkeypatch, tmp_path):
+    monkeypatch.setattr("pica.effects.denoising.open_image_denoise.find_spec", lambda _: None)
+    code, out, err = run("render", "m.glb", "-o", tmp_path / "o.png", "--denoise")
+    assert (code, out, len(err.splitlines())) == (2, "", 1)
+    assert err.startswith("pica: ") and 'pip install "pica[denoise]"' in err
+    assert not calls and not list(tmp_path.iterdir())
+
+
+def test_denoised_fast(run, calls, installed, tmp_path):
+    arguments = ["render", "m.glb", "-o", tmp_path / "o.png", "--size", "8x4", "--denoise-fast"]
+    assert json.loads(run(*arguments, "--json")[1])["denoised"] == "fast" and calls[0].denoise == "fast"
+    code, _, err = run(*arguments, "--denoise")
+    assert code == 2 and "--denoise and --denoise-fast" in err and len(calls) == 1
 
 
 @pytest.mark.parametrize("kind", [[], ["--path-traced"]])

@@ -31,13 +31,13 @@ class Painter:
     def __init__(self, scene, size, settings=None, device=None):
         self.scene, self.size = scene, size
 
-    def render(self, count, camera=None, progress=None):
+    def render(self, count, camera=None, progress=None, denoise=False):
         x = next(node.world[0, 3] for node in self.scene.nodes() if node.name == "box")
         if Painter.stop_at is not None and x >= Painter.stop_at:
             raise KeyboardInterrupt
         camera = camera or self.scene.default_camera(2.0)
         Painter.calls.append(
-            SimpleNamespace(kind=type(self).__name__, x=round(float(x), 6), count=count, camera=camera)
+            SimpleNamespace(kind=type(self).__name__, x=round(float(x), 6), count=count, camera=camera, denoise=denoise)
         )
         return fake_frame(*self.size, level=x)
 
@@ -103,6 +103,7 @@ def test_a_film_leaves_nothing_beside_it(run, scene, tmp_path):
         "device": "fake device",
         "size": [8, 4],
         "frames": 16,
+        "denoised": False,
         "fps": 10.0,
         "start": 0.0,
         "pictures": 5,
@@ -134,6 +135,15 @@ def test_path_traced(run, scene, tmp_path):
         ("PathPainter", 0.0, 7),
         ("PathPainter", 0.1, 7),
     ]
+
+
+def test_pictures_are_denoised_but_not_those_for_the_history(run, scene, monkeypatch, tmp_path):
+    monkeypatch.setattr("pica.effects.denoising.open_image_denoise.check_installed", lambda: None)
+    arguments = ["render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.3", "--denoise"]
+    run(*arguments)
+    (tmp_path / "2.png").unlink()
+    run(*arguments, "--resume")
+    assert [(call.count, call.denoise) for call in scene.calls] == [*[(16, True)] * 3, (1, False), (16, True)]
 
 
 def test_buffers_beside_each_picture(run, scene, tmp_path):

@@ -24,9 +24,12 @@ def bench(
     device: options.Device = None,
     json: options.Json = False,
 ) -> None:
-    """Measure SCENE: GPU milliseconds per pass, host milliseconds per frame, rays per second, memory."""
+    """Measure SCENE: GPU milliseconds per pass, host milliseconds per frame, rays per second, memory.
+
+    Beside it the same picture by the path tracer, with all light: milliseconds a sample, and the frame over that.
+    """
     import pica
-    from pica.quality.benchmark import benchmark
+    from pica.quality.benchmark import benchmark, path_traced_sample
 
     pixels = options.parse_size(size)
     settings = options.parse_settings(preset, values)
@@ -35,8 +38,10 @@ def bench(
     renderer = pica.Renderer(content, size=pixels, settings=settings, device=device)
     with progress("Measuring") as advance:
         measured = benchmark(renderer, camera, frames, warm_up, progress=advance)
+    with progress("Path tracing") as advance:
+        measured["path_traced"] = path_traced_sample(renderer, measured["gpu_ms"]["frame"], camera, advance)
     result = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), **measured}
     if json:
         print_json(result)
     else:
-        print_values(view.scene, result)
+        print_values(view.scene, {name: value for name, value in result.items() if value is not None})

@@ -2,7 +2,7 @@
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -43,6 +43,12 @@ def render(
     ] = None,
     path_traced: Annotated[bool, typer.Option("--path-traced", help="Use the reference path tracer.")] = False,
     samples: Annotated[int | None, options.count("Paths per pixel with --path-traced, 256 unless told.")] = None,
+    denoise: Annotated[
+        bool, typer.Option("--denoise", help="Take out the noise that is left (pip install pica[denoise]).")
+    ] = False,
+    denoise_fast: Annotated[
+        bool, typer.Option("--denoise-fast", help="The same, less well, in an eighth of the time.")
+    ] = False,
     seconds: Annotated[
         float | None, typer.Option(metavar="S", help="Length of a sequence; without it, until the animation ends.")
     ] = None,
@@ -71,6 +77,13 @@ def render(
     settings = options.parse_settings(preset, values)
     if samples is not None and not path_traced:
         raise PicaError("--samples is for --path-traced; without it, use --frames")
+    if denoise and denoise_fast:
+        raise PicaError("--denoise and --denoise-fast are two ways to do one thing")
+    way: Literal[True, False, "fast"] = "fast" if denoise_fast else denoise
+    if way:
+        from pica.effects.denoising.open_image_denoise import check_installed
+
+        check_installed()  # rather than once all is rendered
 
     began = time.perf_counter()
     content = view.load(moving=sequence is not None)
@@ -94,13 +107,16 @@ def render(
         renderer.debug = any(name.startswith("debug.") for name in aov or [])
         kind, count = "frames", frames
     result: dict[str, Any] = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), kind: count}
-    said = f"{'x'.join(map(str, pixels))}, {count} {kind}"
+    result["denoised"] = way
+    said = f"{'x'.join(map(str, pixels))}, {count} {kind}{', denoised' if way else ''}"
     if sequence:
         result["timings"] = sequence.render(
             content,
             times,
             missing,
-            shoot=lambda whole: renderer.render(count if whole else 1, camera=camera()),
+            shoot=lambda whole: renderer.render(
+                count if whole else 1, camera=camera(), denoise=way if whole else False
+            ),
             save=lambda frame, file: save(frame, file, aov),
         )
         result |= {"fps": sequence.fps, "start": sequence.start, "pictures": len(times), "rendered": len(missing)}
@@ -108,7 +124,7 @@ def render(
         files = [output]
     else:
         with progress("Rendering") as advance:
-            frame = renderer.render(count, camera=camera(), progress=advance)
+            frame = renderer.render(count, camera=camera(), progress=advance, denoise=way)
             files = save(frame, output, aov)
         result["timings"] = frame.timings
     done = time.perf_counter()

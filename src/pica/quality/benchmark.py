@@ -4,11 +4,15 @@ from collections.abc import Callable
 from statistics import median
 from typing import Any
 
+from pica.path_tracer.path_tracer import PathTracer
 from pica.renderer import Renderer
 from pica.scene.camera import Camera
+from pica.tracing.fallbacks import traces
 
 _HARDWARE, _SOFTWARE = (200, 50), (20, 3)
 """Frames and frames of warm-up; on the processor, where a frame can take seconds, as few as a median needs."""
+_HARDWARE_SAMPLES, _SOFTWARE_SAMPLES = 20, 3
+"""Path traced samples a pixel that are measured."""
 
 
 def benchmark(
@@ -53,3 +57,27 @@ def benchmark(
         "rays_per_second": {name: count / (gpu[name] * 1e-3) for name, count in rays.items() if gpu.get(name)},
         "peak_gpu_memory": renderer.device.peak_memory,
     }
+
+
+def path_traced_sample(
+    renderer: Renderer,
+    frame_ms: float,
+    camera: Camera | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Any] | None:
+    """What a path traced sample a pixel of the same picture costs, with all light; None where nothing traces rays.
+
+    `frame_ms`: of the renderer's frame. `progress(done, samples)` is called after each sample.
+    samples: how many were measured; sample_ms: GPU milliseconds, their median; frame_over_sample: the frame's over it.
+    """
+    device = renderer.device
+    if not traces(device):
+        return None
+    samples = _SOFTWARE_SAMPLES if device.is_software else _HARDWARE_SAMPLES
+    with PathTracer(renderer.scene, renderer.size, settings=renderer.settings, device=device) as tracer:
+        device.profiler.flush()
+        device.profiler.finished.clear()
+        # The first also fills the G-buffer, the last also makes the picture.
+        tracer.render(samples + 2, camera, progress)
+    sample = median(sum(times.values()) for times in list(device.profiler.finished)[1:-1])
+    return {"samples": samples, "sample_ms": sample, "frame_over_sample": frame_ms / sample}

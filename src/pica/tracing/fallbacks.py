@@ -34,6 +34,11 @@ def runnable(device: Device, settings: Settings) -> Settings:
     return settings.with_values(changes)
 
 
+def traces(device: Device) -> bool:
+    """Whether anything traces rays for the device."""
+    return device.traces_rays or not embree.missing()
+
+
 def check_traces(device: Device, what: str) -> None:
     """Raises DeviceError where nothing traces rays for the device. `what`: the user's word for what needs them."""
     missing = None if device.traces_rays else embree.missing()

@@ -1,0 +1,1 @@
+"""Taking the noise out of pictures that are done: Open Image Denoise."""

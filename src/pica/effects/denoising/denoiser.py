@@ -1,0 +1,72 @@
+"""The last step of a picture that is to have no noise: Open Image Denoise on what all its samples gave together."""
+
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import slangpy as spy
+
+from pica.effects.denoising.open_image_denoise import Picture, check_installed, denoised
+from pica.errors import PicaError, shown
+from pica.frame.context import FrameContext, Size
+from pica.frame.gbuffer import GBuffer
+from pica.gpu_scene.view import SceneView
+from pica.rhi.device import Device
+from pica.rhi.passes import ComputePass
+from pica.scene.values import UnfitError, checked, flag
+
+Denoise = bool | Literal["fast"]
+
+
+def denoiser_of(device: Device, size: Size, denoise: Any) -> "Denoiser | None":
+    """What `render` is asked for by `denoise`: False, True or "fast". Raises PicaError for anything else."""
+    kind = checked("render: denoise", _yes_no_or_fast, denoise, PicaError)
+    return Denoiser(device.part(), size, kind == "fast") if kind else None
+
+
+def _yes_no_or_fast(value: Any) -> bool | str:
+    if isinstance(value, str) and value == "fast":
+        return "fast"
+    try:
+        return flag(value)
+    except UnfitError:
+        raise UnfitError(f"{shown(value)} is not True, False or 'fast'") from None
+
+
+class Denoiser:
+    """Gathers colours and normals of what is seen while a picture comes about, then takes the noise out of it."""
+
+    def __init__(self, device: Device, size: Size, fast: bool) -> None:
+        """`size`: of the picture. `fast`: less well. Raises PicaError where Open Image Denoise is not installed."""
+        check_installed()
+        self._fast = fast
+        self._device = device
+        self.sums = {name: device.texture(name, spy.Format.rgba32_float, size) for name in ("albedos", "normals")}
+        """(width, height, rgba32f) that shaders add to, and in alpha how many they added (surface_features.slang)."""
+        self._picture = device.texture("denoised", spy.Format.rgba32_float, size)
+        with device.record() as recording:
+            for texture in self.sums.values():
+                recording.encoder.clear_texture_float(texture)
+
+    @cached_property
+    def _gather(self) -> ComputePass:
+        return self._device.compute("effects/denoising/gather_features.slang")
+
+    def gather(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView) -> None:
+        """Add what a G-buffer shows."""
+        self._gather(frame, frame.output_grid, frame=frame, gbuffer=gbuffer, scene=scene, **self.sums)
+
+    def __call__(self, frame: FrameContext, picture: spy.Texture) -> spy.Texture:
+        """Linear radiance (width, height, rgba) without its noise. Submits what is recorded and waits for it."""
+        self._device.handle.submit_command_buffer(frame.encoder.finish())
+        color = np.asarray(picture.to_numpy(), np.float32)[..., :3]
+        albedo, normal = (_mean(texture) for texture in self.sums.values())
+        clean = denoised(color, albedo, normal, self._fast)
+        self._picture.copy_from_numpy(np.dstack([clean, np.ones(clean.shape[:2], np.float32)]))
+        frame.encoder = self._device.handle.create_command_encoder()
+        return self._picture
+
+
+def _mean(texture: spy.Texture) -> Picture:
+    sums = np.asarray(texture.to_numpy())
+    return np.asarray(sums[..., :3] / np.maximum(sums[..., 3:], 1), np.float32)
