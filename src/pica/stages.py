@@ -20,6 +20,7 @@ from pica.frame.reprojection import Reprojection
 from pica.frame.snapshot import checked_size
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_slots import LightSlots
+from pica.programs.preparation import prepare
 from pica.rhi.device import Device, open_device
 from pica.scene.model import Scene
 from pica.scene.values import checked, instance
@@ -70,6 +71,14 @@ class Stages(Closing):
             self.antialiasing = Antialiasing(device.part(), self.size, settings.antialiasing)
         if "post" in changed:
             self.post = Post(device.part(), self.size, settings.post)
+        self._prepared = False
+
+    def _prepare(self) -> None:
+        """Make all programs before the first frame that needs some of them; the scene is up to date."""
+        if isinstance(self.shadows, Shadows):
+            self.shadows.expect(self.view)
+        prepare(self.device, self.view.material_types)
+        self._prepared = True
 
     def _shadows(self) -> Shadows | ShadowMaps | None:
         settings = self.settings

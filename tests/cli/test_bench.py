@@ -46,8 +46,9 @@ def test_without_json_a_table(run, calls):
 
 
 @pytest.mark.device
-def test_a_progress_bar_on_stderr_and_json_alone_on_stdout(run):
+def test_progress_on_stderr_and_json_alone_on_stdout(run):
     code, out, err = run("bench", "cornell", "--size", "16x16", "--frames", "2", "--warm-up", "1", "--json")
     result = json.loads(out)
     assert code == 0 and result["frames"] == 2 and result["gpu_ms"]["frame"] > 0
-    assert "Measuring" in err and "3/3" in err
+    said = [json.loads(line) for line in err.splitlines() if line.startswith("{")]
+    assert {"progress": "Measuring", "done": 3, "total": 3} in said

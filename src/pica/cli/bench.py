@@ -33,7 +33,7 @@ def bench(
     content = view.load()
     camera = view.camera_in(content)
     renderer = pica.Renderer(content, size=pixels, settings=settings, device=device)
-    with progress("Measuring") as advance:
+    with progress("Measuring", json) as advance:
         measured = benchmark(renderer, camera, frames, warm_up, progress=advance)
     result = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), **measured}
     if json:

@@ -1,6 +1,7 @@
 """Which lights get a ray of their own: the slots of shaders light_slots.slang."""
 
 import operator
+from typing import Any
 
 import numpy as np
 import slangpy as spy
@@ -10,7 +11,9 @@ from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.lights.light_table import LightTable
 from pica.gpu_scene.view import SceneView
 from pica.programs.library import programs
+from pica.programs.recipes import ForTypes
 from pica.rhi.device import Device
+from pica.rhi.passes import ComputePass
 from pica.scene.light import DirectionalLight, DiskLight, Light, RectangleLight
 from pica.scene.model import Node
 from pica.settings import Settings
@@ -41,7 +44,7 @@ class LightSlots:
         self.reservoirs = device.texture("light reservoirs", spy.Format.rg32_uint, (1, 1))
         """Which candidate the shared slot follows; full size where there is such a slot."""
         self._has_shared = False
-        self._choose = programs(device).compute("light_sampling/reservoir.slang")
+        self._choose: ForTypes[Any, ComputePass] | None = None
         self.block = device.parameter_block("light_sampling/light_slots.slang", "lightSlots")
 
     def resize(self, size: Size) -> None:
@@ -71,6 +74,7 @@ class LightSlots:
         sources = lights.light_count - single + triangles
         self._has_shared = sources > 0
         if self._has_shared:
+            self._choose = self._choose or programs(self._device).compute("light_sampling/reservoir.slang")
             # The triangles' one entry follows the lights.
             ranges.append((single, lights.light_count - single + (triangles > 0)))
             if (self.reservoirs.width, self.reservoirs.height) != self._size:
@@ -99,7 +103,7 @@ class LightSlots:
 
     def choose(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView) -> None:
         """Choose what each pixel's shared slot looks at in this frame."""
-        if self._has_shared:
+        if self._has_shared and self._choose:
             self._choose(scene.material_types)(
                 frame,
                 frame.grid,

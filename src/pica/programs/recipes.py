@@ -58,7 +58,7 @@ class ForTypes(Generic[Made, Pass]):
         self._library, self.recipe, self._use = library, recipe, use
         self.types: MaterialTypeSet = ()
         """Those of the newest call."""
-        library.for_types.add(self)
+        library.for_types[self] = None
 
     def __call__(self, types: MaterialTypeSet) -> Pass:
         """The pass that goes with these types; made here and now where nobody has made its program ahead."""
