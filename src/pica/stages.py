@@ -20,7 +20,6 @@ from pica.frame.reprojection import Reprojection
 from pica.frame.snapshot import checked_size
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_slots import LightSlots
-from pica.programs.preparation import prepare
 from pica.rhi.device import Device, open_device
 from pica.scene.model import Scene
 from pica.scene.values import checked, instance
@@ -77,7 +76,7 @@ class Stages(Closing):
         """Make all programs before the first frame that needs some of them; the scene is up to date."""
         if isinstance(self.shadows, Shadows):
             self.shadows.expect(self.view)
-        prepare(self.device, self.view.material_types)
+        self.view.make_programs()
         self._prepared = True
 
     def _shadows(self) -> Shadows | ShadowMaps | None:

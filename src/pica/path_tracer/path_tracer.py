@@ -12,7 +12,6 @@ from pica.frame.effect import Aov, kept
 from pica.frame.snapshot import checked_size
 from pica.gpu_scene.view import SceneView
 from pica.output import Frame
-from pica.programs.preparation import prepare
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -99,7 +98,7 @@ class PathTracer(Closing):
         frame = self._frames.begin(camera, jittered=False)
         self.view.update(frame, frame.camera)
         if first:
-            prepare(self.device, self.view.material_types)
+            self.view.make_programs()
             frame.encoder.clear_texture_float(self._sum)
             self._gbuffer(frame, self.view)
         self._trace(

@@ -14,19 +14,24 @@ from pica.programs.compiler import Compiler, Task
 from pica.programs.library import programs
 from pica.programs.machine_code import make_machine_code
 from pica.programs.material_types import MaterialTypeSet
+from pica.programs.scene_features import BUNDLES
 from pica.rhi.device import Device
 from pica.rhi.recipes import Recipe
 
 Program = tuple[Recipe[Any], MaterialTypeSet]
 """A recipe and its variant, as `Device.kept` takes them."""
+_MOST_WORKERS = 8
+"""More would only wait for the longest program, with some 300 MB each."""
 
 
-def prepare(device: Device, types: MaterialTypeSet) -> None:
+def prepare(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
     """Make the programs of all passes on this device that have none yet; `types`: of those that follow material types.
 
-    `compiling.listening` hears of those that no cache has. Raises DeviceError for one that does not compile.
+    Returns the types that these know: with features added where the caches have all programs for those, and not for
+    `types`. `compiling.listening` hears of those that no cache has. Raises DeviceError for one that does not compile.
     """
     compiled = programs(device).compiled
+    types = _covering(device, types)
     wanted = _wanted(device, types)
     missing = {program for program in wanted if not compiled.has(program)}
     total = len(missing)
@@ -44,6 +49,16 @@ def prepare(device: Device, types: MaterialTypeSet) -> None:
         if program in missing:
             make_machine_code(device, made)
             found(program)
+    return types
+
+
+def _covering(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
+    compiled = programs(device).compiled
+    for bundle in BUNDLES:
+        more = (*types, *(feature for feature in bundle if feature not in types))
+        if all(map(compiled.has, _wanted(device, more))):
+            return more
+    return types
 
 
 def _wanted(device: Device, types: MaterialTypeSet) -> list[Program]:
@@ -56,7 +71,7 @@ def _wanted(device: Device, types: MaterialTypeSet) -> list[Program]:
 
 def _compile_beside(device: Device, missing: Sequence[Program], found: Callable[[Program], None]) -> None:
     """Have workers compile these; `found` is told of each that the caches have now. A worker's fault is no obstacle."""
-    count = min(cores(), len(missing))
+    count = min(cores(), len(missing), _MOST_WORKERS)
     if count < 2 or device.cache is None:
         return
     tasks: SimpleQueue[Task | None] = SimpleQueue()
