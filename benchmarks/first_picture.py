@@ -2,7 +2,7 @@
 
     python benchmarks/first_picture.py demo cornell
 
-Seconds by the clock, and of the processor in all processes, which tell what a machine does that is busy with other work.
+Seconds by the clock, and of the processor in all processes: these tell more on a machine that is busy with other work.
 """
 
 import argparse
