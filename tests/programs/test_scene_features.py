@@ -9,10 +9,11 @@ from pica.programs import preparation
 from pica.programs.library import programs
 from pica.programs.material_types import STANDARD_ONLY
 from pica.programs.scene_features import EMISSIVE_TEXTURES, TEXTURES, features_of
-from pica.scene.material import Image, Material, Texture
+from pica.scene import material_registry
+from pica.scene.material import AlphaMode, Image, Material, Texture
 from pica.scenes.basic_meshes import plane
 from pica.scenes.placing import move, turn
-from tests.building import RASTER, lambert, orthographic, placed, scene_of, settings, uniform
+from tests.building import RASTER, RAYS, lambert, orthographic, placed, scene_of, settings, uniform
 
 GREY = Texture(Image(np.full((4, 4, 4), 128, np.uint8)))
 SLOTS = ["base_color", "metallic_roughness", "normal", "occlusion", "specular", "specular_color", "transmission"]
@@ -82,3 +83,26 @@ def test_programs_that_know_more_are_taken_where_the_caches_have_them(device, mo
     assert preparation._covering(device, (*STANDARD_ONLY, TEXTURES)) == (*STANDARD_ONLY, TEXTURES)
     monkeypatch.setattr(programs(device).compiled, "has", lambda program: False)
     assert preparation._covering(device, STANDARD_ONLY) == STANDARD_ONLY
+
+
+HALF = """
+import materials.material_type;
+struct Half : IMaterialType
+{
+    override static float coverage(MaterialInput input) { return input.position.x < 0 ? 1 : 0; }
+    static void evaluate(MaterialInput input, inout Surface surface) { surface.brdf.baseColor = .25; }
+}
+"""
+
+
+@pytest.mark.parametrize("values", [RASTER, RAYS])
+def test_types_that_come_after_a_feature_keep_their_hit_groups(device, nothing_cached, monkeypatch, tmp_path, values):
+    monkeypatch.setattr(material_registry, "_registered", {})
+    (tmp_path / "half.slang").write_text(HALF)
+    pica.register_material("half", tmp_path / "half.slang")
+    behind = placed(plane(2, 2, textured(base_color_texture=GREY)), move(0, 0, -1) @ turn("x", 90))
+    scene = scene_of(behind, wall(Material(type="half", alpha_mode=AlphaMode.MASK)))
+    renderer = pica.Renderer(scene, (16, 16), settings({**QUICK, **values}), device)
+    found = renderer.render(1, CAMERA)
+    assert [entry.name for entry in renderer.view.material_types] == ["standard", "feature/textures", "half"]
+    assert found.aov("albedo")[8, [4, 12], 0] == pytest.approx([0.25, 0.216], abs=0.01)
