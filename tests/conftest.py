@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import pytest
 import slangpy as spy
 
+from pica.programs import preparation
 from pica.rhi import validation
 from pica.rhi.device import Device, open_device
 
@@ -28,6 +29,12 @@ def _no_device_unless_marked(request: pytest.FixtureRequest, monkeypatch: pytest
     """Where the mark is missing, opening a device in this process fails, so that the mark stays true."""
     if request.node.get_closest_marker("device") is None:
         monkeypatch.setattr(spy, "Device", _ClosedDevice)
+
+
+@pytest.fixture(autouse=True)
+def _one_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests run on all cores as it is."""
+    monkeypatch.setattr(preparation, "cores", lambda: 1)
 
 
 @pytest.fixture(autouse=True)

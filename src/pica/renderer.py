@@ -90,6 +90,8 @@ class Renderer(Stages):
         frame.changed |= scene.update(frame, camera)
         frame.changed_lights = scene.lights_changed
         slots.update(scene.lights)
+        if not self._prepared:
+            self._prepare()
         gbuffer = self.gbuffer(frame, scene)
         if denoiser is not None:
             denoiser.gather(frame, gbuffer, scene)

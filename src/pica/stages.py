@@ -72,6 +72,15 @@ class Stages(Closing):
             self.antialiasing = Antialiasing(device.part(), self.size, settings.antialiasing)
         if "post" in changed:
             self.post = Post(device.part(), self.size, settings.post)
+        self._prepared = False
+
+    def _prepare(self) -> None:
+        """Make all programs before the first frame that needs some of them; the scene is up to date."""
+        if isinstance(self.shadows, Shadows):
+            self.shadows.expect(self.view)
+        self._light_sampler.expect(self._slots)
+        self.view.make_programs()
+        self._prepared = True
 
     def _shadows(self) -> Shadows | ShadowMaps | None:
         settings = self.settings

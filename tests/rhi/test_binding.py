@@ -101,7 +101,7 @@ def test_shader_that_does_not_compile_names_its_file(device):
     from pica.errors import DeviceError
 
     with pytest.raises(DeviceError, match=r"effects/nothing\.slang"):
-        device.compute("effects/nothing.slang")
+        device.compute("effects/nothing.slang").pipeline  # noqa: B018
 
 
 MANY_BLOCKS = """

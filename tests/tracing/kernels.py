@@ -15,7 +15,8 @@ def kernel(device: Device, source: str, name: str = "kernel") -> ComputePass:
     """A compute pass from source whose entry point is `main`."""
     module = device.handle.load_module_from_source(f"tests_kernel_{next(_numbers)}", source)
     program = device.handle.link_program([module], [module.entry_point("main")])
-    return ComputePass(device.handle, name, program, device.handle.create_compute_pipeline(program))
+    pipeline = device.handle.create_compute_pipeline(program)
+    return ComputePass(device.handle, name, lambda: (program, pipeline))
 
 
 def run(device: Device, source: str, threads: int, **values) -> None:

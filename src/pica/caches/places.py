@@ -2,6 +2,7 @@
 
     slangpy-VERSION/shaders    what Slang-RHI makes of programs, a database
     slangpy-VERSION/modules    compiled Slang modules
+    slangpy-VERSION/compiled   which programs are here (compiled_programs.py)
     mesa                       machine code that lavapipe makes of both
     numba                      machine code of the loops around Embree
 
@@ -24,6 +25,8 @@ from pica.caches.shader_database import mend
 MODULES, SHADERS = (Path(f"slangpy-{version('slangpy')}", name) for name in ("modules", "shaders"))
 MESA, NUMBA = Path("mesa"), Path("numba")
 """Places in the folder."""
+COMPILED = SHADERS.with_name("compiled")
+"""A file in the folder."""
 _ASKED = "PICA_CACHE"
 _MESA_FOLDER = "MESA_SHADER_CACHE_DIR"
 _NEEDED = 16  # MiB that must be free: files that are mapped into memory end the process when a disk is full

@@ -36,7 +36,7 @@ def bench(
     content = view.load()
     camera = view.camera_in(content)
     renderer = pica.Renderer(content, size=pixels, settings=settings, device=device)
-    with progress("Measuring") as advance:
+    with progress("Measuring", json) as advance:
         measured = benchmark(renderer, camera, frames, warm_up, progress=advance)
     with progress("Path tracing") as advance:
         measured["path_traced"] = path_traced_sample(renderer, measured["gpu_ms"]["frame"], camera, advance)

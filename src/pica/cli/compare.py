@@ -67,12 +67,12 @@ def compare(
         "samples": samples,
     }
     if effect is None:
-        found, page = _whole(renderer, camera, frames, samples, max_depth)
+        found, page = _whole(renderer, camera, frames, samples, max_depth, json)
         result["whole"] = found
         if settings.rays.opaque_secondary_shadows:
             result["reference"] = "transparent surfaces are opaque to shadow rays from secondary hits"
     else:
-        found, page = _one_effect(renderer, view, camera, frames, samples, effect, sequence or "still")
+        found, page = _one_effect(renderer, view, camera, frames, samples, effect, sequence or "still", json)
         result |= {"effect": effect, "sequence": sequence or "still", **found}
     if output is not None:
         from pica import pictures
@@ -88,15 +88,17 @@ _Found = tuple[dict[str, Any], "NDArray[np.uint8]"]
 """Of a comparison: the numbers, and a sheet to look at."""
 
 
-def _whole(renderer: "Renderer", camera: "Camera", frames: int, samples: int, max_depth: int | None) -> _Found:
+def _whole(
+    renderer: "Renderer", camera: "Camera", frames: int, samples: int, max_depth: int | None, json: bool
+) -> _Found:
     import pica
     from pica import quality
 
     # First, as it is an error where nothing traces rays.
     tracer = pica.PathTracer(renderer.scene, renderer.size, max_depth, renderer.settings, renderer.device)
-    with progress("Hybrid") as advance:
+    with progress("Hybrid", json) as advance:
         hybrid = renderer.render(frames, camera, advance)
-    with progress("Path traced") as advance:
+    with progress("Path traced", json) as advance:
         reference = tracer.render(samples, camera, advance)
     errors = quality.compare(reference.color, hybrid.color)
     panels = {
@@ -108,12 +110,12 @@ def _whole(renderer: "Renderer", camera: "Camera", frames: int, samples: int, ma
 
 
 def _one_effect(
-    renderer: "Renderer", view: View, camera: "Camera", frames: int, samples: int, effect: str, motion: str
+    renderer: "Renderer", view: View, camera: "Camera", frames: int, samples: int, effect: str, motion: str, json: bool
 ) -> _Found:
     from pica.quality.effects import compare_effect, error_sheet
 
     animation = find_animation(renderer.scene, view.animation)
-    with progress(effect) as advance:
+    with progress(effect, json) as advance:
         errors = compare_effect(
             renderer, effect, motion, frames, samples, camera, False, advance, view.start or 0.0, animation
         )

@@ -33,7 +33,7 @@ Values = Annotated[
 Device = Annotated[
     str | None, typer.Option(metavar="NAME", help="Part of the device's name; without it, the best there is.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object; progress as JSON lines on stderr.")]
 
 
 def parse_size(text: str) -> tuple[int, int]:

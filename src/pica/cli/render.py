@@ -1,6 +1,7 @@
 """`pica render`: a picture of a scene, or a sequence of them."""
 
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -118,12 +119,13 @@ def render(
                 count if whole else 1, camera=camera(), denoise=way if whole else False
             ),
             save=lambda frame, file: save(frame, file, aov),
+            progress=partial(progress, json=json),
         )
         result |= {"fps": sequence.fps, "start": sequence.start, "pictures": len(times), "rendered": len(missing)}
         said = f"{len(missing)} of {len(times)} pictures rendered, {said}"
         files = [output]
     else:
-        with progress("Rendering") as advance:
+        with progress("Rendering", json) as advance:
             frame = renderer.render(count, camera=camera(), progress=advance, denoise=way)
             files = save(frame, output, aov)
         result["timings"] = frame.timings

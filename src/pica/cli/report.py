@@ -1,32 +1,59 @@
 """What the commands say: results on stdout, everything else on stderr."""
 
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from functools import partial
+from json import dumps
 from typing import Any, TextIO, cast
 
 from pica.cli.interrupts import cleaning_up_first
-from pica.cli.streams import Messages
+from pica.cli.streams import Messages, say
+from pica.compiling import listening
 from pica.text import one_line
+
+_COMPILING = "Compiling shaders"
 
 
 @contextmanager
-def progress(title: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on stderr while the block runs; call what it gives with (done, total).
+def progress(title: str, json: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar on stderr while the block runs; call what it gives with (done, total). Another one while shaders
+    are compiled in the block.
 
+    `json`: one JSON object a line instead, {"progress": title, "done": 1, "total": 16}.
     Ctrl-C is a KeyboardInterrupt within the block: terminals need their cursor back, and begun files are removed.
     """
+    with (
+        cleaning_up_first(),
+        nullcontext(_line) if json else _bars(title) as show,
+        listening(partial(show, _COMPILING)),
+    ):
+        yield partial(show, title)
+
+
+def _line(title: str, done: int, total: int) -> None:
+    say(dumps({"progress": title, "done": done, "total": total}))
+
+
+@contextmanager
+def _bars(first: str) -> Iterator[Callable[[str, int, int], None]]:
+    """Bars by their titles, the first one at once."""
     from rich import progress as rich
     from rich.console import Console
 
     columns = [rich.TextColumn("{task.description}", markup=False), rich.BarColumn(), rich.MofNCompleteColumn()]
     times = [rich.TimeElapsedColumn(), rich.TimeRemainingColumn()]
     console = Console(file=cast(TextIO, Messages()))
-    with cleaning_up_first(), rich.Progress(*columns, *times, console=console) as bar:
-        task = bar.add_task(one_line(title), total=None)
+    with rich.Progress(*columns, *times, console=console) as bar:
+        tasks = {first: bar.add_task(one_line(first), total=None)}
+
+        def show(title: str, done: int, total: int) -> None:
+            if title not in tasks:
+                tasks[title] = bar.add_task(title)
+            bar.update(tasks[title], completed=done, total=total)
+
         try:
-            yield lambda done, total: bar.update(task, completed=done, total=total)
+            yield show
         except BaseException:  # then the error is all there is to say
             bar.live.transient = True
             console.quiet = not console.is_interactive  # where a bar is one line at the end, though it be an empty one
@@ -40,7 +67,7 @@ def print_line(text: str) -> None:
 
 def print_json(result: Mapping[str, Any]) -> None:
     """One JSON object, alone on stdout; numbers that are not finite, which JSON does not have, are null."""
-    print(json.dumps(_finite(result), indent=2, allow_nan=False))
+    print(dumps(_finite(result), indent=2, allow_nan=False))
 
 
 def _finite(value: Any) -> Any:

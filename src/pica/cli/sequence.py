@@ -5,7 +5,7 @@ import re
 import shutil
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -141,10 +141,12 @@ class Sequence:
         missing: list[int],
         shoot: Callable[[bool], "Frame"],
         save: Callable[["Frame", Path], object],
+        progress: Callable[[str], AbstractContextManager[Callable[[int, int], None]]] = progress,
     ) -> dict[str, float]:
         """Make the missing pictures and the film of them; the timings of the last.
 
-        `shoot(True)` renders the scene as it is now, `shoot(False)` in a hurry, for the history only.
+        `shoot(True)` renders the scene as it is now, `shoot(False)` in a hurry, for the history only. `progress` shows
+        how far it is.
         """
         timings: dict[str, float] = {}
         if not missing and self.is_film and not self._folder.exists():
@@ -166,7 +168,8 @@ class Sequence:
                 advance(done + 1, len(times))
                 before, timings = number, frame.timings
         if self.is_film:
-            self._encode(len(times))
+            with progress("Encoding") as advance:
+                self._encode(len(times), advance)
         return timings
 
     @contextmanager
@@ -184,16 +187,14 @@ class Sequence:
         with suppress(OSError):  # there is something in it, or it is not there
             self._folder.rmdir()
 
-    def _encode(self, count: int) -> None:
+    def _encode(self, count: int, advance: Callable[[int, int], None]) -> None:
         from pica.pictures import read_image
         from pica.video import write_video
 
-        with progress("Encoding") as advance:
+        def pictures() -> "Iterator[NDArray[np.uint8]]":
+            for number in range(count):
+                yield read_image(self.file(number), str(self.file(number)))[..., :3]
+                advance(number + 1, count)
 
-            def pictures() -> "Iterator[NDArray[np.uint8]]":
-                for number in range(count):
-                    yield read_image(self.file(number), str(self.file(number)))[..., :3]
-                    advance(number + 1, count)
-
-            write_video(self.output, pictures(), self.fps)
+        write_video(self.output, pictures(), self.fps)
         shutil.rmtree(self._folder)

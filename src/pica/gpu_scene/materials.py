@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from pica.programs.library import programs
 from pica.programs.material_types import MAX_PARAMETERS, STANDARD_ONLY, MaterialTypeSet, ShapeOn, TypeEntry, plain
+from pica.programs.preparation import prepare
+from pica.programs.scene_features import features_of
 from pica.programs.shape_types import shapes_of
 from pica.rhi.device import Device
 from pica.rhi.tables import HostTable
@@ -87,7 +89,7 @@ class MaterialTable:
     def types(self) -> MaterialTypeSet:
         """The material types that programs must know; a type's place is its number in shaders and its hit group.
 
-        Among them what primitives have for hit groups (programs/shape_types.py)."""
+        Among them what primitives have for hit groups (programs/shape_types.py), and features (scene_features.py)."""
         return self._types or STANDARD_ONLY
 
     @property
@@ -102,7 +104,7 @@ class MaterialTable:
     def types_with(self, entries: Iterable[TypeEntry]) -> MaterialTypeSet:
         """The types in use and these. All keep their places; a newcomer takes one whose type nobody uses any more.
 
-        Entries of shapes neither go nor take such a place, for records hold the numbers of shapes.
+        Entries of shapes neither go nor take such a place, for records hold the numbers of shapes; nor do features.
         """
         wanted = {entry.name: entry for entry in entries}
         materials = {name: entry for name, entry in wanted.items() if isinstance(entry, MaterialSource)}
@@ -116,10 +118,10 @@ class MaterialTable:
         free = [
             number
             for number, known in enumerate(types)
-            if known.name not in wanted and not isinstance(known, ShapeOn) and not self._type_users[known.name]
+            if known.name not in wanted and isinstance(known, MaterialSource) and not self._type_users[known.name]
         ]
         for newcomer in (entry for name, entry in wanted.items() if name not in known_names):
-            if free and not isinstance(newcomer, ShapeOn):
+            if free and isinstance(newcomer, MaterialSource):
                 types[free.pop(0)] = newcomer
             else:
                 types.append(newcomer)
@@ -142,6 +144,13 @@ class MaterialTable:
             self.table.rows[row]["parameters"] = parameters
             self.table.touch(np.array([row]))
         self._types = types
+
+    def make_programs(self) -> None:
+        """Make all programs that passes on the device have none of yet, before a first frame; perhaps such as know more
+        features than are in use."""
+        types = prepare(self._device, self.types)
+        if types != self.types:
+            self._types = types
 
     def acquire(self, material: Material) -> int:
         """The row of a material that somebody starts to use."""
@@ -198,6 +207,7 @@ class MaterialTable:
         if source is None:
             source = material_source(material.type)
             self._types = self.types_with([source])
+        self._types = self.types_with(features_of(material))
         packed["parameters"] = programs(self._device).material_types[source].packed(material.name, material.parameters)
         packed["type"] = self.type_number(material.type)
         for slot in _SLOTS:

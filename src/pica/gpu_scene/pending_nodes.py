@@ -8,6 +8,7 @@ from pica.programs.library import programs
 from pica.programs.material_types import MaterialTypeSet, ShapeOn, TypeEntry
 from pica.programs.program_round import ProgramRound
 from pica.programs.recipes import TypeRecipe
+from pica.programs.scene_features import features_of
 from pica.rhi.device import Device
 from pica.rhi.profiler import FRAMES_IN_FLIGHT
 from pica.scene.material_registry import material_source, registrations
@@ -193,5 +194,5 @@ def _entries(section: Section | Primitives) -> list[TypeEntry]:
     """What programs must know to show it. Raises MaterialTypeError or ShapeError for a name that nobody registered."""
     material = material_source(section.material.type)
     if isinstance(section, Primitives):
-        return [material, ShapeOn(shape_source(section.shape), material)]
-    return [material]
+        return [material, ShapeOn(shape_source(section.shape), material), *features_of(section.material)]
+    return [material, *features_of(section.material)]

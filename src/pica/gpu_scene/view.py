@@ -132,6 +132,10 @@ class SceneView:
         self._transparent_shadows = settings.shadows.transparent
         self._bind()
 
+    def make_programs(self) -> None:
+        """Before its first frame, once it is up to date: see MaterialTable.make_programs."""
+        self.scene.materials.make_programs()
+
     def admit(self, wait: bool = True) -> None:
         """Take in what changed, before a frame begins; as GpuScene.admit."""
         self.scene.admit(wait)

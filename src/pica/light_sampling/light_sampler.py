@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from operator import gt
+from typing import Any
 
 import slangpy as spy
 
@@ -10,7 +11,9 @@ from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_slots import LightSlots
 from pica.programs.library import programs
+from pica.programs.recipes import ForTypes
 from pica.rhi.device import Device
+from pica.rhi.passes import ComputePass
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,7 @@ class LightSampler:
 
     def __init__(self, device: Device, size: Size) -> None:
         self._device, self._size = device, size
-        self._sample = programs(device).compute("light_sampling/sample_lights.slang")
+        self._sample: ForTypes[Any, ComputePass] | None = None
         self._allocate(0, 0)
 
     def resize(self, size: Size) -> None:
@@ -38,9 +41,15 @@ class LightSampler:
         self._size = size
         self._allocate(0, 0)
 
+    def expect(self, slots: LightSlots) -> None:
+        """Have the pass that these slots call for, before their first frame."""
+        if self._sample is None and slots.first_sampled < slots.count:
+            self._sample = programs(self._device).compute("light_sampling/sample_lights.slang")
+
     def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, slots: LightSlots) -> LightSamples:
         """Draw this frame's samples."""
-        if slots.first_sampled == slots.count:
+        self.expect(slots)
+        if self._sample is None or slots.first_sampled == slots.count:
             return LightSamples(slots, self._samples, self._weights)
         wanted = slots.count, len(slots.denoised)
         if any(map(gt, wanted, self._layers)):

@@ -113,6 +113,7 @@ class PathTracer(Closing):
         frame = self._frames.begin(camera, jittered=False)
         self.view.update(frame, frame.camera)
         if first:
+            self.view.make_programs()
             frame.encoder.clear_texture_float(self._sum)
             self._gbuffer(frame, self.view)
         features = {"albedos": self._no_features, "normals": self._no_features} if denoiser is None else denoiser.sums

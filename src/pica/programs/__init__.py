@@ -1,1 +1,1 @@
-"""What programs are made of: recipes, material and shape types, and the processes that compile them."""
+"""What programs are made of: recipes, material and shape types, features, and the processes that compile them."""

@@ -1,8 +1,8 @@
-"""Programs for material types that come to a running renderer, made without stalling it.
+"""Worker processes that compile programs: one beside a running renderer, or one a core before a first frame.
 
-SlangPy holds Python's lock while it compiles, so a thread would stall the frame as much. A worker process makes the
-same programs from the same recipes on a device of its own: what it finds lies in the shader cache on disk, from which
-this process then takes one program in two frames: one links it, the other makes its pipeline.
+SlangPy holds Python's lock while it compiles, so threads would stall frames and each other. A worker process makes the
+same programs from the same recipes on a device of its own: what it finds lies in the caches on disk, from which this
+process then takes it (program_round.py, preparation.py).
 """
 
 import os
@@ -10,6 +10,7 @@ import pickle
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from queue import SimpleQueue
@@ -23,36 +24,48 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _ATTEMPTS = 2
+_SECONDS_TO_END = 10
 
 
 @dataclass
 class Task:
-    """A recipe for the worker. The serving thread writes `fault`, then `done`."""
+    """A recipe for the worker. The serving thread writes all but `cancelled` and `linked`, `done` last."""
 
     recipe: Recipe[Any]
     types: MaterialTypeSet
     done: bool = False
+    answered: bool = False
+    """Whether a worker has tried, and not died of it."""
     fault: PicaError | None = None
     cancelled: bool = False
     linked: bool = False
 
 
 class Compiler:
-    """The worker process of a device; it starts with the first task and goes with `close`."""
+    """A worker process of a device; it starts with the first task and goes with `close`, or when it meets None among
+    its tasks."""
 
-    def __init__(self, adapter: str, cache: "Path | None") -> None:
+    def __init__(
+        self,
+        adapter: str,
+        cache: "Path | None",
+        tasks: "SimpleQueue[Task | None] | None" = None,
+        heard: Callable[[Task], None] | None = None,
+    ) -> None:
+        """`tasks`: of several workers; one by itself runs beside frames, which go first. `heard` is told of each task
+        that is done, in a thread of the worker's."""
         self._adapter, self._cache = adapter, cache
+        self._call = f"main(beside_frames={tasks is None})"
         # The same modules under the same cache, and nothing of the script that runs here.
         self._environment = {
             **os.environ,
             "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
             "PICA_CACHE": str(cache),
         }
-        self._tasks: SimpleQueue[Task | None] = SimpleQueue()
+        self._tasks: SimpleQueue[Task | None] = tasks or SimpleQueue()
+        self._heard = heard
         self._thread: threading.Thread | None = None
         self._closed = False
-        self.unanswered = 0
-        """Tasks that the worker has not seen to."""
         self.process: subprocess.Popen[bytes] | None = None
         self.failure = ""
         """Why the worker cannot start, once it could not; programs are then compiled where they are used."""
@@ -61,8 +74,11 @@ class Compiler:
 
     def submit(self, task: Task) -> None:
         """Let the worker see to a task, after those before."""
-        self.unanswered += 1
         self._tasks.put(task)
+        self.start()
+
+    def start(self) -> None:
+        """Let the worker see to the tasks there are."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._serve, name="pica shader compiler", daemon=True)
             self._thread.start()
@@ -79,8 +95,9 @@ class Compiler:
             if not task.cancelled:
                 task.fault = self._answer(task)
                 task.done = True
-            self.unanswered -= 1
-        self._end()
+            if self._heard is not None:
+                self._heard(task)
+        self._end(0 if self._closed else _SECONDS_TO_END)
 
     def _answer(self, task: Task) -> PicaError | None:
         """The fault that the worker found. A worker that dies gets a successor; twice at one task is a fault."""
@@ -95,9 +112,10 @@ class Compiler:
                 pickle.dump((self._adapter, task.recipe, task.types), process.stdin)
                 process.stdin.flush()
                 answer: PicaError | None = pickle.load(process.stdout)
+                task.answered = True
                 return answer
             except (OSError, EOFError, pickle.UnpicklingError):
-                self._end()
+                self._end(0)
                 if self._closed:
                     return None
         return DeviceError("the shader compiler crashes")
@@ -106,7 +124,7 @@ class Compiler:
         if self._cache is None:
             raise OSError("no folder to hand over in what it compiles")
         return subprocess.Popen(
-            [sys.executable, "-c", "from pica.programs.compile_worker import main; main()"],
+            [sys.executable, "-c", "from pica.programs.compile_worker import main; " + self._call],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -114,10 +132,15 @@ class Compiler:
             start_new_session=True,  # Ctrl-C is for the renderer
         )
 
-    def _end(self) -> None:
+    def _end(self, seconds: float) -> None:
+        """`seconds`: that it may take to bring what it has compiled to the caches."""
         process, self.process = self.process, None
         if process is None:
             return
+        with suppress(OSError, subprocess.TimeoutExpired):
+            assert process.stdin is not None
+            process.stdin.close()
+            process.wait(seconds)
         process.kill()
         process.wait()
         for pipe in (process.stdin, process.stdout):

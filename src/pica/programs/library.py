@@ -7,11 +7,13 @@ from typing import Any
 
 import slangpy as spy
 
+from pica.caches.compiled_programs import CompiledPrograms
+from pica.caches.places import COMPILED
 from pica.programs.compiler import Compiler
 from pica.programs.material_types import STANDARD_ONLY, MaterialTypes, MaterialTypeSet
 from pica.programs.recipes import ForTypes, ForTypesRecipe
 from pica.programs.shape_types import ShapeTypes
-from pica.rhi.device import Device
+from pica.rhi.device import PACKAGE, Device
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe
 
@@ -23,8 +25,8 @@ class ProgramLibrary:
         self.device = device
         self.material_types = device.shared(MaterialTypes)
         self.shape_types = device.shared(ShapeTypes)
-        self.for_types: weakref.WeakSet[ForTypes[Any, Any]] = weakref.WeakSet()
-        """The passes on this device that follow the material types in use."""
+        self.for_types: weakref.WeakKeyDictionary[ForTypes[Any, Any], None] = weakref.WeakKeyDictionary()
+        """The passes on this device that follow the material types in use, in the order in which they were made."""
 
     @cached_property
     def compiler(self) -> Compiler:
@@ -32,6 +34,13 @@ class ProgramLibrary:
         compiler = Compiler(self.device.name, self.device.cache)
         self.device.at_close(compiler.close)
         return compiler
+
+    @cached_property
+    def compiled(self) -> CompiledPrograms:
+        """What the caches have for this device."""
+        device = self.device
+        file = None if device.cache is None else device.cache / COMPILED
+        return CompiledPrograms(file, PACKAGE, f"{device.name} {device.info.driver}")
 
     def retire(self, types: MaterialTypeSet) -> None:
         """Forget the programs for these types, unless a pass still uses them."""
@@ -47,7 +56,7 @@ class ProgramLibrary:
         """
         handle, label = self.device.handle, name or Path(module).stem
         recipe = ForTypesRecipe(ComputeRecipe(module, entry))
-        return ForTypes(self, recipe, lambda made: ComputePass(handle, label, *made))
+        return ForTypes(self, recipe, lambda made: ComputePass(handle, label, lambda: made))
 
     def raster(
         self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None
@@ -55,7 +64,7 @@ class ProgramLibrary:
         """A raster pass that evaluates materials; as `compute`."""
         handle, label = self.device.handle, name or Path(module).stem
         recipe = ForTypesRecipe(RasterRecipe(module, entries, state))
-        return ForTypes(self, recipe, lambda made: RasterPass(handle, label, *made))
+        return ForTypes(self, recipe, lambda made: RasterPass(handle, label, lambda: made))
 
 
 def programs(device: Device) -> ProgramLibrary:

@@ -32,10 +32,25 @@ class ShapeOn:
         return f"{self.shape.name}/{self.material.name}"
 
 
-TypeEntry = MaterialSource | ShapeOn
+@dataclass(frozen=True)
+class Feature:
+    """Something that programs leave out unless they are told of it (programs/scene_features.py). No hit group."""
+
+    word: str
+    module: str
+    """Where `constant` is declared, as Slang imports it."""
+    constant: str
+
+    @property
+    def name(self) -> str:
+        """What no type is called."""
+        return f"feature/{self.word}"
+
+
+TypeEntry = MaterialSource | ShapeOn | Feature
 MaterialTypeSet = tuple[TypeEntry, ...]
 """The types that a program knows, by the number that materials carry (`Material.type` in shaders), and among them the
-shapes that materials of these types are on. One hit group each."""
+shapes that materials of these types are on, one hit group each, and the features in use. The first is a type."""
 STANDARD_ONLY: MaterialTypeSet = (STANDARD_SOURCE,)
 MAX_PARAMETERS = 16
 """32-bit numbers of a material's own; scene_types.slang: MATERIAL_PARAMETERS."""
@@ -181,7 +196,7 @@ def fitting_numbers(values: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
 
 def plain(types: MaterialTypeSet) -> dict[int, MaterialSource]:
     """The material types alone, by their numbers."""
-    return {number: entry for number, entry in enumerate(types) if not isinstance(entry, ShapeOn)}
+    return {number: entry for number, entry in enumerate(types) if isinstance(entry, MaterialSource)}
 
 
 def digest(text: str) -> str:

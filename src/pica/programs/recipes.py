@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import slangpy as spy
 
-from pica.programs.material_types import MaterialType, MaterialTypes, MaterialTypeSet, ShapeOn, TypeEntry
+from pica.programs.material_types import Feature, MaterialType, MaterialTypes, MaterialTypeSet, ShapeOn, TypeEntry
 from pica.programs.shape_types import ShapeType, ShapeTypes, modules_for
 from pica.rhi.device import Device
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe
@@ -35,17 +35,19 @@ class ForTypesRecipe:
 
 @dataclass(frozen=True)
 class TypeRecipe:
-    """A material type or a shape by itself: whatever can be said of its file without any program."""
+    """A material type, a shape or a feature by itself: whatever can be said of its file without any program."""
 
     entry: TypeEntry
 
-    def link(self, device: Device, variant: MaterialTypeSet) -> MaterialType | ShapeType:
+    def link(self, device: Device, variant: MaterialTypeSet) -> MaterialType | ShapeType | Feature:
         """Raises MaterialTypeError or ShapeError when the file has a fault."""
+        if isinstance(self.entry, Feature):
+            return self.entry
         if isinstance(self.entry, ShapeOn):
             return device.shared(ShapeTypes)[self.entry.shape]
         return device.shared(MaterialTypes)[self.entry]
 
-    def make(self, device: Device, linked: MaterialType | ShapeType) -> MaterialType | ShapeType:
+    def make(self, device: Device, linked: MaterialType | ShapeType | Feature) -> MaterialType | ShapeType | Feature:
         """What was loaded."""
         return linked
 
@@ -58,7 +60,7 @@ class ForTypes(Generic[Made, Pass]):
         self._library, self.recipe, self._use = library, recipe, use
         self.types: MaterialTypeSet = ()
         """Those of the newest call."""
-        library.for_types.add(self)
+        library.for_types[self] = None
 
     def __call__(self, types: MaterialTypeSet) -> Pass:
         """The pass that goes with these types; made here and now where nobody has made its program ahead."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pica.errors import ShapeError
 from pica.programs.material_types import MaterialTypes, MaterialTypeSet, ShapeOn, compiled, digest, fitting_numbers
+from pica.programs.scene_features import feature_modules
 from pica.rhi.device import Device
 from pica.scene.material_registry import MaterialSource
 from pica.scene.primitives import Primitives
@@ -122,5 +123,6 @@ class ShapeTypes:
 
 
 def modules_for(device: Device, types: MaterialTypeSet) -> list[spy.SlangModule]:
-    """What to link with a program so that it knows these material types and the shapes among them."""
-    return [*device.shared(MaterialTypes).linked(types), *device.shared(ShapeTypes).linked(types)]
+    """What to link with a program so that it knows these material types, and the shapes and features among them."""
+    shared = device.shared(MaterialTypes).linked(types), device.shared(ShapeTypes).linked(types)
+    return [*shared[0], *shared[1], *feature_modules(device, types)]

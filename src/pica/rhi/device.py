@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from threading import Lock
 from typing import Any, TypeVar
-from weakref import finalize
+from weakref import WeakKeyDictionary, finalize
 
 import numpy as np
 import slangpy as spy
@@ -27,6 +27,7 @@ from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
 from pica.rhi.turns import Turns
 
 T = TypeVar("T")
+P = TypeVar("P", ComputePass, RasterPass)
 PACKAGE = Path(__file__).resolve().parents[1]
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 _BUILD_INPUT = spy.BufferUsage.acceleration_structure_build_input
@@ -96,6 +97,7 @@ class Device:
         self._block_programs: dict[str, spy.ShaderProgram] = {}
         self._kept: dict[tuple[Recipe[Any], Hashable], Any] = {}
         self._linked: dict[tuple[Recipe[Any], Hashable], Any] = {}
+        self._plans: WeakKeyDictionary[ComputePass | RasterPass, Recipe[Any]] = WeakKeyDictionary()
         self._shared: dict[Callable[[Device], Any], Any] = {}
         self.info: DeviceInfo = describe(self.handle, adapter)
         if self.info.missing:
@@ -284,6 +286,15 @@ class Device:
         if key not in self._kept and key not in self._linked:
             self._linked[key] = recipe.link(self, variant)
 
+    def has(self, recipe: Recipe[Any], variant: Hashable = ()) -> bool:
+        """Whether `kept` would make nothing."""
+        return (recipe, variant) in self._kept
+
+    @property
+    def planned(self) -> list[Recipe[Any]]:
+        """What `compute` and `raster` passes are to be made from that are still in use, and which nobody has made."""
+        return [recipe for recipe in dict.fromkeys(self._plans.values()) if not self.has(recipe)]
+
     def forget(self, variant: Hashable) -> None:
         """Let go of what was made for a variant."""
         for made in (self._kept, self._linked):
@@ -315,14 +326,22 @@ class Device:
         return ParameterBlock(self.handle, self._block_programs[module], module, name)
 
     def compute(self, module: str, entry: str = "main", name: str | None = None) -> ComputePass:
-        """A compute pass from a file below the package; `name` is what the profiler calls it."""
-        made = self.kept(ComputeRecipe(module, entry))
-        return ComputePass(self.handle, name or Path(module).stem, *made)
+        """A compute pass from a file below the package; `name` is what the profiler calls it.
+
+        Its program is made when it is first used, or before by `programs.preparation`. DeviceError then when the file
+        does not compile.
+        """
+        recipe = ComputeRecipe(module, entry)
+        return self._planned(recipe, ComputePass(self.handle, name or Path(module).stem, partial(self.kept, recipe)))
 
     def raster(self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None) -> RasterPass:
-        """A raster pass from the vertex and, if any, fragment entry points of a file."""
-        made = self.kept(RasterRecipe(module, entries, state))
-        return RasterPass(self.handle, name or Path(module).stem, *made)
+        """A raster pass from the vertex and, if any, fragment entry points of a file; as `compute`."""
+        recipe = RasterRecipe(module, entries, state)
+        return self._planned(recipe, RasterPass(self.handle, name or Path(module).stem, partial(self.kept, recipe)))
+
+    def _planned(self, recipe: Recipe[Any], made: P) -> P:
+        self._plans[made] = recipe
+        return made
 
 
 def _scatter(device: Device) -> ComputePass:

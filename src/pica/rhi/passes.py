@@ -1,12 +1,16 @@
 """Compute and raster passes: a pipeline, its parameters, and one call a frame."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from functools import cached_property
+from typing import Any, Generic, Protocol, TypeVar
 
 import slangpy as spy
 
 from pica.rhi.binding import ProgramParameters
 from pica.rhi.profiler import Profiler
+
+Pipeline = TypeVar("Pipeline")
 
 
 class Recording(Protocol):
@@ -19,15 +23,27 @@ class Recording(Protocol):
         """Times the passes."""
 
 
-class ComputePass:
-    """One compute entry point, run over a grid of threads."""
+class _Pass(Generic[Pipeline]):
+    """A program with its pipeline and parameters, made when first used; programs/preparation.py sees to it earlier."""
 
-    def __init__(
-        self, device: spy.Device, name: str, program: spy.ShaderProgram, pipeline: spy.ComputePipeline
-    ) -> None:
+    def __init__(self, device: spy.Device, name: str, make: Callable[[], tuple[spy.ShaderProgram, Pipeline]]) -> None:
+        """`make` gives the same each time."""
+        self._device, self._make = device, make
         self.name = name
-        self.pipeline = pipeline
-        self.parameters = ProgramParameters(device, name, program)
+
+    @cached_property
+    def pipeline(self) -> Pipeline:
+        """What the program is on the device."""
+        return self._make()[1]
+
+    @cached_property
+    def parameters(self) -> ProgramParameters:
+        """What the program is given."""
+        return ProgramParameters(self._device, self.name, self._make()[0])
+
+
+class ComputePass(_Pass[spy.ComputePipeline]):
+    """One compute entry point, run over a grid of threads."""
 
     def __call__(self, recording: Recording, threads: tuple[int, int, int], /, **values: Any) -> None:
         """Record one dispatch of (x, y, z) threads with these parameters."""
@@ -68,13 +84,8 @@ class RasterState:
         )
 
 
-class RasterPass:
+class RasterPass(_Pass[spy.RenderPipeline]):
     """One vertex and fragment program; draws are recorded by the caller into an open render pass."""
-
-    def __init__(self, device: spy.Device, name: str, program: spy.ShaderProgram, pipeline: spy.RenderPipeline) -> None:
-        self.name = name
-        self.pipeline = pipeline
-        self.parameters = ProgramParameters(device, name, program)
 
     def bind(self, encoder: spy.RenderPassEncoder, /, **values: Any) -> None:
         """Bind the pipeline and its parameters; the caller draws."""

@@ -8,9 +8,10 @@ from typing import Literal
 
 import slangpy as spy
 
-from pica.programs.material_types import MaterialType, MaterialTypes, ShapeOn, TypeEntry
+from pica.programs.material_types import MaterialType, MaterialTypes, ShapeOn
 from pica.programs.shape_types import ShapeTypes
 from pica.rhi.device import Device
+from pica.scene.material_registry import MaterialSource
 
 HitDetail = Literal["hit", "surface"]
 """What an effect wants to know of hits: where, or the evaluated surface too (ray_effect.slang)."""
@@ -61,7 +62,7 @@ class HitGroup:
     entries: list[spy.SlangEntryPoint]
 
 
-def hit_group(device: Device, entry: TypeEntry, detail: HitDetail, simplified: bool) -> HitGroup:
+def hit_group(device: Device, entry: MaterialSource | ShapeOn, detail: HitDetail, simplified: bool) -> HitGroup:
     """The hit group of an entry of a MaterialTypeSet."""
     types = device.shared(MaterialTypes)
     if isinstance(entry, ShapeOn):

@@ -28,7 +28,8 @@ class Antialiasing(Effect):
         edge = spy.TextureAddressingMode.clamp_to_edge
         self._linear = device.sampler(address_u=edge, address_v=edge)
         self._resolve = device.compute(f"{_FOLDER}/temporal_resolve.slang")
-        self._sharpen = device.compute(f"{_FOLDER}/sharpen.slang")
+        if settings.sharpness > 0:
+            self._sharpen = device.compute(f"{_FOLDER}/sharpen.slang")
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:

@@ -29,6 +29,7 @@ class RasterVisibility:
         self._passes = {
             kind: self._pass(device, kind)
             for kind in (DrawKind(opaque, facing) for opaque in (True, False) for facing in Facing)
+            if kind.facing not in _BOXES
         }
         self._depth = device.texture(
             "raster depth",
@@ -49,10 +50,12 @@ class RasterVisibility:
         if visibility not in self._targets:
             self._targets[visibility] = self._render_targets(visibility)
         self._state.index_buffer = scene.geometry.indices
-        for kind, for_types in self._passes.items():
-            if kind.facing not in _BOXES:  # so that the first triangles of a kind find its pipeline made
-                for_types(scene.material_types)
+        for for_types in self._passes.values():  # so that the first triangles of a kind find its pipeline made
+            for_types(scene.material_types)
         drawn = scene.draws(frame)
+        for draws in drawn:
+            if draws.kind not in self._passes:
+                self._passes[draws.kind] = self._pass(self._device, draws.kind)
         frame.profiler.begin(frame.encoder, "raster")
         for draws in drawn:  # Slang-RHI's own barrier would come within the render pass, which Vulkan does not allow
             frame.encoder.set_buffer_state(draws.arguments, spy.ResourceState.indirect_argument)

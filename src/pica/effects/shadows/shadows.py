@@ -31,7 +31,6 @@ class Shadows(Effect):
         self._slots: LightSlots | None = None
         self._denoiser = ShadowDenoiser(device, size, settings.history)
         self._effects: dict[HitDetail, RayEffect] = {}
-        self._rays("hit")
 
     def _make(self, size: Size) -> None:
         self._size = size
@@ -49,6 +48,10 @@ class Shadows(Effect):
         self._device.give_back(self._bits, self._samples, self._slopes)
         self._make(size)
         self._denoiser.resize(size)
+
+    def expect(self, scene: SceneView) -> None:
+        """Have the passes that this scene calls for before its first frame."""
+        self._rays_for(scene)
 
     def aovs(self) -> dict[str, Aov]:
         """shadows: (height, width, slots) 1 where the light's sample is not hidden, else 0."""
@@ -94,7 +97,7 @@ class Shadows(Effect):
         """The visibility of this frame's light samples, and the shadows that many of them make."""
         slots = self._slots = light.slots
         self._allocate(len(slots.denoised), slots.count if scene.transparent else 0)
-        self._rays("surface" if scene.transparent else "hit")(
+        self._rays_for(scene)(
             frame,
             frame.size,
             frame=frame,
@@ -112,8 +115,9 @@ class Shadows(Effect):
         filtered = self._denoiser(frame, gbuffer, scene, slots, self._samples, self._slopes, reprojection)
         return ShadowTextures(self._bits, filtered, self._samples)
 
-    def _rays(self, detail: HitDetail) -> RayEffect:
+    def _rays_for(self, scene: SceneView) -> RayEffect:
         """Only where light goes through surfaces must the rays know their materials."""
+        detail: HitDetail = "surface" if scene.transparent else "hit"
         if detail not in self._effects:
             module = "effects/shadows/shadow_rays.slang"
             self._effects[detail] = ray_effect(self._device, module, "ShadowRays", detail, self._tracer)

@@ -1,0 +1,35 @@
+"""Machine code of programs, which software devices make late."""
+
+from typing import Any
+
+import slangpy as spy
+
+from pica.rhi.binding import empty_root
+from pica.rhi.device import Device
+
+
+def make_machine_code(device: Device, made: Any) -> None:
+    """Run what a recipe has made over no threads: lavapipe compiles to machine code at the first run, and caches that.
+
+    Does nothing on hardware, whose pipelines are machine code, and nothing for draws: one without vertices compiles
+    nothing, and one with some needs a scene.
+    """
+    if not device.is_software:
+        return
+    match made:
+        case (program, spy.ComputePipeline() as pipeline):
+            root, encoder = empty_root(device.handle, program), device.handle.create_command_encoder()
+            compute = encoder.begin_compute_pass()
+            compute.bind_pipeline(pipeline, root)
+            compute.dispatch((0, 0, 0))
+            compute.end()
+        case (program, spy.RayTracingPipeline() as pipeline, table):
+            root, encoder = empty_root(device.handle, program), device.handle.create_command_encoder()
+            rays = encoder.begin_ray_tracing_pass()
+            rays.bind_pipeline(pipeline, table, root)
+            rays.dispatch_rays(0, (0, 0, 0))
+            rays.end()
+        case _:
+            return
+    device.handle.submit_command_buffer(encoder.finish())
+    device.handle.wait_for_idle()

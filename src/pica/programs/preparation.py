@@ -1,0 +1,98 @@
+"""All programs that a first frame needs, made before it: those that no cache has by a process for each core.
+
+Workers (compiler.py) leave what they compile in the caches on disk. This process then links and makes each from there,
+and compiles what they have not.
+"""
+
+import os
+from collections.abc import Callable, Sequence
+from queue import SimpleQueue
+from typing import Any
+
+from pica import compiling
+from pica.programs.compiler import Compiler, Task
+from pica.programs.library import programs
+from pica.programs.machine_code import make_machine_code
+from pica.programs.material_types import MaterialTypeSet
+from pica.programs.scene_features import BUNDLES
+from pica.rhi.device import Device
+from pica.rhi.recipes import Recipe
+
+Program = tuple[Recipe[Any], MaterialTypeSet]
+"""A recipe and its variant, as `Device.kept` takes them."""
+_MOST_WORKERS = 8
+"""More would only wait for the longest program, with some 300 MB each."""
+
+
+def prepare(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
+    """Make the programs of all passes on this device that have none yet; `types`: of those that follow material types.
+
+    Returns the types that these know: with features added where the caches have all programs for those, and not for
+    `types`. `compiling.listening` hears of those that no cache has. Raises DeviceError for one that does not compile.
+    """
+    compiled = programs(device).compiled
+    types = _covering(device, types)
+    wanted = _wanted(device, types)
+    missing = {program for program in wanted if not compiled.has(program)}
+    total = len(missing)
+
+    def found(program: Program) -> None:
+        compiled.add([program])
+        missing.discard(program)
+        compiling.tell(total - len(missing), total)
+
+    if missing:
+        compiling.tell(0, total)
+        _compile_beside(device, [program for program in wanted if program in missing], found)
+    for program in wanted:
+        made = device.kept(*program)
+        if program in missing:
+            make_machine_code(device, made)
+            found(program)
+    return types
+
+
+def _covering(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
+    compiled = programs(device).compiled
+    for bundle in BUNDLES:
+        more = (*types, *(feature for feature in bundle if feature not in types))
+        if all(map(compiled.has, _wanted(device, more))):
+            return more
+    return types
+
+
+def _wanted(device: Device, types: MaterialTypeSet) -> list[Program]:
+    """The longest to compile first, or one process would be left with it: what comes late in a frame sums up most."""
+    following = [user.recipe for user in programs(device).for_types if not user.types]
+    wanted: list[Program] = [(recipe, types) for recipe in reversed(following)]
+    wanted += [(recipe, ()) for recipe in device.planned]
+    return [program for program in dict.fromkeys(wanted) if not device.has(*program)]
+
+
+def _compile_beside(device: Device, missing: Sequence[Program], found: Callable[[Program], None]) -> None:
+    """Have workers compile these; `found` is told of each that the caches have now. A worker's fault is no obstacle."""
+    count = min(cores(), len(missing), _MOST_WORKERS)
+    if count < 2 or device.cache is None:
+        return
+    tasks: SimpleQueue[Task | None] = SimpleQueue()
+    heard: SimpleQueue[Task] = SimpleQueue()
+    for program in missing:
+        tasks.put(Task(*program))
+    workers = [Compiler(device.name, device.cache, tasks, heard.put) for _ in range(count)]
+    try:
+        for worker in workers:
+            tasks.put(None)
+            worker.start()
+        for _ in missing:
+            task = heard.get()
+            if task.answered and task.fault is None:
+                found((task.recipe, task.types))
+    except BaseException:
+        for worker in workers:
+            worker.close()
+        raise
+
+
+def cores() -> int:
+    """How many this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,127 @@
+"""Programs for a first frame: by workers where there are several to compile, by this process whatever befalls those."""
+
+import sys
+
+import numpy as np
+import pytest
+import slangpy as spy
+
+from pica import compiling
+from pica.programs import preparation
+from pica.programs.compiler import Compiler
+from pica.programs.library import programs
+from pica.programs.material_types import STANDARD_ONLY
+from pica.rhi.device import Device
+
+PASSES = ("effects/post/tone_map.slang", "effects/post/exposure.slang", "effects/post/histogram.slang")
+pytestmark = pytest.mark.device
+
+
+@pytest.fixture
+def empty(tmp_path, monkeypatch):
+    """A device whose caches are empty, on two cores."""
+    monkeypatch.setenv("PICA_CACHE", str(tmp_path))
+    monkeypatch.setattr(preparation, "cores", lambda: 2)
+    made = Device()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """The workers that were started."""
+    found, start = [], Compiler._started
+
+    def noting(self):
+        found.append(self)
+        return start(self)
+
+    monkeypatch.setattr(Compiler, "_started", noting)
+    return found
+
+
+def prepared(device, files=PASSES):
+    """Passes made before a first frame, and what was told meanwhile."""
+    passes, said = [device.compute(file) for file in files], []
+    with compiling.listening(lambda *counts: said.append(counts)):
+        preparation.prepare(device, STANDARD_ONLY)
+    return passes, said
+
+
+def compiled_here(device) -> int:
+    """How many shaders this process did not find in the cache."""
+    return device.handle.shader_cache_stats.miss_count
+
+
+def toned(device, tone_map) -> np.ndarray:
+    """(8, 8, 4) what the pass makes of a ramp."""
+    radiance, display = (
+        device.texture(name, texture_format, (8, 8))
+        for name, texture_format in (("radiance", spy.Format.rgba32_float), ("display", spy.Format.rgba8_unorm))
+    )
+    radiance.copy_from_numpy(np.linspace(0, 2, 256, dtype=np.float32).reshape(8, 8, 4))
+    exposure = device.structured("exposure", np.ones(1, np.float32))
+    with device.record() as recording:
+        tone_map(recording, (8, 8, 1), radiance=radiance, exposure=exposure, display=display, size=spy.uint2(8, 8))
+    return display.to_numpy()
+
+
+def test_workers_compile_what_this_process_then_finds(empty, started):
+    passes, said = prepared(empty)
+    assert said == [(0, 3), (1, 3), (2, 3), (3, 3)]
+    assert len(started) == 2 and compiled_here(empty) == 0
+    again = Device()
+    (tone_map, *_), said = prepared(again)
+    assert said == [] and len(started) == 2, "the next process has nothing to compile"
+    assert toned(again, tone_map).tolist() == toned(empty, passes[0]).tolist()
+    again.close()
+
+
+def test_one_process_makes_the_same(empty, started, monkeypatch, tmp_path):
+    by_workers, _ = prepared(empty)
+    monkeypatch.setenv("PICA_CACHE", str(tmp_path / "alone"))
+    monkeypatch.setattr(preparation, "cores", lambda: 1)
+    alone = Device()
+    passes, said = prepared(alone)
+    assert said == [(0, 3), (1, 3), (2, 3), (3, 3)]
+    assert len(started) == 2 and compiled_here(alone) == 3
+    assert toned(alone, passes[0]).tolist() == toned(empty, by_workers[0]).tolist()
+    assert len(np.unique(toned(alone, passes[0]))) > 20
+    alone.close()
+
+
+def test_one_program_needs_no_worker(empty, started):
+    assert prepared(empty, PASSES[:1])[1] == [(0, 1), (1, 1)]
+    assert not started and compiled_here(empty) == 1
+
+
+def test_a_record_of_what_is_not_there_costs_only_time(empty, started, monkeypatch):
+    monkeypatch.setattr(programs(empty).compiled, "has", lambda program: True)
+    passes, said = prepared(empty)
+    assert said == [] and not started
+    assert compiled_here(empty) == 3 and all(compute.pipeline for compute in passes)
+
+
+@pytest.mark.parametrize("fault", ["dies", "does not start", "has no device"])
+def test_a_worker_that_fails_is_no_obstacle(empty, started, monkeypatch, fault):
+    if fault == "dies":
+        monkeypatch.setattr(preparation, "Compiler", Dying)
+    elif fault == "does not start":
+        monkeypatch.setattr(sys, "executable", "/nowhere/python")
+    else:
+        monkeypatch.setattr(preparation, "Compiler", Deviceless)
+    passes, said = prepared(empty)
+    assert said == [(0, 3), (1, 3), (2, 3), (3, 3)]
+    assert started and compiled_here(empty) == 3
+    assert all(compute.pipeline for compute in passes)
+
+
+class Dying(Compiler):
+    def _started(self):
+        self._call = "raise SystemExit"
+        return super()._started()
+
+
+class Deviceless(Compiler):
+    def __init__(self, adapter, *others):
+        super().__init__("no such device", *others)
