@@ -63,7 +63,7 @@ def test_scalars_of_numpy_become_plain():
 @pytest.mark.parametrize(
     ("path", "value", "says"),
     [
-        ("shadows.max_lights", "30", "setting shadows.max_lights: 30 is outside 1 to 29 lights"),
+        ("shadows.max_lights", "30", "setting shadows.max_lights: 30 is outside 0 to 29 lights"),
         ("shadows.max_lights", "2.5", "shadows.max_lights: '2.5' is not a whole number"),
         ("shadows.max_lights", 3.0, "shadows.max_lights: 3.0 is not a whole number"),
         ("shadows.max_lights", True, "shadows.max_lights: True is not a whole number"),
@@ -189,7 +189,7 @@ def test_a_preset_s_level_gives_way_to_a_group_s_and_that_to_a_value_in_any_orde
     values = {"shadows.denoised_lights": "1", "shadows": "high"}
     for given in (values, dict(reversed(values.items()))):
         settings = Settings.preset("low").with_values(given)
-        assert settings.shadows == ShadowsSettings(max_lights=16, denoised_lights=1)
+        assert settings.shadows == ShadowsSettings(max_lights=8, denoised_lights=1)
         assert settings.lighting == Settings.preset("low").lighting
 
 

@@ -247,13 +247,26 @@ def many_lights(count):
 
 @pytest.mark.parametrize(("count", "slots"), [(12, 1), (12, 8), (40, 8), (33, 29), (300, 1)])
 def test_lights_beyond_the_slots_share_one_ray_and_bring_all_their_light(device, count, slots):
-    """Up to 29 slots, and two more for all other lights with the emissive triangles, and the environment."""
+    """Up to 29 slots, and one more for all other lights, the emissive triangles and the environment."""
     scene = stage(*many_lights(count), *lamp(), environment=uniform(0.3, 0.4, 0.5))
     values = {"shadows.max_lights": str(slots)}
     hybrid = render(device, scene, 128, VIEW, SIZE, values)
     reference = trace(device, scene, 512, VIEW, SIZE, max_depth=2).color
     np.testing.assert_allclose(hybrid.color.mean((0, 1)), reference.mean((0, 1)), rtol=0.02)
-    assert hybrid.aov("shadows").shape == (48, 64, slots + 2)
+    assert hybrid.aov("shadows").shape == (48, 64, slots + 1)
+
+
+@pytest.mark.parametrize(("level", "rays"), [("low", 1), ("medium", 2)])
+def test_no_scene_takes_more_rays_than_the_budget(device, level, rays):
+    """One for each of most pixels, or two."""
+    sun = shining(DirectionalLight(illuminance=0.1, angular_diameter=0.02), turn("x", -60))
+    sun.name = "sun"
+    scene = stage(*many_lights(12), *lamp(), sun, environment=uniform(0.3, 0.4, 0.5))
+    renderer = pica.Renderer(scene, SIZE, pica.Settings().with_values({"shadows": level}), device)
+    renderer.render(1, VIEW)
+    traced = renderer.shadows.ray_counts()["shadow_rays"]
+    assert (rays - 1) * SIZE[0] * SIZE[1] < traced <= rays * SIZE[0] * SIZE[1]
+    assert renderer.single_lights == ["sun"][: rays - 1], "the strongest light is another one"
 
 
 @pytest.mark.parametrize("candidates", [1, 4])

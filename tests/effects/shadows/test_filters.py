@@ -144,7 +144,7 @@ def test_each_light_may_choose_its_filter(device):
     sun = replace(LIGHTS["sun"][0], shadow_denoiser="anisotropic")
     lamp = replace(LIGHTS["sphere"][0], shadow_denoiser="off")
     scene = stage(*(shining(light, FROM) for light in (sun, lamp, LIGHTS["rectangle"][0], PointLight(intensity=4.0))))
-    frame = renderer_of(device, scene, denoiser="svgf").render(1, VIEW)
+    frame = renderer_of(device, scene, max_lights=8, denoiser="svgf").render(1, VIEW)
     assert frame.aov("shadows").shape[-1] == 4
     assert frame.aov("debug.shadows.filtered").shape[-1] == 2, "neither the lamp that wants none nor the sharp one"
     assert frame.aov("debug.shadows.footprint").shape == (SIZE[1], SIZE[0], 3)
@@ -165,7 +165,7 @@ def test_a_light_may_change_its_filter(device):
 def test_history_follows_its_light_when_another_goes(device):
     strong, weak = (shining(LIGHTS[name][0], FROM) for name in ("rectangle", "sun"))
     scene = stage(strong, weak)
-    renderer = renderer_of(device, scene, denoiser="svgf")
+    renderer = renderer_of(device, scene, max_lights=8, denoiser="svgf")
     renderer.render(6, VIEW)
     scene.remove(strong)
     frame = renderer.render(1, VIEW)

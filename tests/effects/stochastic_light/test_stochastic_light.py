@@ -54,7 +54,7 @@ def soft_lights():
 
 
 def renderer_of(device, scene, size=SIZE, **lighting):
-    values = {f"lighting.{name}": str(value).lower() for name, value in lighting.items()}
+    values = {"shadows.max_lights": "8"} | {f"lighting.{name}": str(value).lower() for name, value in lighting.items()}
     renderer = pica.Renderer(scene, size, settings(values), device)
     renderer.debug = True
     return renderer
@@ -152,7 +152,7 @@ def test_only_noisy_light_is_filtered(device):
     assert not mine & passes(SCENES["many lights"](), filter=False)
     assert not mine & passes(things(shining(PointLight(intensity=3.0), move(0, 2, 0))))
     assert mine <= passes(soft_lights())
-    unwanted = settings({"shadows.denoiser": "off"})
+    unwanted = settings({"shadows.max_lights": "8", "shadows.denoiser": "off"})
     assert not mine & set(pica.Renderer(soft_lights(), SIZE, unwanted, device).render(1, VIEW).timings)
 
 
