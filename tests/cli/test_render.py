@@ -44,7 +44,7 @@ def test_path_traced_counts_samples(run, calls, tmp_path):
 @pytest.fixture
 def installed(monkeypatch):
     """Open Image Denoise, or so the command believes."""
-    monkeypatch.setattr("pica.effects.denoising.open_image_denoise.check_installed", lambda: None)
+    monkeypatch.setattr("pica.denoising.open_image_denoise.check_installed", lambda: None)
 
 
 @pytest.mark.parametrize("kind", [[], ["--path-traced"]])
@@ -57,7 +57,7 @@ def test_denoised(run, calls, installed, tmp_path, kind):
 
 
 def test_without_open_image_denoise_nothing_is_rendered(run, calls, monkeypatch, tmp_path):
-    monkeypatch.setattr("pica.effects.denoising.open_image_denoise.find_spec", lambda _: None)
+    monkeypatch.setattr("pica.denoising.open_image_denoise.find_spec", lambda _: None)
     code, out, err = run("render", "m.glb", "-o", tmp_path / "o.png", "--denoise")
     assert (code, out, len(err.splitlines())) == (2, "", 1)
     assert err.startswith("pica: ") and 'pip install "pica[denoise]"' in err
@@ -124,7 +124,7 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--set", "\x1b[31m=\n"], "setting '\\x1b[31m' does not exist"),
         (["--preset", "\udcff\n"], "preset '\\udcff\\n' is not one of"),
         (["--set", "shadows.tint=red"], "setting 'shadows.tint' does not exist"),
-        (["--set", "shadows.max_lights=99"], "99 is outside 1 to 29"),
+        (["--set", "shadows.max_lights=99"], "99 is outside 0 to 29"),
         (["--camera", "top"], "no camera 'top' in the scene; there are 'side'"),
         (["--camera", "side", "--fov", "30"], "--camera takes no"),
         (["--eye", "1,2,3"], "--eye and --target go together"),

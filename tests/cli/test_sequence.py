@@ -138,7 +138,7 @@ def test_path_traced(run, scene, tmp_path):
 
 
 def test_pictures_are_denoised_but_not_those_for_the_history(run, scene, monkeypatch, tmp_path):
-    monkeypatch.setattr("pica.effects.denoising.open_image_denoise.check_installed", lambda: None)
+    monkeypatch.setattr("pica.denoising.open_image_denoise.check_installed", lambda: None)
     arguments = ["render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.3", "--denoise"]
     run(*arguments)
     (tmp_path / "2.png").unlink()

@@ -81,14 +81,21 @@ GOLDENS = [
     Golden("landscape", scenes.landscape, flip=0.043, energy=0.011, frames=24),
     Golden("still_life", still_life, flip=0.06, energy=0.013, camera=CAMERA),
     Golden("coloured_glass", scenes.coloured_glass, flip=0.0055, energy=0.0015, camera=VIEW),
-    Golden("svgf", scenes.under_lamps, flip=0.0065, energy=0.0015, camera=VIEW, values={"shadows.denoiser": "svgf"}),
+    Golden(
+        "svgf",
+        scenes.under_lamps,
+        flip=0.0065,
+        energy=0.0015,
+        camera=VIEW,
+        values={"shadows": "high", "shadows.denoiser": "svgf"},
+    ),
     Golden(
         "ratio_estimator",
         scenes.under_lamps,
         flip=0.0065,
         energy=0.0015,
         camera=VIEW,
-        values={"lighting.area_shadows": "ratio"},
+        values={"shadows": "high", "lighting.area_shadows": "ratio"},
     ),
     Golden(
         "occlusion_rays",

@@ -38,7 +38,7 @@ def bench(
     renderer = pica.Renderer(content, size=pixels, settings=settings, device=device)
     with progress("Measuring", json) as advance:
         measured = benchmark(renderer, camera, frames, warm_up, progress=advance)
-    with progress("Path tracing") as advance:
+    with progress("Path tracing", json) as advance:
         measured["path_traced"] = path_traced_sample(renderer, measured["gpu_ms"]["frame"], camera, advance)
     result = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), **measured}
     if json:

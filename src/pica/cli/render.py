@@ -82,7 +82,7 @@ def render(
         raise PicaError("--denoise and --denoise-fast are two ways to do one thing")
     way: Literal[True, False, "fast"] = "fast" if denoise_fast else denoise
     if way:
-        from pica.effects.denoising.open_image_denoise import check_installed
+        from pica.denoising.open_image_denoise import check_installed
 
         check_installed()  # rather than once all is rendered
 

@@ -11,6 +11,8 @@ from pica.scene.model import Node
 from pica.settings import Settings
 
 _NO_SLOT = 0xFFFFFFFF
+_UNTRACED = 8
+"""Lights with a slot of their own, where that costs no ray."""
 
 
 class LightSlots:
@@ -39,16 +41,18 @@ class LightSlots:
 
     def update(self, lights: LightTable) -> None:
         """Follow the scene's lights; does nothing while they are the same."""
-        single = min(lights.light_count, self._settings.shadows.max_lights)
+        mapped = self._settings.shadows.method == "maps"
+        maps = self._settings.shadow_maps.max_lights
+        own = max(maps, _UNTRACED) if mapped else self._settings.shadows.max_lights
+        single = min(lights.light_count, own)
         shown = [node.light for node in lights.nodes[:single]]
         if lights is self._lights and all(map(operator.is_, shown, self._shown)):
             return
         self._lights, self._shown = lights, shown
         chosen = {number: self._denoiser(light) for number, light in enumerate(shown)}
         denoised = [light for light in chosen if chosen[light] != "off"][: self._settings.shadows.denoised_lights]
-        if self._settings.shadows.method == "maps":
-            mapped = self._settings.shadows.mode != "off"
-            denoised = list(chosen)[: self._settings.shadow_maps.max_lights if mapped else 0]
+        if mapped:
+            denoised = list(chosen)[: maps if self._settings.shadows.mode != "off" else 0]
         denoised.sort(key=lambda light: chosen[light] != "svgf")
         self.denoised = [lights.nodes[light] for light in denoised]
         self.svgf = sum(chosen[light] == "svgf" for light in denoised)

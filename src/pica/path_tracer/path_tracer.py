@@ -2,7 +2,7 @@
 
 import slangpy as spy
 
-from pica.effects.denoising.denoiser import Denoise, Denoiser, denoiser_of
+from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError, plain, shown

@@ -118,7 +118,6 @@ PRESETS = {
         {
             "visibility.primary": "raster",
             "shadows.method": "maps",
-            "shadows.max_lights": 8,
             "ambient_occlusion.mode": "ground_truth",
             "lighting.environment": "prefiltered",
         },

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pica
-from pica.effects.denoising import denoiser, open_image_denoise
+from pica.denoising import denoiser, open_image_denoise
 from pica.errors import PicaError
 from pica.quality import compare
 from pica.scene.camera import Camera

@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 import slangpy as spy
 
-from pica.effects.denoising.open_image_denoise import Picture, check_installed, denoised
+from pica.denoising.open_image_denoise import Picture, check_installed, denoised
 from pica.errors import PicaError, shown
 from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
@@ -50,7 +50,7 @@ class Denoiser:
 
     @cached_property
     def _gather(self) -> ComputePass:
-        return self._device.compute("effects/denoising/gather_features.slang")
+        return self._device.compute("denoising/gather_features.slang")
 
     def gather(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView) -> None:
         """Add what a G-buffer shows."""
