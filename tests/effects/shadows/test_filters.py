@@ -49,18 +49,18 @@ def view(frame, name, slot=0):
 
 @pytest.fixture(scope="module")
 def truth(device):
-    """By light: (height, width) visibility from 600 samples, and which pixels the light can reach."""
+    """By light: (height, width) visibility from 300 samples, and which pixels the light can reach."""
     kept = {}
 
     def make(name):
         if name not in kept:
             renderer = renderer_of(device, stage(shining(*LIGHTS[name])), history=1)
             weighted = 0
-            for _ in range(600):
+            for _ in range(300):
                 renderer.advance(VIEW)
                 (samples,) = renderer.shadows.debug_aovs()["raw"].textures
                 weighted = weighted + samples.to_numpy().astype(np.float64)
-            kept[name] = weighted[..., 0] / np.maximum(weighted[..., 3], 1e-9), weighted[..., 3] > 600 * 0.05
+            kept[name] = weighted[..., 0] / np.maximum(weighted[..., 3], 1e-9), weighted[..., 3] > 300 * 0.05
         return kept[name]
 
     return make
