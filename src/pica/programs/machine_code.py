@@ -4,6 +4,7 @@ from typing import Any
 
 import slangpy as spy
 
+from pica.rhi import validation
 from pica.rhi.binding import empty_root
 from pica.rhi.device import Device
 
@@ -12,9 +13,9 @@ def make_machine_code(device: Device, made: Any) -> None:
     """Run what a recipe has made over no threads: lavapipe compiles to machine code at the first run, and caches that.
 
     Does nothing on hardware, whose pipelines are machine code, and nothing for draws: one without vertices compiles
-    nothing, and one with some needs a scene.
+    nothing, and one with some needs a scene. Nor where validation is asked for, which does not like no threads.
     """
-    if not device.is_software:
+    if not device.is_software or validation.asked():
         return
     match made:
         case (program, spy.ComputePipeline() as pipeline):
