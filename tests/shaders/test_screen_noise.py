@@ -7,6 +7,7 @@ from scipy.stats import qmc
 SOURCE = """
 import shaders.screen_noise;
 uint place(uint2 pixel) { return hilbertIndex(pixel); }
+uint2 pixelAt(uint index, uint digits) { return hilbertPixel(index, digits); }
 float3 random(uint2 pixel, uint sample, uint seed) { return screenNoise(pixel, sample, seed); }
 """
 
@@ -23,6 +24,14 @@ def test_the_curve_goes_from_neighbour_to_neighbour_through_every_pixel(shader):
     path = pixels[np.argsort(places)].astype(int)
     assert (np.abs(np.diff(path, axis=0)).sum(1) == 1).all()
     np.testing.assert_array_equal(shader.place(pixels + np.uint32(256), _result="numpy"), places)
+
+
+def test_a_place_on_the_curve_leads_back_to_its_pixel(shader):
+    places = np.arange(65536, dtype=np.uint32)
+    pixels = shader.pixelAt(places, np.full(65536, 8, np.uint32), _result="numpy")
+    np.testing.assert_array_equal(shader.place(pixels, _result="numpy"), places)
+    small = shader.pixelAt(places[:16], np.full(16, 2, np.uint32), _result="numpy").astype(int)
+    assert small.max() == 3 and (np.abs(np.diff(small, axis=0)).sum(1) == 1).all()
 
 
 @pytest.mark.parametrize(("block", "samples"), [(1, 16), (1, 64), (4, 1), (4, 4), (8, 2), (8, 4)])

@@ -50,7 +50,7 @@ def gbuffer_aovs(textures: Mapping[str, spy.Texture], scene: SceneView, camera: 
         "albedo": of(_albedo, "material"),
         "metallic": of(lambda packed: ((packed[..., 1] >> 16 & 0xFF) / 255).astype(np.float32), "material"),
         "roughness": of(lambda packed: ((packed[..., 2] & 0xFFFF) / 65535).astype(np.float32), "material"),
-        "emission": of(_emission, "emission"),
+        "emission": of(light_of, "emission"),
         "motion": of(lambda packed: motion_of(packed)[..., :2], "motion"),
         "instance": of(label(0), "visibility"),
         "material": of(label(1), "visibility"),
@@ -80,8 +80,8 @@ def _albedo(packed: Array) -> Array:
     return (channels / 65535).astype(np.float32)
 
 
-def _emission(packed: Array) -> Array:
-    """As unpackFloat21x3 in shaders/packing.slang."""
+def light_of(packed: Array) -> Array:
+    """Linear colours (height, width, 3): as unpackFloat21x3 in shaders/packing.slang, of its first two words."""
     low, high = packed[..., 0], packed[..., 1]
     codes = np.stack([low & 0x1FFFFF, (low >> 21 | high << 11) & 0x1FFFFF, high >> 10 & 0x1FFFFF], axis=-1)
     values = ((codes << 8) + np.uint32((127 - 25) << 23)).view(np.float32)

@@ -15,6 +15,9 @@ from pica.programs.recipes import ForTypes
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
 
+_PRESAMPLED = 1 << 14
+"""Points of lights that are drawn ahead for all pixels, 32 bytes each."""
+
 
 @dataclass(frozen=True)
 class LightSamples:
@@ -33,6 +36,7 @@ class LightSampler:
     def __init__(self, device: Device, size: Size) -> None:
         self._device, self._size = device, size
         self._sample: ForTypes[Any, ComputePass] | None = None
+        self._presample: ForTypes[Any, ComputePass] | None = None
         self._allocate(0, 0)
 
     def resize(self, size: Size) -> None:
@@ -45,6 +49,9 @@ class LightSampler:
         """Have the pass that these slots call for, before their first frame."""
         if self._sample is None and slots.first_sampled < slots.count:
             self._sample = programs(self._device).compute("light_sampling/sample_lights.slang")
+            self._pool = self._device.buffer("presampled lights", size=32 * _PRESAMPLED, struct_size=16)
+        if self._presample is None and slots.has_shared:
+            self._presample = programs(self._device).compute("light_sampling/presample_lights.slang")
 
     def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, slots: LightSlots) -> LightSamples:
         """Draw this frame's samples."""
@@ -55,6 +62,16 @@ class LightSampler:
         if any(map(gt, wanted, self._layers)):
             self._device.give_back(self._samples, self._weights)
             self._allocate(*map(max, wanted, self._layers))
+        if slots.has_shared and self._presample is not None:
+            self._presample(scene.material_types)(
+                frame,
+                (_PRESAMPLED, 1, 1),
+                frame=frame,
+                scene=scene,
+                lightSlots=slots,
+                pool=self._pool,
+                entries=_PRESAMPLED,
+            )
         self._sample(scene.material_types)(
             frame,
             frame.grid,
@@ -62,6 +79,8 @@ class LightSampler:
             gbuffer=gbuffer,
             scene=scene,
             lightSlots=slots,
+            pool=self._pool,
+            entries=_PRESAMPLED,
             lightSamples=self._samples,
             weights=self._weights,
         )

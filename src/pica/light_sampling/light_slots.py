@@ -35,6 +35,8 @@ class LightSlots:
         """How many of them by SVGF; the others by the anisotropic filter."""
         self.noisy = 0
         """How many slots, the last, bring noisy light that is filtered together."""
+        self.has_shared = False
+        """Whether many lights share the last slot."""
         self.first_sampled = 0
         """Slots before this one need no samples."""
         self.block = device.parameter_block("light_sampling/light_slots.slang", "lightSlots")
@@ -63,7 +65,7 @@ class LightSlots:
         triangles = lights.parameters["emissiveCount"]
         sources = lights.light_count - single + triangles
         environment = self._settings.lighting.environment == "sampled" and lights.environment_light is not None
-        has_shared = sources > 0 or environment
+        self.has_shared = has_shared = sources > 0 or environment
         if has_shared:
             # The triangles' one entry and that of the environment follow the lights.
             ranges.append((single, lights.light_count - single + (triangles > 0) + environment))

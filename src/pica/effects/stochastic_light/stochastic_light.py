@@ -14,8 +14,8 @@ from pica.rhi.device import Device
 _FOLDER = "effects/stochastic_light"
 _PARTS = 2
 """demodulation.slang: PARTS."""
-_STEPS = (1, 2, 4, 8, 16)
-"""Pixels between the taps of the filter's passes."""
+_STEPS = (1, 3, 9)
+"""Pixels between the taps of the filter's passes; docs/stochastic-light.md compares others."""
 _HANDED_OVER = 56
 """Frames without any change after which no pixel shows filtered light (stochastic_light_add.slang)."""
 
@@ -57,8 +57,9 @@ class StochasticLightDenoiser(Effect):
             )
         else:
             self._history.resize(self._size, _PARTS)
-        self._filtered = [make("filtered light", color) for _ in range(2)]
-        self._deviation = [make("stochastic light deviation", spy.Format.r32_float) for _ in range(2)]
+        self._filtered = [make("filtered light", spy.Format.rgba32_uint) for _ in range(2)]
+        self._lobes = self._device.texture("mirror lobes", spy.Format.rgba32_uint, self._size)
+        self._textures.append(self._lobes)
 
     def reset(self) -> None:
         """Drop the history."""
@@ -80,7 +81,6 @@ class StochasticLightDenoiser(Effect):
             "samples": self._samples,
             "filtered": self._filtered[last],
             "moments": self._history.current["moments"],
-            "deviation": self._deviation[last],
         }
         return stochastic_light_views(textures)
 
@@ -99,7 +99,7 @@ class StochasticLightDenoiser(Effect):
             reprojection=reprojection,
             samples=self._samples,
             signal=self._filtered[0],
-            deviation=self._deviation[0],
+            lobes=self._lobes,
             known=int(not self._history.empty),
             **textures,
         )
@@ -129,8 +129,7 @@ class StochasticLightDenoiser(Effect):
                 gbuffer=gbuffer,
                 scene=scene,
                 signal=self._filtered[source],
-                deviation=self._deviation[source],
+                lobes=self._lobes,
                 filtered=self._filtered[target],
-                filteredDeviation=self._deviation[target],
                 step=step,
             )

@@ -7,6 +7,7 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.frame.aovs import light_of
 from pica.frame.effect import Aov
 
 Array = NDArray[Any]
@@ -26,7 +27,9 @@ def stochastic_light_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov
     views = {}
     for layer, part in enumerate(_PARTS):
         views[f"{part}.raw"] = of("samples", layer, lambda values: values[..., :3])
-        views[f"{part}.filtered"] = of("filtered", layer, lambda values: values[..., :3])
+        views[f"{part}.filtered"] = of("filtered", layer, light_of)
         views[f"{part}.history"] = of("moments", layer, lambda values: values[..., 1])
-        views[f"{part}.variance"] = of("deviation", layer, lambda values: np.maximum(values[..., 0], 0) ** 2)
+        views[f"{part}.variance"] = of(
+            "filtered", layer, lambda values: np.maximum(values[..., 3].view(np.float32), 0) ** 2
+        )
     return views
