@@ -6,6 +6,8 @@ import pytest
 import pica
 from pica.gpu_scene.draws import DrawLists
 from pica.gpu_scene.lights import emissive_triangles, placed_lights
+from pica.gpu_scene.record_set import RecordSet
+from pica.rhi.acceleration import RtScene
 from pica.rhi.tables import Runs
 from pica.scene.light import DirectionalLight, PointLight, SphereLight
 from pica.scene.model import Mesh, Node
@@ -71,7 +73,7 @@ class Follower:
         return lights, sorted((name, primitive, share) for name, _, primitive, share in triangles)
 
     def _names(self):
-        return {number: node.name for node, number in self.view.scene._numbers.items()}
+        return {number: node.name for node, number in self.view.scene.arrivals.numbers.items()}
 
 
 def newcomer(rng, number):
@@ -179,6 +181,28 @@ def test_what_comes_and_goes_costs_what_it_is_and_not_what_is_there(device, coun
     assert cost(lambda: setattr(nodes[0], "transform", move(y=2.0))) == (0, 1, 0)
     assert cost(lambda: setattr(nodes[4], "visible_to_camera", False)) == (4, 0, 0)
     assert len(follower.draws("draws")) == record_count(follower) - 2
+
+
+def test_nodes_that_come_together_are_taken_in_together(device, monkeypatch):
+    follower = Follower(device, scene_of(corner(0.0), environment=uniform(1, 1, 1)))
+    calls = []
+
+    def called(holder, name):
+        function = getattr(holder, name)
+        monkeypatch.setattr(holder, name, lambda *values: calls.append(name) or function(*values))
+
+    called(RecordSet, "add")
+    called(RtScene, "place")
+    for mesh in MESHES[1:3]:
+        for number in range(50):
+            copies = np.tile(move(x=0.1 * number), (number % 3, 1, 1))
+            follower.scene.add(Node(mesh=mesh, instances=copies))
+    follower.update()
+    assert sorted(calls) == ["add", "add", "place", "place", "place"], "once a mesh, once a part of a mesh"
+    assert len(follower.view.scene.placements) == 1 + 2 * 33
+    objects = follower.view.scene.rt_scene
+    rows = objects.slots.rows[sorted(objects.objects)]
+    assert sorted(rows["id_and_mask"] & 0xFFFFFF) == list(range(record_count(follower)))
 
 
 def record_count(follower):

@@ -10,7 +10,8 @@ from pica.errors import MaterialTypeError, PicaError
 from pica.programs.material_types import STANDARD_ONLY, plain
 from pica.scene import material_registry as material_types
 from pica.scene.light import DirectionalLight
-from pica.scene.material import AlphaMode, Material
+from pica.scene.material import AlphaMode, Material, Sampler, Texture
+from pica.scene.model import Node, Scene
 from pica.scenes.basic_meshes import plane, sphere
 from pica.scenes.placing import aim, move, turn
 from pica.tracing import embree
@@ -26,6 +27,7 @@ from tests.building import (
     placed,
     render,
     scene_of,
+    settings,
     shining,
     sky,
     still_life,
@@ -35,6 +37,8 @@ from tests.rays import gpu_scene
 
 FOLDER = "tests/material_types"
 FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
+SURFACES = {**RASTER, "shadows.mode": "off"}
+"""For what is seen of materials, whatever lights them: fewer programs."""
 PLAIN = """
 import materials.material_type;
 struct Plain : IMaterialType
@@ -65,7 +69,7 @@ def register(tmp_path):
 @pytest.fixture
 def own_types(request):
     folder = request.config.rootpath / FOLDER
-    for name in ("marble", "perforated"):
+    for name in ("marble", "perforated", "places", "striped", "textured"):
         pica.register_material(name, folder / f"{name}.slang")
 
 
@@ -77,6 +81,27 @@ def marble(**more) -> Material:
 def perforated(**more) -> Material:
     values = {"alpha_mode": AlphaMode.MASK, "double_sided": True, "parameters": {"holes": 6, "radius": 0.35}}
     return Material("sheet", base_color=(0.9, 0.6, 0.3, 1), roughness=0.4, type="perforated", **values | more)
+
+
+def places() -> Material:
+    return Material(type="places", parameters={"first": 0.5, "pair": (-3, 4), "offset": (0.5, 0, 0), "last": 7})
+
+
+def textured(**more) -> Material:
+    return Material(base_color_texture=Texture(checkered(), Sampler(linear=False)), **more)
+
+
+def samples() -> list[Node]:
+    """Nodes of the types of `stones`, which no ray meets."""
+    nodes = [placed(plane(0.1, 0.1, material)) for material in (lambert(), marble(), perforated())]
+    for node in nodes:
+        node.visible_to_camera = node.visible_to_reflections = node.casts_shadows = False
+    return nodes
+
+
+def among_samples(*nodes: Node) -> Scene:
+    """A scene of these by the programs that `stones` has: they take most of the time."""
+    return scene_of(*samples(), *nodes)
 
 
 def stones():
@@ -123,76 +148,36 @@ def test_path_tracer_and_hybrid_agree(device, own_types):
 def test_holes_are_where_the_type_says(device, own_types):
     wall = plane(2, 2, perforated(parameters={"holes": 2, "radius": 0.25}))
     for values in (RASTER, RAYS):
-        seen = render(device, scene_of(placed(wall, turn("x", 90))), 1, FRONT, (64, 64), values=values).aov("instance")
+        scene = among_samples(placed(wall, turn("x", 90)))
+        seen = render(device, scene, 1, FRONT, (64, 64), values=values).aov("instance")
         y, x = (np.indices((64, 64)) + 0.5) / 32 % 1 - 0.5
         distance = np.hypot(x, y)
         clear = np.abs(distance - 0.25) > 0.03
         np.testing.assert_array_equal((seen > 0)[clear], (distance > 0.25)[clear])
 
 
-def test_a_type_knows_places_and_parameters(device, register):
+def test_a_type_knows_places_and_parameters(device, own_types):
     """Every kind of parameter arrives, and positions are those of the object and of the world."""
-    register(
-        "places",
-        """
-        import materials.material_type;
-        struct Places : IMaterialType
-        {
-            struct Parameters { float first; int2 pair; float3 offset; uint last; }
-            static void evaluate(MaterialInput input, inout Surface surface)
-            {
-                Parameters p = input.parameters<Parameters>();
-                bool right = p.first == 0.5 && all(p.pair == int2(-3, 4)) && p.last == 7;
-                surface.brdf.baseColor.x = (input.objectPosition + p.offset).x;
-                surface.brdf.baseColor.y = input.position.x;
-                surface.brdf.baseColor.z = right ? 1 : 0;
-            }
-        }
-        """,
-    )
-    parameters = {"first": 0.5, "pair": (-3, 4), "offset": (0.5, 0, 0), "last": 7}
-    wall = plane(1, 1, Material(type="places", parameters=parameters))
-    node = placed(wall, move(0.5, 0, 0) @ turn("x", 90))
+    node = placed(plane(1, 1, places()), move(0.5, 0, 0) @ turn("x", 90))
     camera = orthographic((0.5, 0, 2), (0.5, 0, 0), 1.0)
-    albedo = render(device, scene_of(node), 1, camera, (32, 32)).aov("albedo")
+    albedo = render(device, scene_of(node), 1, camera, (32, 32), SURFACES).aov("albedo")
     ramp = np.tile((np.arange(32) + 0.5) / 32, (32, 1))
     np.testing.assert_allclose(albedo[..., 0], ramp, atol=1e-3)
     np.testing.assert_allclose(albedo[..., 1], ramp, atol=1e-3)
     np.testing.assert_array_equal(albedo[..., 2], 1)
 
 
-def test_emission_of_a_type_is_sampled_as_it_shines(device, register):
+def test_emission_of_a_type_is_sampled_as_it_shines(device, own_types):
     """A lamp with a pattern of its own lights a wall as much when its light is sampled as when rays find it."""
-    register(
-        "striped",
-        """
-        import materials.material_type;
-        struct Striped : IMaterialType
-        {
-            override static float3 emission(MaterialInput input)
-            {
-                return input.at.uv[0].x > .5 ? 3 * input.material.emission : 0;
-            }
-            static void evaluate(MaterialInput input, inout Surface surface) {}
-        }
-        """,
-    )
 
-    def lit(material: Material, values) -> np.ndarray:
-        lamp = placed(plane(1, 1, material), move(0, 1, 0) @ turn("x", 180))
+    def lit(width: float, side: float, material: Material, values=None) -> np.ndarray:
+        lamp = placed(plane(width, 1, material), move(side, 1, 0) @ turn("x", 180))
         scene = scene_of(placed(plane(4, 4, lambert(0.5))), lamp)
         camera = orthographic((0, 0.5, 0), (0, 0, 0.0001), 2.0)
         return trace(device, scene, 256, camera, (16, 16), max_depth=2, values=values).color
 
-    own = Material(type="striped", emission=(1, 1, 1), base_color=(0, 0, 0, 1))
-    half = plane(0.5, 1, lambert(0.0, emission=(3, 3, 3)))
-    expected = []
-    for side in (-0.25, 0.25):
-        lamp = placed(half, move(side, 1, 0) @ turn("x", 180))
-        scene = scene_of(placed(plane(4, 4, lambert(0.5))), lamp)
-        camera = orthographic((0, 0.5, 0), (0, 0, 0.0001), 2.0)
-        expected.append(trace(device, scene, 256, camera, (16, 16), max_depth=2).color)
-    found = lit(own, RAYS)
+    found = lit(1, 0, Material(type="striped", emission=(1, 1, 1), base_color=(0, 0, 0, 1)), RAYS)
+    expected = [lit(0.5, side, lambert(0.0, emission=(3, 3, 3))) for side in (-0.25, 0.25)]
     errors = [np.abs(found.mean(axis=(0, 2)) - e.mean(axis=(0, 2))).max() / e.mean() for e in expected]
     assert min(errors) < 0.05 and max(errors) > 0.1
 
@@ -205,13 +190,15 @@ def test_only_types_in_use_are_compiled_in(device, own_types):
 
 def test_a_type_may_come_while_frames_are_rendered(device, own_types):
     scene = scene_of(placed(plane(4, 4, lambert(0.6)), name="floor"), environment=sky())
-    renderer = pica.Renderer(scene, (48, 32), device=device)
+    renderer = pica.Renderer(scene, (48, 32), settings(RASTER), device)
     before = renderer.render(1, CAMERA)
     assert len(np.unique(before.aov("material"))) <= 2
+    for node in samples():
+        scene.add(node)
     scene.add(placed(sphere(0.5, marble()), move(0, 0.5, 0), "ball"))
     renderer.reset()
     after = renderer.render(1, CAMERA).aov("albedo")
-    fresh = render(device, scene, 1, CAMERA, (48, 32)).aov("albedo")
+    fresh = render(device, scene, 1, CAMERA, (48, 32), RASTER).aov("albedo")
     np.testing.assert_allclose(after, fresh, atol=1e-6)
     assert (after != before.aov("albedo")).any()
 
@@ -281,14 +268,10 @@ def test_standard_materials_take_no_parameters(device):
     assert "has no 'scale'" in shown(device, Material("wood", parameters={"scale": 1}))
 
 
-def test_textures_reach_a_type(device, register):
-    register("textured", PLAIN.replace("= 0.25", "= input.read(input.material.baseColorTexture, 1).rgb"))
-    from pica.scene.material import Sampler, Texture
-
-    texture = Texture(checkered(), Sampler(linear=False))
-    pictures = [
-        render(device, scene_of(placed(plane(2, 2, material), turn("x", 90))), 1, FRONT, (32, 32)).aov("albedo")
-        for material in (Material(type="textured", base_color_texture=texture), Material(base_color_texture=texture))
-    ]
+def test_textures_reach_a_type(device, own_types):
+    pictures = []
+    for material in (textured(type="textured"), textured()):
+        wall = placed(plane(2, 2, material), turn("x", 90))
+        pictures.append(render(device, scene_of(wall), 1, FRONT, (32, 32), SURFACES).aov("albedo"))
     np.testing.assert_array_equal(*pictures)
     assert pictures[0].std() > 0.1

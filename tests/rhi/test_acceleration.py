@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pica.gpu_scene.materials import MATERIAL
-from pica.rhi.acceleration import BuildScratch
 from pica.rhi.binding import parameters_of
+from pica.rhi.build_scratch import BuildScratch
 from pica.scene.material import AlphaMode
 from pica.scenes.basic_meshes import box, plane
 from pica.scenes.placing import move, stretch, turn

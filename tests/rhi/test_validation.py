@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+from pica.rhi.validation import KNOWN
+
 MISTAKES = """
 import slangpy as spy
 from pica.rhi import validation
@@ -27,13 +29,18 @@ print(*validation.said(), sep="\\n")
 
 
 def told(value: str | None) -> list[str]:
+    """What `said` gave, and nothing else may be on stdout; what is known to mean nothing is not on stderr either."""
     environment = {name: text for name, text in os.environ.items() if name != "PICA_VALIDATE"}
     environment |= {} if value is None else {"PICA_VALIDATE": value}
     done = subprocess.run(
         [sys.executable, "-c", MISTAKES], env=environment, capture_output=True, text=True, timeout=120
     )
     assert done.returncode == 0, done.stderr
-    return [line for line in done.stdout.splitlines() if line.startswith(("layer: ", "driver: "))]
+    lines = [line for line in done.stdout.splitlines() if line]
+    assert all(line.startswith(("layer: ", "driver: ")) for line in lines)
+    assert not any(part in done.stderr for part in KNOWN)
+    assert all(line[:80] in " ".join(done.stderr.split()) for line in lines)
+    return lines
 
 
 @pytest.mark.device

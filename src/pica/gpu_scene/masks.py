@@ -4,6 +4,9 @@ from pica.scene.channels import ALL_CHANNELS, channel_bits
 from pica.scene.model import Node
 
 SEEN_BY_CAMERA, SEEN_BY_SURFACES, FIRST_SHADOW_BIT = 1, 2, 2
+INSTANCE_MASK = 0xFF
+"""The bits of `mask_and_channels` that are the instance mask."""
+_ALL = channel_bits(ALL_CHANNELS)
 
 
 def instance_mask(node: Node) -> int:
@@ -22,6 +25,8 @@ def mask_and_channels(node: Node) -> int:
     return instance_mask(node) | channel_bits(node.lighting_channels) << 8
 
 
-def is_masked(node: Node) -> bool:
-    """Whether some light does not reach the mesh, or shadow rays and surface rays differ about it."""
-    return node.lighting_channels != ALL_CHANNELS or node.casts_shadows != node.visible_to_reflections
+def is_masked(bits: int) -> bool:
+    """Whether some light does not reach the mesh with these `mask_and_channels`, or shadow rays and surface rays differ
+    about it."""
+    casts_shadows, seen_by_surfaces = bits >> FIRST_SHADOW_BIT & _ALL != 0, bits & SEEN_BY_SURFACES != 0
+    return bits >> 8 != _ALL or casts_shadows != seen_by_surfaces

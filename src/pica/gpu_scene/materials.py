@@ -152,8 +152,8 @@ class MaterialTable:
         if types != self.types:
             self._types = types
 
-    def acquire(self, material: Material) -> int:
-        """The row of a material that somebody starts to use."""
+    def acquire(self, material: Material, users: int = 1) -> int:
+        """The row of a material that somebody starts to use, or several."""
         key = id(material)
         if key not in self._materials:
             row = self.table.take(1)
@@ -162,7 +162,7 @@ class MaterialTable:
             self._type_users[material.type] += 1
             if material.transmission > 0:
                 self.transparent.add(row)
-        self._users[key] = self._users.get(key, 0) + 1
+        self._users[key] = self._users.get(key, 0) + users
         return self._materials[key][0]
 
     def shape_number(self, hit_group: str) -> int:

@@ -12,7 +12,7 @@ from pica.programs.scene_features import features_of
 from pica.rhi.device import Device
 from pica.rhi.profiler import FRAMES_IN_FLIGHT
 from pica.scene.material_registry import material_source, registrations
-from pica.scene.model import Node, Section
+from pica.scene.model import Mesh, Node, Section
 from pica.scene.primitives import Primitives
 from pica.scene.shape_registry import shape_source
 
@@ -46,8 +46,9 @@ class PendingNodes:
 
     def expect(self, nodes: list[Node]) -> None:
         """These have come."""
+        known = self._known(nodes)
         for node in nodes:
-            if self._known(node):
+            if node.mesh in known:
                 self._ready.append(node)
             else:
                 self._waiting[node] = None
@@ -58,7 +59,8 @@ class PendingNodes:
         for node in nodes:
             self._waiting.pop(node, None)
         if self._ready and nodes:
-            self._ready = [node for node in self._ready if node not in nodes]
+            gone = set(nodes)
+            self._ready = [node for node in self._ready if node not in gone]
 
     def take(self) -> tuple[list[Node], bool]:
         """The nodes that can be shown from now on, and whether the types in use have changed since the last call."""
@@ -112,10 +114,13 @@ class PendingNodes:
             self._refused = {refused for refused in self._refused if not isinstance(refused, str)}
             self._look = True
 
-    def _known(self, node: Node) -> bool:
-        """Whether the programs in use, and those that will follow them, know what the node shows."""
+    def _known(self, nodes: Iterable[Node]) -> set[Mesh | None]:
+        """The meshes of nodes that the programs in use, and those that will follow them, know how to show."""
+        return {mesh for mesh in {node.mesh for node in nodes} if self._knows(mesh)}
+
+    def _knows(self, mesh: Mesh | None) -> bool:
         try:
-            entries = {entry for section in _sections(node) for entry in _entries(section)}
+            entries = {entry for section in _sections(mesh) for entry in _entries(section)}
         except PicaError:
             return False
         return entries.issubset(self._materials.types) and (self._round is None or entries.issubset(self._round.types))
@@ -127,8 +132,9 @@ class PendingNodes:
             source = material_source(name)
             if source not in self._refused:
                 wanted.append(source)
-        for node in (*self._ready, *self._waiting):  # who is ready has no material in the table yet
-            for section in _sections(node):
+        # Who is ready has no material in the table yet.
+        for mesh in dict.fromkeys(node.mesh for node in (*self._ready, *self._waiting)):
+            for section in _sections(mesh):
                 name = _name(section)
                 if name in self._refused:
                     continue
@@ -166,9 +172,10 @@ class PendingNodes:
         self._let_in()
 
     def _let_in(self) -> None:
-        for node in [node for node in self._waiting if self._known(node)]:
+        known = self._known(self._waiting)
+        for node in [node for node in self._waiting if node.mesh in known]:
             del self._waiting[node]
-            for section in _sections(node):
+            for section in _sections(node.mesh):
                 material = section.material
                 compiled = programs(self._device).material_types[material_source(material.type)]
                 compiled.packed(material.name, material.parameters)
@@ -182,8 +189,8 @@ class PendingNodes:
             raise
 
 
-def _sections(node: Node) -> list[Section | Primitives]:
-    return [] if node.mesh is None else [*node.mesh.sections, *node.mesh.primitives]
+def _sections(mesh: Mesh | None) -> list[Section | Primitives]:
+    return [] if mesh is None else [*mesh.sections, *mesh.primitives]
 
 
 def _name(section: Section | Primitives) -> str:

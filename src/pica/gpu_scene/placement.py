@@ -9,7 +9,7 @@ from pica.gpu_scene.geometry import GpuMesh
 from pica.scene.model import Node
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class Placement:
     """Which instances belong to a node that shows a mesh, and which records and objects show it in all views."""
 
@@ -27,9 +27,3 @@ class Placement:
         if before is None or node.identities is None:
             return np.zeros(len(self.instances), bool)
         return np.asarray(before != node.identities)
-
-
-def rows_of_runs(starts: NDArray[np.int64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """start, start + 1, … of each run, one after the other."""
-    before = np.cumsum(counts) - counts
-    return np.repeat(starts - before, counts) + np.arange(counts.sum())

@@ -1,8 +1,10 @@
 """The records of what is shown: in all views, or in one of them. All lie in one table."""
 
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pica.gpu_scene.draws import (
     DRAWN_SECTION,
@@ -16,13 +18,13 @@ from pica.gpu_scene.draws import (
 )
 from pica.gpu_scene.geometry import GeometryBuffers, GpuMesh
 from pica.gpu_scene.lights.emissive_triangles import EmissiveTriangles
-from pica.gpu_scene.masks import SEEN_BY_CAMERA, SEEN_BY_SURFACES
+from pica.gpu_scene.masks import INSTANCE_MASK, SEEN_BY_CAMERA, SEEN_BY_SURFACES
 from pica.gpu_scene.materials import MaterialTable, average_emission
 from pica.gpu_scene.table_rows import NOT_EMISSIVE
-from pica.rhi.acceleration import RtObject
+from pica.rhi.acceleration import RtObject, rows_of
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
-from pica.rhi.tables import HostTable
+from pica.rhi.tables import HostTable, rows_of_ranges, rows_of_runs
 
 
 class RecordSet:
@@ -50,27 +52,31 @@ class RecordSet:
         """How many there are."""
         return int(np.count_nonzero(self._sections["index_count"]))
 
-    def add(self, mesh: GpuMesh, instances: range) -> range:
-        """Records of a mesh that these instances show: those of one after those of the other."""
-        count, sections = len(instances), len(mesh.placed)
-        first = self._records.take(count * sections)
-        records = self._records.rows[first : first + count * sections].reshape(count, sections)
-        records[:] = mesh.records
-        records["material"] = [self._materials.acquire(placed.section.material) for placed in mesh.placed]
-        records["instance"] = np.array(instances)[:, None]
-        records["first_emissive"] = NOT_EMISSIVE
+    def add(self, mesh: GpuMesh, instances: Sequence[range]) -> list[range]:
+        """Records of a mesh for each of those who show it, by their instances: those of one after those of another."""
+        each, sections = np.array([len(those) for those in instances]), len(mesh.placed)
+        counts = each * sections
+        firsts = self._records.take_runs(counts)
+        rows = np.tile(mesh.records, (each.sum(), 1))
+        rows["material"] = [self._materials.acquire(placed.section.material, len(each)) for placed in mesh.placed]
+        rows["instance"] = rows_of_ranges(instances)[:, None]
+        rows["first_emissive"] = NOT_EMISSIVE
         for index, primitives in enumerate(mesh.primitives, len(mesh.sections)):
-            records["shape"][:, index] = self._materials.shape_number(primitives.hit_group)
-        if first + count * sections > len(self._sections):
-            more = max(first + count * sections, 2 * len(self._sections)) - len(self._sections)
+            rows["shape"][:, index] = self._materials.shape_number(primitives.hit_group)
+        added = rows_of_runs(firsts, counts)
+        self._records.rows[added] = rows.ravel()
+        end = int(added.max(initial=-1)) + 1
+        if end > len(self._sections):
+            more = max(end, 2 * len(self._sections)) - len(self._sections)
             self._sections = np.append(self._sections, np.zeros(more, DRAWN_SECTION))
         drawn = np.array([drawn_section(placed.section) for placed in mesh.placed], DRAWN_SECTION)
-        added = range(first, first + count * sections)
-        self._sections[added.start : added.stop] = np.tile(drawn, count)
+        self._sections[added] = np.tile(drawn, each.sum())
         self._touch(added)
+        runs = [range(first, first + count) for first, count in zip(firsts.tolist(), counts.tolist(), strict=True)]
         if any(average_emission(placed.section.material) > 0 for placed in mesh.sections):
-            self._shine(mesh, added)
-        return added
+            for records in runs:
+                self._shine(mesh, records)
+        return runs
 
     def remove(self, mesh: GpuMesh, records: range) -> None:
         """Give back what `add` gave."""
@@ -79,19 +85,27 @@ class RecordSet:
         self._sections[records.start : records.stop] = 0
         for placed in mesh.placed:
             self._materials.release(placed.section.material)
-        self._touch(records)
+        self._touch(np.array(records, np.int64))
 
-    def objects(self, mesh: GpuMesh, records: range) -> list[RtObject]:
-        """What rays meet of these records: the parts of the mesh, of one instance after the other."""
-        return [
-            RtObject(part.geometry, first + part.first_section, self._materials.type_number(part.hit_group), part.flags)
-            for first in range(records.start, records.stop, max(len(mesh.placed), 1))
-            for part in mesh.parts
-        ]
+    def objects(
+        self, mesh: GpuMesh, records: NDArray[np.int64], objects: NDArray[np.int64]
+    ) -> Iterator[tuple[NDArray[np.int64], RtObject, NDArray[np.void]]]:
+        """What `place` of an RtScene wants, for each part of a mesh: slots, what is in them, and their rows.
+
+        All records of the mesh's instances, and their slots: those of one instance after those of another.
+        """
+        if not mesh.parts:
+            return
+        first_records = records[:: len(mesh.placed)]
+        instances = self._instances.rows[self._records.rows["instance"][first_records]]
+        masks = instances["mask_and_channels"] & INSTANCE_MASK
+        for slots, part in zip(objects.reshape(-1, len(mesh.parts)).T, mesh.parts, strict=True):
+            placed = RtObject(part.geometry, self._materials.type_number(part.hit_group), part.flags)
+            yield slots, placed, rows_of(placed, first_records + part.first_section, instances["to_world"], masks)
 
     def renew(self, mesh: GpuMesh, records: range) -> None:
         """Who sees these records, or whether they are mirrored, has changed."""
-        self._touch(records)
+        self._touch(np.array(records, np.int64))
         if self.emissive.has(records.start) != self._seen_by_surfaces(records):
             self._shine(mesh, records)
 
@@ -122,10 +136,10 @@ class RecordSet:
         lists.touch(np.flatnonzero(self._sections["index_count"]))
         return lists
 
-    def _touch(self, records: range) -> None:
+    def _touch(self, records: NDArray[np.int64]) -> None:
         for name in ("_camera_draws", "_shadow_draws"):
             if name in self.__dict__:  # somebody has asked for them
-                getattr(self, name).touch(np.array(records, np.int64))
+                getattr(self, name).touch(records)
 
     def _listed(self, recording: Recording, lists: DrawLists, casters: bool) -> list[DrawList]:
         touched = lists.take_touched()

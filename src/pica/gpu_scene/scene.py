@@ -1,12 +1,13 @@
 """A scene's copy on a device: made once, shared by all views, and told what moved."""
 
 from typing import TYPE_CHECKING
-from weakref import WeakKeyDictionary, WeakSet, WeakValueDictionary
+from weakref import WeakSet, WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import SettingsError
+from pica.gpu_scene.arrivals import Arrivals
 from pica.gpu_scene.bounds import joined, object_box, world_box
 from pica.gpu_scene.deformation.deformation import Deformation, check_deforming, deform_all, deformation_of
 from pica.gpu_scene.draws import is_mirrored
@@ -15,20 +16,21 @@ from pica.gpu_scene.lights.emissive_triangles import EmissiveTriangles
 from pica.gpu_scene.lights.environment_map import environment_map
 from pica.gpu_scene.lights.light_table import LightTable
 from pica.gpu_scene.lights.placed_lights import PlacedLights
-from pica.gpu_scene.masks import instance_mask, is_masked, mask_and_channels
+from pica.gpu_scene.masks import INSTANCE_MASK, is_masked, mask_and_channels
 from pica.gpu_scene.materials import MaterialTable, average_emission
 from pica.gpu_scene.pending_nodes import PendingNodes
-from pica.gpu_scene.placement import Placement, rows_of_runs
+from pica.gpu_scene.placement import Placement
 from pica.gpu_scene.record_set import RecordSet
 from pica.gpu_scene.table_rows import INSTANCE, RECORD
 from pica.rhi.acceleration import RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
-from pica.rhi.tables import HostTable
+from pica.rhi.tables import HostTable, rows_of_ranges, rows_of_runs
 from pica.scene import leftovers
 from pica.scene.changes import Changes
 from pica.scene.dynamic_vertices import DynamicVertices
 from pica.scene.model import Mesh, Node, Scene
+from pica.scene.node import worth_checking
 from pica.scene.skin import deformed_positions
 
 if TYPE_CHECKING:
@@ -64,7 +66,8 @@ class GpuScene:
         """Of all nodes that are shown."""
         self.deformations: dict[Node, Deformation] = {}
         """Of those whose meshes deform for all views alike."""
-        for node in scene.nodes():
+        nodes = list(scene.nodes())
+        for node in nodes:
             check_deforming(node)
         scene.check()
         self.bounds = scene.bounds()
@@ -78,19 +81,18 @@ class GpuScene:
         self.placed_lights = PlacedLights()
         self._lights_for = (0, 0)
         self._masked: set[Node] = set()
-        self._numbers: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
-        self._node_count = 0
+        self.arrivals = Arrivals(self.instance_table, self.records, self.geometry, self.rt_scene)
         self.environment = environment_map(device, scene.environment)
         self.lights = self.light_table()
         with device.record() as recording:
-            nodes = list(scene.nodes())
-            self._grow_bounds([node for node in nodes if self._add(recording, node)])
+            self._grow_bounds(self._add(recording, nodes))
             for node in nodes:
-                self.placed_lights.follow(node)
+                if node.light is not None:
+                    self.placed_lights.follow(node)
         self.geometry.build_compact()
         with device.record() as recording:
             deform_all(recording, list(self.deformations.values()))
-            self._place_objects(list(self.placements))
+            self.arrivals.place_objects(self.placements.values())
             self._make_lights()
             self.flush(recording)
             self.rt_scene.build(recording)
@@ -174,10 +176,10 @@ class GpuScene:
             if node.light is not None and node in self.source:
                 node.check()
         new_meshes: dict[int, Mesh] = {}
-        for node in changes.added:
-            if node not in self.source:
-                continue
+        added = [node for node in changes.added if node in self.source]
+        for node in worth_checking(added):
             node.check()
+        for node in added:
             check_deforming(node)
             if node.mesh is not None and not self.geometry.has(node.mesh):
                 new_meshes[id(node.mesh)] = node.mesh
@@ -202,13 +204,13 @@ class GpuScene:
         come, switched = self._pending_nodes.take()
         for node in changes.removed:
             self._remove(node)
-        added = [node for node in come if self._add(recording, node)]
+        added = self._add(recording, come)
         self._grow_bounds(added)
         self.geometry.build(recording.encoder)
         moved, now = self._moves
         self._move(moved, now)
         deformed = self._deform(recording, dict.fromkeys((*changes.deformed, *added)))
-        self._place_objects(added)
+        self.arrivals.place_objects([self.placements[node] for node in added])
         masked = [node for node in changes.altered if self._mask(node)]
         lights_moved = self._follow_lights(come, changes)
         lights_differ = self._lights_for != (self.placed_lights.revision, self.records.emissive.revision)
@@ -228,37 +230,22 @@ class GpuScene:
         for table in (self.instance_table, self.record_table, self.materials.table):
             table.flush(recording)
 
-    def _add(self, recording: Recording, node: Node) -> bool:
-        """Upload what a node shows; its objects follow once its structures are recorded. False: it shows nothing."""
-        if node not in self._numbers:
-            self._node_count += 1
-            self._numbers[node] = self._node_count
-        if node.mesh is None or not (node.mesh.sections or node.mesh.primitives) or not len(node.instance_transforms()):
-            return False
-        transforms = node.instance_transforms()[:, :3]
-        first = self.instance_table.take(len(transforms))
-        instances = range(first, first + len(transforms))
-        rows = self.instance_table.rows[instances.start : instances.stop]
-        rows["to_world"], rows["node"] = transforms, self._numbers[node]
-        rows["mask_and_channels"] = mask_and_channels(node)
-        placement = self.placements[node] = Placement(instances, node.identities)
-        if not node.follows_camera:
-            self._show(recording, node, placement)
+    def _add(self, recording: Recording, nodes: list[Node]) -> list[Node]:
+        """Upload what nodes show; their objects follow once their structures are recorded. Those that show any."""
+        come = self.arrivals.place(recording, nodes)
+        if not come:
+            return []
+        self.placements.update(come)
+        for node, placement in come.items():
+            mesh = placement.mesh
+            if mesh is not None and mesh.previous is not None:
+                self.deformations[node] = deformation_of(self._device, node, self.geometry, mesh, self.rebuild_at)
+        bits = self.instance_table.rows["mask_and_channels"][[p.instances.start for p in come.values()]]
+        masked = np.isin(bits, [each for each in np.unique(bits).tolist() if is_masked(each)])
+        self._masked.update(node for node, is_one in zip(come, masked.tolist(), strict=True) if is_one)
         for view in self.views:
-            view.come(node, placement)
-        self._note_masked(node)
-        return True
-
-    def _show(self, recording: Recording, node: Node, placement: Placement) -> None:
-        assert node.mesh is not None
-        previous = self.geometry.previous if node.deforms else None
-        mesh = placement.mesh = self.geometry.acquire(recording.encoder, node.mesh, previous)
-        placement.records = self.records.add(mesh, placement.instances)
-        objects = len(placement.instances) * len(mesh.parts)
-        first = self.rt_scene.slots.take(objects)
-        placement.objects = range(first, first + objects)
-        if node.deforms:
-            self.deformations[node] = deformation_of(self._device, node, self.geometry, mesh, self.rebuild_at)
+            view.come(come)
+        return list(come)
 
     def _remove(self, node: Node) -> None:
         placement = self.placements.pop(node, None)
@@ -288,15 +275,12 @@ class GpuScene:
         rows[instances] = now
         self.instance_table.touch(instances)
         if placement.mesh is not None:
-            self.rt_scene.mask(placement.objects, instance_mask(node))
+            self.rt_scene.mask(placement.objects, now & INSTANCE_MASK)
             self.records.renew(placement.mesh, placement.records)
         else:
             self._tell([node])
-        self._note_masked(node)
+        (self._masked.add if is_masked(now) else self._masked.discard)(node)
         return True
-
-    def _note_masked(self, node: Node) -> None:
-        (self._masked.add if is_masked(node) else self._masked.discard)(node)
 
     def _move(self, nodes: list[Node], now: NDArray[np.float32]) -> None:
         """All at once: a hundred small NumPy calls cost more than their arithmetic."""
@@ -341,14 +325,14 @@ class GpuScene:
         if not nodes:
             return
         placements = [self.placements[node] for node in nodes]
-        starts, counts = np.array([(p.records.start, len(p.records)) for p in placements]).T
-        records = self.record_table.rows[rows_of_runs(starts, counts)]
+        records = self.record_table.rows[rows_of_ranges(placement.records for placement in placements)]
         to_world = self.instance_table.rows["to_world"]
         if len(records):
             box = world_box(to_world[records["instance"]], records["center"], abs(records["extent"]))
             self.bounds = joined(self.bounds, box)
         for node, placement in zip(nodes, placements, strict=True):
-            moves_freely = placement.mesh is None or isinstance(node.deformer, DynamicVertices)
+            mesh = placement.mesh
+            moves_freely = mesh is None or (mesh.previous is not None and isinstance(node.deformer, DynamicVertices))
             if moves_freely and node.mesh is not None:
                 placed = to_world[placement.instances.start : placement.instances.stop]
                 for section in node.mesh.sections:
@@ -356,17 +340,6 @@ class GpuScene:
                     center, extent = object_box(positions.astype(np.float32))
                     box = world_box(placed, np.tile(center, (len(placed), 1)), np.tile(extent, (len(placed), 1)))
                     self.bounds = joined(self.bounds, box)
-
-    def _place_objects(self, nodes: list[Node]) -> None:
-        for node in nodes:
-            placement = self.placements[node]
-            if placement.mesh is None:
-                continue
-            objects = self.records.objects(placement.mesh, placement.records)
-            parts, mask = len(placement.mesh.parts), instance_mask(node)
-            for index, (slot, placed) in enumerate(zip(placement.objects, objects, strict=True)):
-                row = self.instance_table.rows[placement.instances.start + index // parts]
-                self.rt_scene.place(slot, placed, row["to_world"], mask)
 
     def _deform(self, recording: Recording, nodes: dict[Node, None]) -> list[Node]:
         """Write the vertices of those of the nodes that deform, and give these and those that views write."""
@@ -388,7 +361,8 @@ class GpuScene:
         for node in changes.removed:
             self.placed_lights.remove(node)
         for node in come:
-            self.placed_lights.follow(node)
+            if node.light is not None:
+                self.placed_lights.follow(node)
         stay = [node for node in (*changes.moved, *changes.altered) if self.placed_lights.has(node) or node.light]
         for node in dict.fromkeys(stay):
             self.placed_lights.follow(node)

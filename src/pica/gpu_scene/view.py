@@ -17,6 +17,7 @@ from pica.programs.material_types import MaterialTypeSet
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.rt_view import RtView
+from pica.rhi.tables import rows_of_ranges
 from pica.scene.camera import Camera
 from pica.scene.model import Node, Scene
 from pica.settings import Settings
@@ -159,14 +160,13 @@ class SceneView:
         self.revision += changed
         return changed
 
-    def come(self, node: Node, placement: Placement) -> None:
-        """A node is shown from now on."""
-        instances = np.array(placement.instances)
+    def come(self, placements: dict[Node, Placement]) -> None:
+        """Nodes are shown from now on."""
+        instances = rows_of_ranges(placement.instances for placement in placements.values())
         self.places.note(instances[:0], instances)
-        if placement.mesh is None:
-            self.own.touch([node])
-        elif placement.mesh.previous is not None:
-            self.positions.come([placement.mesh])
+        self.own.touch([node for node, placement in placements.items() if placement.mesh is None])
+        meshes = (placement.mesh for placement in placements.values())
+        self.positions.come(mesh for mesh in meshes if mesh is not None and mesh.previous is not None)
 
     def gone(self, node: Node, placement: Placement) -> None:
         """A node is shown no more."""

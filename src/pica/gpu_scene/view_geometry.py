@@ -113,7 +113,7 @@ class ViewGeometry:
             facing = facing_of(self._device, node, geometry, mesh, scene.rebuild_at, self.previous)
         else:
             mesh = geometry.acquire(recording.encoder, self._patch(node, camera))
-        records = self.records.add(mesh, placement.instances)
+        [records] = self.records.add(mesh, [placement.instances])
         objects = len(placement.instances) * len(mesh.parts)
         first = self.rt.slots.take(objects)
         self._shown[node] = _Shown(placement, mesh, records, range(first, first + objects), facing)
@@ -174,8 +174,8 @@ class ViewGeometry:
             masks = rows["id_and_mask"][objects] >> 24
             if shown.is_placed and np.array_equal(rows["transform"][objects], transforms) and (masks == mask).all():
                 continue
-            placed = self.records.objects(shown.mesh, shown.records)
-            self.rt.place(shown.objects, placed, transforms, mask)
+            for placing in self.records.objects(shown.mesh, np.array(shown.records), np.array(shown.objects)):
+                self.rt.place(*placing)
             self.records.renew(shown.mesh, shown.records)
             shown.is_placed = True
 

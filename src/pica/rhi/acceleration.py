@@ -10,6 +10,7 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.rhi.build_scratch import BuildScratch
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable
@@ -18,8 +19,6 @@ from pica.rhi.tables import HostTable
 INSTANCE = np.dtype([("transform", "f4", (3, 4)), ("id_and_mask", "u4"), ("group_and_flags", "u4"), ("handle", "u8")])
 
 _BOX = 24  # bytes
-_SCRATCH = 1 << 20  # bytes, to begin with
-_SCRATCH_ALIGNMENT = 256  # the most that Vulkan lets a device ask for (minAccelerationStructureScratchOffsetAlignment)
 _BOTTOM = spy.AccelerationStructureKind.bottom_level
 
 
@@ -54,31 +53,6 @@ class RtBoxes:
     first: int
     count: int
     opaque: bool
-
-
-class BuildScratch:
-    """Memory that builds and refits of bottom levels need while they run: one buffer a device, handed out in turn.
-
-    With the last of it given, the next begins anew: Slang-RHI waits between two builds that are given one buffer.
-    """
-
-    def __init__(self, device: Device) -> None:
-        self._device, self._used = device, 0
-        self._buffer = device.buffer("build scratch", size=_SCRATCH)
-
-    @property
-    def size(self) -> int:
-        """Bytes."""
-        return self._buffer.size
-
-    def take(self, size: int) -> spy.BufferOffsetPair:
-        """At least `size` bytes for a build that is recorded next."""
-        if size > self.size:
-            self._device.give_back(self._buffer)
-            self._buffer = self._device.buffer("build scratch", size=2 * size)
-        offset = self._used if self._used + size <= self.size else 0
-        self._used = -(-(offset + size) // _SCRATCH_ALIGNMENT) * _SCRATCH_ALIGNMENT
-        return spy.BufferOffsetPair(self._buffer, offset)
 
 
 class RtGeometry:
@@ -243,11 +217,9 @@ def _inputs(positions: spy.Buffer, indices: spy.Buffer, sections: Sequence[RtSec
 
 @dataclass(frozen=True)
 class RtObject:
-    """One placed geometry: which, and what rays see of it."""
+    """What rays meet in a slot: which geometry, and how."""
 
     geometry: RtGeometry
-    first_record: int
-    """Record of its first section; InstanceID() in shaders."""
     hit_group: int = 0
     """Which of a pipeline's hit groups its hits are for."""
     flags: ObjectFlags = ObjectFlags.NONE
@@ -308,14 +280,16 @@ class RtScene:
         for watcher in self._watchers:
             watcher.add(slots)
 
-    def place(self, slot: int, placed: RtObject, transform: NDArray[Any], mask: int = 0xFF) -> None:
-        """Put an object into a slot, (3, 4) object to world; `mask` as for `mask`."""
-        self.slots.rows[slot] = row_of(placed, transform, mask, placed.geometry.handle)
-        self.objects[slot] = placed
+    def place(self, slots: NDArray[np.int64], placed: RtObject, rows: NDArray[np.void]) -> None:
+        """Put an object into slots (n,), with the rows from `rows_of`."""
+        self.slots.rows[slots] = rows
+        self.slots.rows["handle"][slots] = placed.geometry.handle
+        numbers = slots.tolist()
+        self.objects.update(dict.fromkeys(numbers, placed))
         if placed.geometry.has_boxes:
-            self._with_boxes.add(slot)
-        self.slots.touch(slice(slot, slot + 1))
-        self.changed([slot])
+            self._with_boxes.update(numbers)
+        self.slots.touch(slots)
+        self.changed(numbers)
 
     def move(self, slots: NDArray[np.int64], transforms: NDArray[Any]) -> None:
         """Place the objects of slots anew, (n, 3, 4) object to world; takes effect with the next `build`."""
@@ -348,14 +322,18 @@ class RtScene:
         self._top.build(recording, self.slots.buffer, len(self.slots.rows))
 
 
-def row_of(placed: RtObject, transform: NDArray[Any], mask: int, handle: int) -> NDArray[np.void]:
-    """The driver's record of a placed object; handle 0 makes it one that no ray meets."""
-    row = np.zeros((), INSTANCE)
-    row["id_and_mask"] = placed.first_record | mask << 24
-    row["group_and_flags"] = placed.hit_group | int(placed.flags) << 24
-    row["handle"] = handle
-    row["transform"] = transform
-    return row
+def rows_of(
+    placed: RtObject, first_records: NDArray[np.int64], transforms: NDArray[Any], masks: NDArray[np.uint32]
+) -> NDArray[np.void]:
+    """(n,) the driver's records of an object in n places, (n, 3, 4) object to world, as ones that no ray meets.
+
+    `first_records`: those of its first section, InstanceID() in shaders; `masks` as for RtScene.mask.
+    """
+    rows = np.zeros(len(first_records), INSTANCE)
+    rows["id_and_mask"] = first_records | masks.astype(np.int64) << 24
+    rows["group_and_flags"] = placed.hit_group | int(placed.flags) << 24
+    rows["transform"] = transforms
+    return rows
 
 
 class TopLevel:

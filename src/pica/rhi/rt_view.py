@@ -2,14 +2,13 @@
 
 from collections import ChainMap
 from collections.abc import Iterable, Mapping
-from typing import Any
 from weakref import WeakSet
 
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.rhi.acceleration import INSTANCE, RtObject, RtScene, SlotWatcher, TopLevel, row_of
+from pica.rhi.acceleration import INSTANCE, RtObject, RtScene, SlotWatcher, TopLevel
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable, RowUpload
@@ -41,7 +40,7 @@ class RtView:
     @property
     def objects(self) -> Mapping[int, RtObject]:
         """What the view shows, by slot."""
-        return ChainMap(self._own, self._scene.objects)
+        return ChainMap(self._own, self._scene.objects) if self._own else self._scene.objects
 
     @property
     def slots(self) -> HostTable:
@@ -66,13 +65,14 @@ class RtView:
         for watcher in self._watchers:
             watcher.add(slots)
 
-    def place(self, slots: range, placed: list[RtObject], transforms: NDArray[Any], mask: int) -> None:
-        """Put objects of the view's own into slots, (n, 3, 4) object to world; `mask` as for RtScene.mask."""
-        for slot, new, transform in zip(slots, placed, transforms, strict=True):
-            self.slots.rows[slot] = row_of(new, transform, mask, 0)
-            self._own[slot], self._handles[slot] = new, new.geometry.handle
-        self.slots.touch(np.array(slots, np.int64))
-        self.changed(slots)
+    def place(self, slots: NDArray[np.int64], placed: RtObject, rows: NDArray[np.void]) -> None:
+        """Put an object of the view's own into slots (n,), with the rows from acceleration.rows_of."""
+        self.slots.rows[slots] = rows
+        numbers = slots.tolist()
+        self._own.update(dict.fromkeys(numbers, placed))
+        self._handles.update(dict.fromkeys(numbers, placed.geometry.handle))
+        self.slots.touch(slots)
+        self.changed(numbers)
 
     def remove(self, slots: range) -> None:
         """As RtScene.remove."""

@@ -1,6 +1,7 @@
 """Buffers that grow and are handed out in runs, so that things can come and go without moving the others."""
 
 from bisect import bisect
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,18 @@ class Runs:
             first, before = self._free.pop(place - 1)
             place, count = place - 1, before + count
         self._free.insert(place, (first, count))
+
+
+def rows_of_runs(firsts: NDArray[np.int64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """first, first + 1, … of each run, one after the other."""
+    before = np.cumsum(counts) - counts
+    return np.repeat(firsts - before, counts) + np.arange(counts.sum())
+
+
+def rows_of_ranges(ranges: Iterable[range]) -> NDArray[np.int64]:
+    """The numbers of ranges that do not skip any, those of one after those of another."""
+    firsts, counts = np.array([(numbers.start, len(numbers)) for numbers in ranges], np.int64).reshape(-1, 2).T
+    return rows_of_runs(firsts, counts)
 
 
 class RowUpload:
@@ -114,6 +127,13 @@ class HostTable:
         self.reserve(first + count)
         self.touch(slice(first, first + count))
         return first
+
+    def take_runs(self, counts: NDArray[np.int64]) -> NDArray[np.int64]:
+        """As `take` for each of these counts, together."""
+        firsts = np.array([self._runs.take(count) for count in counts.tolist()], np.int64)
+        self.reserve(int((firsts + counts).max(initial=0)))
+        self.touch(rows_of_runs(firsts, counts))
+        return firsts
 
     def reserve(self, count: int) -> None:
         """Have at least `count` rows, by numbers that somebody else hands out; those that come are zero."""

@@ -1,6 +1,7 @@
 """What Slang-RHI's validation says and, where its layer is installed, Khronos'. PICA_VALIDATE=1 switches both on."""
 
 import os
+import sys
 from functools import cache
 
 import slangpy as spy
@@ -28,21 +29,27 @@ def said() -> list[str]:
     Slang-RHI, "driver:" Khronos."""
     listener = _listener()
     messages, listener.messages = listener.messages, {}
-    return [message for message in messages if not any(part in message for part in KNOWN)]
+    return list(messages)
 
 
 class _Listener(spy.LoggerOutput):
+    """Takes the place of SlangPy's own output, which writes warnings to stdout, KNOWN ones too."""
+
     def __init__(self) -> None:
         super().__init__()
         self.messages: dict[str, None] = {}
 
     def write(self, level: spy.LogLevel, name: str, msg: str) -> None:
+        if any(part in msg for part in KNOWN):
+            return
         if name == "rhi" and level in (spy.LogLevel.warn, spy.LogLevel.error, spy.LogLevel.fatal):
             self.messages[" ".join(msg.split())] = None
+        print(f"{level.name} ({name}): {msg}", file=sys.stderr)
 
 
 @cache
 def _listener() -> _Listener:
     listener = _Listener()
+    spy.Logger.get().remove_all_outputs()
     spy.Logger.get().add_output(listener)
     return listener

@@ -30,8 +30,11 @@ class CheckedField(Generic[_Value]):
     @overload
     def __get__(self, holder: object, owner: type) -> _Value: ...
     def __get__(self, holder: object | None, owner: type) -> _Value:
-        if holder is not None and self._name in holder.__dict__:
-            return holder.__dict__[self._name]
+        if holder is not None:
+            try:
+                return holder.__dict__[self._name]
+            except KeyError:
+                pass
         if holder is not None or self._default is _REQUIRED:
             raise AttributeError(f"{owner.__name__} has no {self._name}")
         return self._default

@@ -13,7 +13,7 @@ from pica.scene.changes import ChangeSet, Listeners
 from pica.scene.checked_field import CheckedField, described, fitting
 from pica.scene.environment import Environment
 from pica.scene.mesh import Mesh, Section
-from pica.scene.node import Node, enter, loose, worth_checking
+from pica.scene.node import Node, all_instance_transforms, enter, loose, worth_checking
 from pica.scene.skin import deformed_positions
 from pica.scene.values import LARGEST, UnfitError, instance, items, number, optional, text
 
@@ -71,7 +71,10 @@ class Scene:
     def nodes(self) -> Iterator[Node]:
         """Every node, parents before children."""
         for root in self.roots:
-            yield from root.walk()
+            if root.children:
+                yield from root.walk()
+            else:
+                yield root
 
     def animate(self, time: float, animation: int | str | None = None) -> None:
         """Move nodes and set weights to where an animation, by number or name, has them at `time` seconds.
@@ -122,12 +125,11 @@ class Scene:
             corners = _corners(nodes[0], nodes[0].mesh)
             if not len(corners):
                 continue
-            placed = [node.instance_transforms() for node in nodes]
-            world = np.concatenate(placed)
+            world, counts = all_instance_transforms(nodes)
             points = np.einsum("nij,pj->npi", world[:, :3, :3], corners) + world[:, None, :3, 3]
             far = ~(np.abs(points) <= LARGEST).all((1, 2))
             if far.any():
-                node = nodes[int(np.repeat(np.arange(len(nodes)), [len(each) for each in placed])[far][0])]
+                node = nodes[int(np.repeat(np.arange(len(nodes)), counts)[far][0])]
                 raise SceneError(f"{described(node)}: its mesh is too large in the world for 32-bit floats")
             low = np.minimum(low, points.min((0, 1), initial=np.inf))
             high = np.maximum(high, points.max((0, 1), initial=-np.inf))

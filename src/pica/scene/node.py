@@ -143,12 +143,12 @@ class Node:
     def deforms(self) -> bool:
         """Whether the mesh has a shape of its own at this node, by a skin, by weights or by a deformer."""
         own = self._skin is not None or self._weights is not None or self._deformer is not None
-        return self.mesh is not None and own
+        return own and self.mesh is not None
 
     @property
     def follows_camera(self) -> bool:
         """Whether each view shows the node in its own way, by where its camera is."""
-        return self.detail is not None or isinstance(self._deformer, CameraFacing)
+        return self.detail is not None or (self._deformer is not None and isinstance(self._deformer, CameraFacing))
 
     def tell_deformed(self) -> None:
         """The mesh's vertices are to be written anew."""
@@ -262,9 +262,19 @@ class Node:
             raise SceneError(f"{described(self)}: identities: {len(identities)} for {count} instances")
 
 
+def all_instance_transforms(nodes: list[Node]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Node.instance_transforms of nodes, (n, 4, 4), those of one after those of another; and how many each has."""
+    each = [
+        node.world if node.instances is None and node._skin is None else node.instance_transforms().reshape(-1, 4)
+        for node in nodes
+    ]
+    counts = np.array([len(rows) for rows in each], np.int64) // 4
+    return np.concatenate([*each, np.zeros((0, 4))]).reshape(-1, 4, 4), counts
+
+
 def worth_checking(nodes: list[Node]) -> list[Node]:
     """Those whose `check` may find something, told in one go: most nodes show just a mesh, not far away."""
-    worlds = np.array([node.world for node in nodes]).reshape(-1, 16)
+    worlds = np.concatenate([*(node.world for node in nodes), np.zeros((0, 4))]).reshape(-1, 16)
     with np.errstate(over="ignore", invalid="ignore"):
         near = np.einsum("ij,ij->i", worlds, worlds) <= _FARTHEST
     return [node for node, stands_near in zip(nodes, near.tolist(), strict=True) if not (stands_near and node.is_plain)]

@@ -3,6 +3,7 @@
 import os
 import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -123,18 +124,15 @@ class _Top:
             self._embree.DetachGeometry(self.scene, slot)
             self._embree.ReleaseGeometry(instance)
 
-    def place(self, slot: int, transform: NDArray[np.float32], mask: int) -> None:
-        """Put what a slot shows somewhere, (3, 4) object to world; takes effect with `commit`."""
-        if slot not in self._instances:
-            return
-        instance, transform = self._instances[slot], np.ascontiguousarray(transform)
-        if not np.linalg.det(
-            transform[:, :3]
-        ):  # flat to a plane, a line or a point: nothing to invert, nothing to meet
-            transform, mask = np.eye(3, 4, dtype=np.float32), 0
-        self._embree.SetGeometryMask(instance, mask)
-        self._embree.SetGeometryTransform(instance, 0, embree.ROWS_3X4, transform.ctypes.data)
-        self._embree.CommitGeometry(instance)
+    def place(self, slots: list[int], transforms: NDArray[np.float32], masks: list[int]) -> None:
+        """Put what slots show somewhere, (n, 3, 4) object to world; takes effect with `commit`."""
+        first, size = transforms.ctypes.data, transforms.strides[0]
+        for number, (slot, mask) in enumerate(zip(slots, masks, strict=True)):
+            instance = self._instances.get(slot)
+            if instance is not None:
+                self._embree.SetGeometryMask(instance, mask)
+                self._embree.SetGeometryTransform(instance, 0, embree.ROWS_3X4, first + number * size)
+                self._embree.CommitGeometry(instance)
 
     def commit(self) -> None:
         """Build anew from the instances as they stand."""
@@ -208,45 +206,56 @@ class EmbreeTracer:
 
     def _update(self) -> None:
         """Follow what was placed, moved, removed or deformed since the last rays."""
-        moved = self._changes.take()
+        moved, objects = self._changes.take(), self._source.objects
+        come: defaultdict[RtObject, list[int]] = defaultdict(list)
         for slot in moved:
-            placed = self._source.objects.get(slot)
-            if self._shown.get(slot) is not placed:
-                self._show(slot, placed)
+            placed, before = objects.get(slot), self._shown.get(slot)
+            if placed != before:
+                if before is not None:
+                    self._hide(slot)
+                if placed is not None:
+                    come[placed].append(slot)
+        for placed, slots in come.items():
+            self._show(placed, slots)
         for key, geometry in self._geometries.items():
             if key[0].deforms and geometry.update():
                 moved |= self._users[key]
         if not moved:
             return
-        rows = self._source.slots.rows
-        for slot in moved & self._shown.keys():
-            for top in (self._all, self._cutouts):
-                top.place(slot, rows["transform"][slot], int(rows["id_and_mask"][slot] >> 24))
+        slots = list(moved & self._shown.keys())
+        rows = self._source.slots.rows[slots]
+        transforms, masks = rows["transform"].copy(), rows["id_and_mask"] >> 24
+        flat = np.linalg.det(transforms[:, :, :3]) == 0  # to a plane, a line or a point: nothing to invert or to meet
+        transforms[flat], masks[flat] = np.eye(3, 4), 0
+        for top in (self._all, self._cutouts):
+            if len(top):
+                top.place(slots, transforms, masks.tolist())
+        if max(slots, default=0) >= len(self._records):
+            self._records = np.resize(self._records, 2 * max(slots) + 1)
+        self._records[slots] = rows["id_and_mask"] & 0xFFFFFF
         self._all.commit()
         self._cutouts.commit()
         embree.check()
 
-    def _show(self, slot: int, placed: RtObject | None) -> None:
-        before = self._shown.pop(slot, None)
-        if before is not None:
-            self._all.remove(slot)
-            self._cutouts.remove(slot)
-            self._users[_key(before)].discard(slot)
-            if not self._users[_key(before)]:
-                del self._users[_key(before)], self._geometries[_key(before)]
-        if placed is None:
-            return
+    def _hide(self, slot: int) -> None:
+        key = _key(self._shown.pop(slot))
+        self._all.remove(slot)
+        self._cutouts.remove(slot)
+        self._users[key].discard(slot)
+        if not self._users[key]:
+            del self._users[key], self._geometries[key]
+
+    def _show(self, placed: RtObject, slots: list[int]) -> None:
         key = _key(placed)
         if key not in self._geometries:
             self._geometries[key] = _Geometry(self._device, *key)
-        self._shown[slot] = placed
-        self._users.setdefault(key, set()).add(slot)
-        self._all.add(slot, self._geometries[key].scene)
-        if self._geometries[key].cutouts:
-            self._cutouts.add(slot, self._geometries[key].cutouts)
-        if slot >= len(self._records):
-            self._records = np.resize(self._records, 2 * slot + 1)
-        self._records[slot] = placed.first_record
+        geometry = self._geometries[key]
+        self._shown.update(dict.fromkeys(slots, placed))
+        self._users.setdefault(key, set()).update(slots)
+        for slot in slots:
+            self._all.add(slot, geometry.scene)
+            if geometry.cutouts:
+                self._cutouts.add(slot, geometry.cutouts)
 
 
 def _key(placed: RtObject) -> tuple[RtGeometry, bool]:

@@ -98,7 +98,7 @@ def check_deforming(node: Node) -> None:
     """Raises SceneError for a node whose mesh is to deform, but of whose vertices or primitives nothing here can."""
     if node.deforms and node.mesh is not None and any(len(primitives) for primitives in node.mesh.primitives):
         raise SceneError(f"node {node.name!r}: its mesh has primitives, which cannot be skinned or morphed")
-    if not isinstance(node.deformer, Spline | DynamicVertices | Sprites | Ribbons | None):
+    if node.deformer is not None and not isinstance(node.deformer, Spline | DynamicVertices | Sprites | Ribbons):
         raise SceneError(
             f"node {node.name!r}: there is no vertex writer for its deformer, {type(node.deformer).__name__}; use "
             "Spline, Sprites, Ribbons or, for vertices of your own, DynamicVertices"

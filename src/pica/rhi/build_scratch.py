@@ -1,0 +1,33 @@
+"""Memory that builds of acceleration structures need while they run."""
+
+import slangpy as spy
+
+from pica.rhi.device import Device
+
+_FIRST = 1 << 20  # bytes
+_ALIGNMENT = 256  # the most that Vulkan lets a device ask for (minAccelerationStructureScratchOffsetAlignment)
+
+
+class BuildScratch:
+    """Memory that builds and refits of bottom levels need while they run: one buffer a device, handed out in turn.
+
+    With the last of it given, the next begins anew: Slang-RHI waits between two builds that are given one buffer.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device, self._used = device, 0
+        self._buffer = device.buffer("build scratch", size=_FIRST)
+
+    @property
+    def size(self) -> int:
+        """Bytes."""
+        return self._buffer.size
+
+    def take(self, size: int) -> spy.BufferOffsetPair:
+        """At least `size` bytes for a build that is recorded next."""
+        if size > self.size:
+            self._device.give_back(self._buffer)
+            self._buffer = self._device.buffer("build scratch", size=2 * size)
+        offset = self._used if self._used + size <= self.size else 0
+        self._used = -(-(offset + size) // _ALIGNMENT) * _ALIGNMENT
+        return spy.BufferOffsetPair(self._buffer, offset)
