@@ -60,7 +60,7 @@ def main() -> None:
     for name in arguments.sequence or SEQUENCES:
         compared = [f for f in range(arguments.frames) if f % arguments.every in (0, 1 % arguments.every)][1:]
         references = reference(device, name, (width, height), compared, arguments.samples)
-        # Unlit scenes are made to be shown as they are: by a percentile of a picture of thin wires these are far too bright.
+        # Unlit scenes are made to be shown as they are; by a percentile thin wires would be far too bright.
         exposure = exposure_for(references[compared[0]]) if name == "machine_world" else 1.0
         for variant, values in VARIANTS.items():
             pictures = played(device, name, (width, height), arguments.frames, compared, values)

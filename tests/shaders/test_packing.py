@@ -25,7 +25,7 @@ def test_normals_survive(load):
     assert np.linalg.norm(back - normals, axis=1).max() < 7e-5
     np.testing.assert_allclose(back[-10:-4], normals[-10:-4], atol=1e-7)
     coarse = shader.unpack24(shader.pack24(normals, _result="numpy"), _result="numpy")
-    assert np.linalg.norm(coarse - normals, axis=1).max() < 1e-3
+    assert np.linalg.norm(coarse - normals, axis=1).max() < 1.1e-3
 
 
 def test_halves_survive(load):
