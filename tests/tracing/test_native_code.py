@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("llvmlite")
-from pica.tracing.native_code import Variable, machine_code  # noqa: E402
+from pica.tracing.native_code import Variable, machine_code
 
 
 def run(write, *addresses) -> None:
@@ -37,10 +37,9 @@ def test_loops_conditions_and_variables(count):
 
     def write(code, values, kept, count):
         found = Variable(code)
-        with code.loop(count) as place:
-            with code.when(code.floats(values)[place] < 0.0):
-                code.uints(kept)[found.get() + 1] = code.uints(values)[place]
-                found.set(found.get() + 1)
+        with code.loop(count) as place, code.when(code.floats(values)[place] < 0.0):
+            code.uints(kept)[found.get() + 1] = code.uints(values)[place]
+            found.set(found.get() + 1)
         few = code.uints(kept)
         with code.loop(found.get(), 4):
             few[0] = few[0] + 1

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from pica.errors import MaterialTypeError, PicaError
 from pica.gpu_scene.materials import MaterialTable
 from pica.programs.library import programs
-from pica.programs.material_types import MaterialTypeSet, ShapeOn, TypeEntry
+from pica.programs.material_types import Feature, MaterialTypeSet, ShapeOn, TypeEntry
 from pica.programs.program_round import ProgramRound
 from pica.programs.recipes import TypeRecipe
-from pica.programs.scene_features import features_of
+from pica.programs.scene_features import features_of_light, features_of_node, known_features
 from pica.rhi.device import Device
 from pica.rhi.profiler import FRAMES_IN_FLIGHT
 from pica.scene.material_registry import material_source, registrations
@@ -24,6 +24,9 @@ class PendingNodes:
         self._device, self._materials = device, materials
         self._waiting: dict[Node, None] = {}
         self._ready: list[Node] = []
+        self._dark: dict[Node, None] = {}
+        """Who is shown, but waits for its new light."""
+        self._relit: list[Node] = []
         self._round: ProgramRound | None = None
         self._refused: set[TypeEntry | str] = set()
         """Types with a fault, and names that nobody registered."""
@@ -53,17 +56,32 @@ class PendingNodes:
                 self._waiting[node] = None
                 self._look = True
 
+    def expect_lights(self, nodes: list[Node]) -> None:
+        """The lights of these have been set."""
+        for node in nodes:
+            self._dark.pop(node, None)
+            if node not in self._waiting and not self._shines(node):
+                self._dark[node] = None
+                self._look = True
+
     def forget(self, nodes: list[Node]) -> None:
         """These have gone."""
         for node in nodes:
             self._waiting.pop(node, None)
-        if self._ready and nodes:
+            self._dark.pop(node, None)
+        if nodes:
             self._ready = [node for node in self._ready if node not in nodes]
+            self._relit = [node for node in self._relit if node not in nodes]
 
-    def take(self) -> tuple[list[Node], bool]:
-        """The nodes that can be shown from now on, and whether the types in use have changed since the last call."""
-        taken = self._ready, self._switched
-        self._ready, self._switched = [], False
+    def holds(self, node: Node) -> bool:
+        """Whether the node's light, as it is now, must wait."""
+        return node in self._waiting or node in self._dark
+
+    def take(self) -> tuple[list[Node], list[Node], bool]:
+        """The nodes that can be shown from now on, those whose new lights can shine, and whether the types in use have
+        changed since the last call."""
+        taken = self._ready, self._relit, self._switched
+        self._ready, self._relit, self._switched = [], [], False
         return taken
 
     def step(self) -> None:
@@ -118,7 +136,16 @@ class PendingNodes:
             entries = {entry for section in _sections(node) for entry in _entries(section)}
         except PicaError:
             return False
-        return entries.issubset(self._materials.types) and (self._round is None or entries.issubset(self._round.types))
+        features = features_of_node(node)
+        return all(entries.issubset(types) and features <= known_features(types) for types in self._used_types())
+
+    def _shines(self, node: Node) -> bool:
+        """Likewise of the node's light."""
+        return all(features_of_light(node.light) <= known_features(types) for types in self._used_types())
+
+    def _used_types(self) -> list[MaterialTypeSet]:
+        """Now, and by the programs that will follow."""
+        return [self._materials.types] if self._round is None else [self._materials.types, self._round.types]
 
     def _target(self) -> MaterialTypeSet:
         """The types in use and those that are waited for, as they are registered now, but for those refused."""
@@ -127,7 +154,11 @@ class PendingNodes:
             source = material_source(name)
             if source not in self._refused:
                 wanted.append(source)
+        features = frozenset[Feature]()
+        for node in self._dark:
+            features |= features_of_light(node.light)
         for node in (*self._ready, *self._waiting):  # who is ready has no material in the table yet
+            features |= features_of_node(node)
             for section in _sections(node):
                 name = _name(section)
                 if name in self._refused:
@@ -139,7 +170,7 @@ class PendingNodes:
                     raise
                 if self._refused.isdisjoint(entries):
                     wanted += entries
-        return self._materials.types_with(wanted)
+        return self._materials.types_with(wanted, features)
 
     def _step_round(self, work: ProgramRound) -> None:
         try:
@@ -173,6 +204,9 @@ class PendingNodes:
                 compiled = programs(self._device).material_types[material_source(material.type)]
                 compiled.packed(material.name, material.parameters)
             self._ready.append(node)
+        for node in [node for node in self._dark if self._shines(node)]:
+            del self._dark[node]
+            self._relit.append(node)
 
     def _check(self, entry: TypeEntry) -> None:
         try:
@@ -194,5 +228,5 @@ def _entries(section: Section | Primitives) -> list[TypeEntry]:
     """What programs must know to show it. Raises MaterialTypeError or ShapeError for a name that nobody registered."""
     material = material_source(section.material.type)
     if isinstance(section, Primitives):
-        return [material, ShapeOn(shape_source(section.shape), material), *features_of(section.material)]
-    return [material, *features_of(section.material)]
+        return [material, ShapeOn(shape_source(section.shape), material)]
+    return [material]

@@ -21,6 +21,7 @@ from pica.gpu_scene.pending_nodes import PendingNodes
 from pica.gpu_scene.placement import Placement, rows_of_runs
 from pica.gpu_scene.record_set import RecordSet
 from pica.gpu_scene.table_rows import INSTANCE, RECORD
+from pica.programs.scene_features import ENVIRONMENT, features_of_light
 from pica.rhi.acceleration import RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
@@ -87,6 +88,9 @@ class GpuScene:
             self._grow_bounds([node for node in nodes if self._add(recording, node)])
             for node in nodes:
                 self.placed_lights.follow(node)
+                self.materials.know(features_of_light(node.light))
+            if scene.environment is not None:
+                self.materials.know({ENVIRONMENT})
         self.geometry.build_compact()
         with device.record() as recording:
             deform_all(recording, list(self.deformations.values()))
@@ -150,6 +154,7 @@ class GpuScene:
         changes = self._changes.take()
         self._pending_nodes.forget(changes.removed)
         self._pending_nodes.expect(changes.added)
+        self._pending_nodes.expect_lights([node for node in changes.altered if node in self.source])
         if self._due is not None:  # a fault has kept these from their frame, or another view's frame has not begun
             changes = self._due.then(changes)
         self._due = changes
@@ -199,7 +204,7 @@ class GpuScene:
         return moved, now
 
     def _update(self, recording: Recording, changes: Changes) -> None:
-        come, switched = self._pending_nodes.take()
+        come, relit, switched = self._pending_nodes.take()
         for node in changes.removed:
             self._remove(node)
         added = [node for node in come if self._add(recording, node)]
@@ -210,7 +215,7 @@ class GpuScene:
         deformed = self._deform(recording, dict.fromkeys((*changes.deformed, *added)))
         self._place_objects(added)
         masked = [node for node in changes.altered if self._mask(node)]
-        lights_moved = self._follow_lights(come, changes)
+        lights_moved = self._follow_lights(come, relit, changes)
         lights_differ = self._lights_for != (self.placed_lights.revision, self.records.emissive.revision)
         if lights_differ:
             self._make_lights()
@@ -383,13 +388,15 @@ class GpuScene:
         self._tell(followers)
         return [*(node for node in nodes if node in self.deformations), *followers]
 
-    def _follow_lights(self, come: list[Node], changes: Changes) -> bool:
+    def _follow_lights(self, come: list[Node], relit: list[Node], changes: Changes) -> bool:
         """Take the nodes' lights as they are now; False: of those that stay, none has moved or was set."""
         for node in changes.removed:
             self.placed_lights.remove(node)
         for node in come:
             self.placed_lights.follow(node)
-        stay = [node for node in (*changes.moved, *changes.altered) if self.placed_lights.has(node) or node.light]
+        told = *relit, *changes.moved, *changes.altered
+        stay = [node for node in told if self.placed_lights.has(node) or node.light]
+        stay = [node for node in stay if not self._pending_nodes.holds(node)]
         for node in dict.fromkeys(stay):
             self.placed_lights.follow(node)
         return bool(stay)
