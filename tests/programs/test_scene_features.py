@@ -190,58 +190,65 @@ def test_emission_is_read_from_its_texture(device, nothing_cached):
 
 DOWN = aim((0.5, 1.5, 0.5), (0, 0, 0))
 GLASS = Material(base_color=(0.2, 0.9, 0.3, 1.0), metallic=0.0, roughness=0.1, transmission=1.0)
-THROUGH = {"shadows.transparent": "true"}
+VEIL = Material(base_color=(0.9, 0.9, 0.9, 0.3), alpha_mode=AlphaMode.BLEND)
+
+
+def above(material: Material, height: float):
+    return placed(plane(1, 1, material), move(0, height, 0))
+
+
 WITH = {
-    "directional": (shining(DirectionalLight(angular_diameter=0.05), DOWN), {}),
-    "point": (shining(PointLight(intensity=9.0, radius=0.1), DOWN), {}),
-    "rectangle": (shining(RectangleLight(radiance=20.0), DOWN), {}),
-    "disk": (shining(DiskLight(radiance=20.0), DOWN), {}),
-    "tube": (shining(TubeLight(radiance=20.0), DOWN), {}),
-    "environment": (shining(SphereLight(radiance=0.0), DOWN), {}),
-    "textures": (placed(plane(1, 1, textured(base_color_texture=GREY)), move(0, 0.1, 0)), {}),
-    "emissive textures": (
-        placed(plane(1, 1, textured(emission=(2, 3, 4), emissive_texture=GREY)), move(0, 0.1, 0)),
-        {},
-    ),
-    "alpha": (
-        placed(plane(1, 1, Material(base_color=(0.9, 0.9, 0.9, 0.3), alpha_mode=AlphaMode.BLEND)), move(0, 0.3, 0)),
-        {},
-    ),
-    "transmission": (placed(plane(1, 1, GLASS), move(0, 0.5, 0)), THROUGH),
+    "directional": lambda: shining(DirectionalLight(angular_diameter=0.05), DOWN),
+    "point": lambda: shining(PointLight(intensity=9.0, radius=0.1), DOWN),
+    "rectangle": lambda: shining(RectangleLight(radiance=20.0), DOWN),
+    "disk": lambda: shining(DiskLight(radiance=20.0), DOWN),
+    "tube": lambda: shining(TubeLight(radiance=20.0), DOWN),
+    "environment": lambda: placed(box(0.1, lambert())),
+    "textures": lambda: above(textured(base_color_texture=GREY), 0.1),
+    "emissive textures": lambda: above(textured(emission=(2, 3, 4), emissive_texture=GREY), 0.1),
+    "alpha": lambda: above(VEIL, 0.3),
+    "transmission": lambda: above(GLASS, 0.5),
 }
+SMALL = [what for what in WITH if what not in ("tube", "transmission")]
+"""What needs no program that knows all."""
 
 
-@pytest.mark.parametrize("what", WITH)
-@pytest.mark.parametrize("way", ["hybrid", "path traced"])
+def pictured(device, what: str, way: str = "hybrid", **values: str):
+    """(height, width, 3) a floor and a box with what is asked for, and the material types."""
+    scene = scene_of(placed(plane(4, 4, lambert(0.6))), placed(box(0.3, lambert(0.4)), move(0.4, 0.2, 0)))
+    node = scene.add(WITH[what]())
+    if what == "environment":
+        scene.environment = uniform(0.4, 0.5, 0.6)
+    elif node.light is None and what != "emissive textures":
+        scene.add(shining(DirectionalLight(), DOWN))
+    camera = pica.Camera.look_at((0, 2, 2.5), (0, 0, 0))
+    given = settings({"shadows.denoiser": "off", **values})
+    if way == "hybrid":
+        made = pica.Renderer(scene, (24, 16), given, device)
+    else:
+        made = pica.PathTracer(scene, (24, 16), max_depth=3, settings=given, device=device)
+    found = made.render(4, camera).color, made.view.material_types
+    made.close()
+    return found
+
+
+@pytest.mark.parametrize(
+    ("what", "way"), [*((what, "hybrid") for what in SMALL), ("point", "path traced"), ("environment", "path traced")]
+)
 def test_programs_as_large_as_the_scene_show_it_as_those_that_know_all(device, nothing_cached, monkeypatch, what, way):
     """A constant that is not set for a scene that needs it leaves something out."""
-
-    def picture():
-        node, values = WITH[what]
-        scene = scene_of(placed(plane(4, 4, lambert(0.6))), placed(box(0.3, lambert(0.4)), move(0.4, 0.2, 0)))
-        scene.add(node)
-        if way == "hybrid" and node.light is None and what != "emissive textures":
-            scene.add(shining(DirectionalLight(), DOWN))
-        elif node.light is None or what == "environment":
-            scene.environment = uniform(0.4, 0.5, 0.6)
-        camera = pica.Camera.look_at((0, 2, 2.5), (0, 0, 0))
-        given = settings({**values, "shadows.denoiser": "off"})
-        if way == "hybrid":
-            made = pica.Renderer(scene, (24, 16), given, device)
-        else:
-            made = pica.PathTracer(scene, (24, 16), max_depth=3, settings=given, device=device)
-        found = made.render(4, camera).color
-        types = made.view.material_types
-        made.close()
-        scene.remove(node)
-        return found, types
-
-    small, types = picture()
+    small, types = pictured(device, what, way)
     monkeypatch.setattr(scene_features, "BUNDLES", BUNDLES[-1:])
-    large, all_types = picture()
-    assert BUNDLES[-1] in all_types and (BUNDLES[-1] in types) == (what in ("tube", "transmission"))
+    large, all_types = pictured(device, what, way)
+    assert BUNDLES[-1] in all_types and BUNDLES[-1] not in types
     assert small.max() > 0.01
     np.testing.assert_allclose(small, large, rtol=1e-3, atol=1e-4)
+
+
+def test_tubes_shine_and_glass_lets_light_through(device, nothing_cached):
+    assert pictured(device, "tube")[0].max() > 0.01
+    through, opaque = (pictured(device, "transmission", **{"shadows.transparent": way})[0] for way in ("true", "false"))
+    assert (through - opaque).max() > 0.05
 
 
 def test_programs_that_know_more_are_taken_where_the_caches_have_them(device, monkeypatch):
