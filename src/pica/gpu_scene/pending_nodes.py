@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from pica.errors import MaterialTypeError, PicaError
 from pica.gpu_scene.materials import MaterialTable
 from pica.programs.library import programs
-from pica.programs.material_types import Feature, MaterialTypeSet, ShapeOn, TypeEntry
+from pica.programs.material_types import MaterialTypeSet, ShapeOn, TypeEntry
 from pica.programs.program_round import ProgramRound
 from pica.programs.recipes import TypeRecipe
-from pica.programs.scene_features import features_of_light, features_of_node, known_features
+from pica.programs.scene_features import Features, features_of_light, features_of_node, known_features
 from pica.rhi.device import Device
 from pica.rhi.profiler import FRAMES_IN_FLIGHT
 from pica.scene.material_registry import material_source, registrations
@@ -58,9 +58,10 @@ class PendingNodes:
 
     def expect_lights(self, nodes: list[Node]) -> None:
         """The lights of these have been set."""
+        known = self._known_features() if nodes else frozenset()
         for node in nodes:
             self._dark.pop(node, None)
-            if node not in self._waiting and not self._shines(node):
+            if node not in self._waiting and not features_of_light(node.light) <= known:
                 self._dark[node] = None
                 self._look = True
 
@@ -136,15 +137,14 @@ class PendingNodes:
             entries = {entry for section in _sections(node) for entry in _entries(section)}
         except PicaError:
             return False
-        features = features_of_node(node)
-        return all(entries.issubset(types) and features <= known_features(types) for types in self._used_types())
+        known = all(entries.issubset(types) for types in self._used_types())
+        return known and features_of_node(node) <= self._known_features()
 
-    def _shines(self, node: Node) -> bool:
-        """Likewise of the node's light."""
-        return all(features_of_light(node.light) <= known_features(types) for types in self._used_types())
+    def _known_features(self) -> Features:
+        return frozenset.intersection(*(known_features(types) for types in self._used_types()))
 
     def _used_types(self) -> list[MaterialTypeSet]:
-        """Now, and by the programs that will follow."""
+        """Of the programs in use, and of those that will follow them."""
         return [self._materials.types] if self._round is None else [self._materials.types, self._round.types]
 
     def _target(self) -> MaterialTypeSet:
@@ -154,7 +154,7 @@ class PendingNodes:
             source = material_source(name)
             if source not in self._refused:
                 wanted.append(source)
-        features = frozenset[Feature]()
+        features: Features = frozenset()
         for node in self._dark:
             features |= features_of_light(node.light)
         for node in (*self._ready, *self._waiting):  # who is ready has no material in the table yet
@@ -204,7 +204,8 @@ class PendingNodes:
                 compiled = programs(self._device).material_types[material_source(material.type)]
                 compiled.packed(material.name, material.parameters)
             self._ready.append(node)
-        for node in [node for node in self._dark if self._shines(node)]:
+        known = self._known_features()
+        for node in [node for node in self._dark if features_of_light(node.light) <= known]:
             del self._dark[node]
             self._relit.append(node)
 

@@ -21,7 +21,7 @@ from pica.gpu_scene.pending_nodes import PendingNodes
 from pica.gpu_scene.placement import Placement, rows_of_runs
 from pica.gpu_scene.record_set import RecordSet
 from pica.gpu_scene.table_rows import INSTANCE, RECORD
-from pica.programs.scene_features import ENVIRONMENT, features_of_light
+from pica.programs.scene_features import features_of_scene
 from pica.rhi.acceleration import RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
@@ -88,9 +88,7 @@ class GpuScene:
             self._grow_bounds([node for node in nodes if self._add(recording, node)])
             for node in nodes:
                 self.placed_lights.follow(node)
-                self.materials.know(features_of_light(node.light))
-            if scene.environment is not None:
-                self.materials.know({ENVIRONMENT})
+            self.materials.know(features_of_scene(scene))
         self.geometry.build_compact()
         with device.record() as recording:
             deform_all(recording, list(self.deformations.values()))
@@ -392,12 +390,10 @@ class GpuScene:
         """Take the nodes' lights as they are now; False: of those that stay, none has moved or was set."""
         for node in changes.removed:
             self.placed_lights.remove(node)
-        for node in come:
-            self.placed_lights.follow(node)
         told = *relit, *changes.moved, *changes.altered
         stay = [node for node in told if self.placed_lights.has(node) or node.light]
-        stay = [node for node in stay if not self._pending_nodes.holds(node)]
-        for node in dict.fromkeys(stay):
+        held = self._pending_nodes.holds
+        for node in dict.fromkeys(node for node in (*come, *stay) if not held(node)):
             self.placed_lights.follow(node)
         return bool(stay)
 

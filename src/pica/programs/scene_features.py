@@ -14,7 +14,7 @@ from pica.programs.material_types import Bundle, Feature, MaterialTypeSet
 from pica.rhi.device import Device
 from pica.scene.light import DiskLight, Light, RectangleLight, TubeLight
 from pica.scene.material import AlphaMode, Material
-from pica.scene.model import Node, Section
+from pica.scene.model import Node, Scene, Section
 from pica.scene.primitives import Primitives
 
 _LIGHTS_MODULE = "gpu_scene.lights.lights"
@@ -87,6 +87,12 @@ def features_of_node(node: Node) -> Features:
     """Of all that it shows, and of its light."""
     sections: list[Section | Primitives] = [] if node.mesh is None else [*node.mesh.sections, *node.mesh.primitives]
     return features_of_light(node.light).union(*(features_of(section.material) for section in sections))
+
+
+def features_of_scene(scene: Scene) -> Features:
+    """Of its lights and its environment."""
+    lights = (features_of_light(node.light) for node in scene.nodes())
+    return frozenset(() if scene.environment is None else (ENVIRONMENT,)).union(*lights)
 
 
 def known_features(types: MaterialTypeSet) -> Features:
