@@ -6,8 +6,9 @@ import pytest
 import pica
 from pica.frame.aovs import gbuffer_aovs
 from pica.programs import preparation, scene_features
-from pica.programs.library import programs
+from pica.programs.library import ProgramLibrary, programs
 from pica.programs.material_types import STANDARD_ONLY, Bundle
+from pica.programs.program_round import ProgramRound
 from pica.programs.scene_features import (
     ALPHA,
     BUNDLES,
@@ -24,6 +25,7 @@ from pica.programs.scene_features import (
     known_features,
     with_features,
 )
+from pica.rhi.recipes import ComputeRecipe
 from pica.scene import material_registry
 from pica.scene.light import DirectionalLight, DiskLight, PointLight, RectangleLight, SphereLight, SpotLight, TubeLight
 from pica.scene.material import AlphaMode, Image, Material, Texture
@@ -264,12 +266,25 @@ def test_programs_that_know_more_are_taken_where_the_caches_have_them(device, mo
     assert preparation._covering(device, STANDARD_ONLY) == STANDARD_ONLY
 
 
-def test_passes_for_a_feature_are_made_for_scenes_that_have_it(device):
-    made = programs(device).compute_with(TUBES, "rhi/scatter.slang")
-    recipes = programs(device).planned_for
-    assert recipes(STANDARD_ONLY) == []
-    found = [recipe.module for recipe in recipes((Bundle((TUBES,)),))]
-    assert found == ["rhi/scatter.slang"] or device.has(programs(device)._for_features[made][1])
+def test_passes_for_a_feature_are_made_for_scenes_that_have_it(device, monkeypatch):
+    library = ProgramLibrary(device)
+    kept = library.compute_with(TUBES, "rhi/scatter.slang")
+    monkeypatch.setattr(device, "has", lambda recipe: False)
+    assert library.planned_for((*STANDARD_ONLY, Bundle((LIGHTS,)))) == []
+    assert library.planned_for((*STANDARD_ONLY, Bundle((LIGHTS, TUBES)))) == [ComputeRecipe("rhi/scatter.slang")]
+    monkeypatch.setattr(device, "has", lambda recipe: True)
+    assert library.planned_for((Bundle((TUBES,)),)) == []
+    del kept
+
+
+def test_a_round_makes_the_passes_of_features_that_come(device, monkeypatch):
+    """Or the frame in which a first light comes would compile the filters of its shadow."""
+    monkeypatch.setattr(programs(device).compiler, "submit", lambda task: None)
+    kept = programs(device).compute_with(LIGHTS, "rhi/scatter.slang")
+    monkeypatch.setattr(device, "has", lambda recipe: False)
+    coming = ProgramRound(device, STANDARD_ONLY, (*STANDARD_ONLY, BUNDLES[1]))
+    assert (ComputeRecipe("rhi/scatter.slang"), ()) in [(task.recipe, task.types) for task in coming._tasks]
+    del kept
 
 
 HALF = """
