@@ -29,7 +29,7 @@ def test_renderers_that_are_dropped_leave_nothing(device, tmp_path, monkeypatch,
     file.mesh(node={"children": [1]})
     file.mesh()
     path = file.write(tmp_path)
-    # Compilers, Numba's above all, leave circles that hold who called them.
+    # Compilers leave circles that hold who called them.
     pica.Renderer(pica.load(path), SIZE, RASTER).render(2)
     gc.collect()
     gc.disable()

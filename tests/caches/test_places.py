@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pica.caches import places
-from pica.caches.places import MESA, MODULES, NUMBA, SHADERS, cache_folder, caches
+from pica.caches.places import MESA, MODULES, SHADERS, cache_folder, caches
 from tests.unprivileged import needs_unprivileged, unprivileged
 
 PLACES = """
@@ -65,7 +65,7 @@ def test_all_caches_are_in_one_folder(monkeypatch, tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert caches() == tmp_path / "new" / "cache"
-    assert all((tmp_path / "new" / "cache" / place).is_dir() for place in (MODULES, SHADERS, MESA, NUMBA))
+    assert all((tmp_path / "new" / "cache" / place).is_dir() for place in (MODULES, SHADERS, MESA))
     assert os.environ["MESA_SHADER_CACHE_DIR"] == str(tmp_path / "new" / "cache" / MESA)
     assert not [path for path in tmp_path.rglob("*") if path.is_file()], "trying leaves nothing"
 
@@ -77,7 +77,7 @@ def test_what_the_user_says_of_mesa_stays(monkeypatch, tmp_path):
     assert os.environ["MESA_SHADER_CACHE_DIR"] == "/elsewhere"
 
 
-@pytest.mark.parametrize("place", [Path(), MODULES, SHADERS, MESA, NUMBA, SHADERS / "rhi" / "data.mdb"])
+@pytest.mark.parametrize("place", [Path(), MODULES, SHADERS, MESA, SHADERS / "rhi" / "data.mdb"])
 def test_what_is_in_the_way_is_told_and_avoided(monkeypatch, tmp_path, place):
     """A file where a folder should be, or the other way round."""
     way = tmp_path / "cache" / place
@@ -87,7 +87,7 @@ def test_what_is_in_the_way_is_told_and_avoided(monkeypatch, tmp_path, place):
     with pytest.warns(UserWarning, match=r"cannot be kept in .*cache \(.+\); .*pica-\w+ stands in until") as told:
         folder = caches()
     assert len(told) == 1
-    assert folder is not None and tmp_path not in folder.parents and (folder / NUMBA).is_dir()
+    assert folder is not None and tmp_path not in folder.parents and (folder / MESA).is_dir()
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
     assert os.environ["MESA_SHADER_CACHE_DIR"] == str(folder / MESA)
 

@@ -37,6 +37,9 @@ FIELDS = {
 }
 SOURCE = """
 __exported import gpu_scene.lights.lights;
+export static const bool LIGHTS_IN_USE = true;
+export static const bool FLAT_LIGHTS_IN_USE = true;
+export static const bool TUBES_IN_USE = true;
 
 float4 sampled(StructuredBuffer<Light> lights, float3 position, float2 u)
 {

@@ -31,7 +31,7 @@ def raster_only():
 
 @pytest.fixture
 def without_embree(monkeypatch):
-    monkeypatch.setattr(embree, "missing", lambda: f"numba is missing; {embree.INSTALL}")
+    monkeypatch.setattr(embree, "missing", lambda: f"llvmlite is missing; {embree.INSTALL}")
 
 
 @pytest.fixture

@@ -1,10 +1,9 @@
-"""Where compiled programs are kept between runs: one folder for SlangPy's, Mesa's and Numba's.
+"""Where compiled programs are kept between runs: one folder for SlangPy's and Mesa's.
 
     slangpy-VERSION/shaders    what Slang-RHI makes of programs, a database
     slangpy-VERSION/modules    compiled Slang modules
     slangpy-VERSION/compiled   which programs are here (compiled_programs.py)
     mesa                       machine code that lavapipe makes of both
-    numba                      machine code of the loops around Embree
 
 Where that folder cannot be used, a private one stands in until the process ends, or none at all: starts are slow then,
 and nothing else.
@@ -23,7 +22,7 @@ from pathlib import Path
 from pica.caches.shader_database import mend
 
 MODULES, SHADERS = (Path(f"slangpy-{version('slangpy')}", name) for name in ("modules", "shaders"))
-MESA, NUMBA = Path("mesa"), Path("numba")
+MESA = Path("mesa")
 """Places in the folder."""
 COMPILED = SHADERS.with_name("compiled")
 """A file in the folder."""
@@ -72,7 +71,7 @@ def _usable(asked: Path | None) -> Path | None:
 def _fault(folder: Path) -> str | None:
     """Why the places in a folder, made where they are not there, cannot be used; None: they can."""
     try:
-        for place in (MODULES, SHADERS, MESA, NUMBA):
+        for place in (MODULES, SHADERS, MESA):
             (folder / place).mkdir(parents=True, exist_ok=True)
             tempfile.TemporaryFile(dir=folder / place).close()  # only trying tells of file systems that are read-only
         mend(folder / SHADERS)

@@ -1,7 +1,7 @@
 """Materials and their textures on the GPU, textures by bindless handle and with mip levels."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +9,17 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.programs.library import programs
-from pica.programs.material_types import MAX_PARAMETERS, STANDARD_ONLY, MaterialTypeSet, ShapeOn, TypeEntry, plain
+from pica.programs.material_types import (
+    MAX_PARAMETERS,
+    STANDARD_ONLY,
+    Feature,
+    MaterialTypeSet,
+    ShapeOn,
+    TypeEntry,
+    plain,
+)
 from pica.programs.preparation import prepare
-from pica.programs.scene_features import features_of
+from pica.programs.scene_features import features_of, with_features
 from pica.programs.shape_types import shapes_of
 from pica.rhi.device import Device
 from pica.rhi.tables import HostTable
@@ -101,7 +109,7 @@ class MaterialTable:
         """The place of a type in use, or of an entry "shape/type". Raises StopIteration for one that is not."""
         return next(number for number, source in enumerate(self._types) if source.name == name)
 
-    def types_with(self, entries: Iterable[TypeEntry]) -> MaterialTypeSet:
+    def types_with(self, entries: Iterable[TypeEntry], features: Set[Feature] = frozenset()) -> MaterialTypeSet:
         """The types in use and these. All keep their places; a newcomer takes one whose type nobody uses any more.
 
         Entries of shapes neither go nor take such a place, for records hold the numbers of shapes; nor do features.
@@ -125,7 +133,12 @@ class MaterialTable:
                 types[free.pop(0)] = newcomer
             else:
                 types.append(newcomer)
-        return tuple(types)
+        return with_features(tuple(types), features)
+
+    def know(self, features: Set[Feature]) -> None:
+        """Let programs know these features, before any is made."""
+        if features:
+            self._types = with_features(self.types, features)
 
     def switch(self, types: MaterialTypeSet) -> None:
         """Let programs know these types, in which all that are in use have kept their places.
@@ -207,7 +220,7 @@ class MaterialTable:
         if source is None:
             source = material_source(material.type)
             self._types = self.types_with([source])
-        self._types = self.types_with(features_of(material))
+        self.know(features_of(material))
         packed["parameters"] = programs(self._device).material_types[source].packed(material.name, material.parameters)
         packed["type"] = self.type_number(material.type)
         for slot in _SLOTS:

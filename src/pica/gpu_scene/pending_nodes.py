@@ -8,7 +8,7 @@ from pica.programs.library import programs
 from pica.programs.material_types import MaterialTypeSet, ShapeOn, TypeEntry
 from pica.programs.program_round import ProgramRound
 from pica.programs.recipes import TypeRecipe
-from pica.programs.scene_features import features_of
+from pica.programs.scene_features import Features, features_of_light, features_of_mesh, known_features
 from pica.rhi.device import Device
 from pica.rhi.profiler import FRAMES_IN_FLIGHT
 from pica.scene.material_registry import material_source, registrations
@@ -24,6 +24,9 @@ class PendingNodes:
         self._device, self._materials = device, materials
         self._waiting: dict[Node, None] = {}
         self._ready: list[Node] = []
+        self._dark: dict[Node, None] = {}
+        """Who is shown, but waits for its new light."""
+        self._relit: list[Node] = []
         self._round: ProgramRound | None = None
         self._refused: set[TypeEntry | str] = set()
         """Types with a fault, and names that nobody registered."""
@@ -48,24 +51,40 @@ class PendingNodes:
         """These have come."""
         known = self._known(nodes)
         for node in nodes:
-            if node.mesh in known:
+            if node in known:
                 self._ready.append(node)
             else:
                 self._waiting[node] = None
+                self._look = True
+
+    def expect_lights(self, nodes: list[Node]) -> None:
+        """The lights of these have been set."""
+        known = self._known_features() if nodes else frozenset()
+        for node in nodes:
+            self._dark.pop(node, None)
+            if node not in self._waiting and not features_of_light(node.light) <= known:
+                self._dark[node] = None
                 self._look = True
 
     def forget(self, nodes: list[Node]) -> None:
         """These have gone."""
         for node in nodes:
             self._waiting.pop(node, None)
-        if self._ready and nodes:
+            self._dark.pop(node, None)
+        if nodes and (self._ready or self._relit):
             gone = set(nodes)
             self._ready = [node for node in self._ready if node not in gone]
+            self._relit = [node for node in self._relit if node not in gone]
 
-    def take(self) -> tuple[list[Node], bool]:
-        """The nodes that can be shown from now on, and whether the types in use have changed since the last call."""
-        taken = self._ready, self._switched
-        self._ready, self._switched = [], False
+    def holds(self, node: Node) -> bool:
+        """Whether the node's light, as it is now, must wait."""
+        return node in self._waiting or node in self._dark
+
+    def take(self) -> tuple[list[Node], list[Node], bool]:
+        """The nodes that can be shown from now on, those whose new lights can shine, and whether the types in use have
+        changed since the last call."""
+        taken = self._ready, self._relit, self._switched
+        self._ready, self._relit, self._switched = [], [], False
         return taken
 
     def step(self) -> None:
@@ -114,16 +133,26 @@ class PendingNodes:
             self._refused = {refused for refused in self._refused if not isinstance(refused, str)}
             self._look = True
 
-    def _known(self, nodes: Iterable[Node]) -> set[Mesh | None]:
-        """The meshes of nodes that the programs in use, and those that will follow them, know how to show."""
-        return {mesh for mesh in {node.mesh for node in nodes} if self._knows(mesh)}
+    def _known(self, nodes: Iterable[Node]) -> set[Node]:
+        """Those that the programs in use, and those that will follow them, know how to show."""
+        meshes = {mesh for mesh in {node.mesh for node in nodes} if self._knows(mesh)}
+        features = self._known_features()
+        return {node for node in nodes if node.mesh in meshes and features_of_light(node.light) <= features}
 
     def _knows(self, mesh: Mesh | None) -> bool:
         try:
             entries = {entry for section in _sections(mesh) for entry in _entries(section)}
         except PicaError:
             return False
-        return entries.issubset(self._materials.types) and (self._round is None or entries.issubset(self._round.types))
+        known = all(entries.issubset(types) for types in self._used_types())
+        return known and features_of_mesh(mesh) <= self._known_features()
+
+    def _known_features(self) -> Features:
+        return frozenset.intersection(*(known_features(types) for types in self._used_types()))
+
+    def _used_types(self) -> list[MaterialTypeSet]:
+        """Of the programs in use, and of those that will follow them."""
+        return [self._materials.types] if self._round is None else [self._materials.types, self._round.types]
 
     def _target(self) -> MaterialTypeSet:
         """The types in use and those that are waited for, as they are registered now, but for those refused."""
@@ -132,8 +161,14 @@ class PendingNodes:
             source = material_source(name)
             if source not in self._refused:
                 wanted.append(source)
-        # Who is ready has no material in the table yet.
-        for mesh in dict.fromkeys(node.mesh for node in (*self._ready, *self._waiting)):
+        features: Features = frozenset()
+        for node in self._dark:
+            features |= features_of_light(node.light)
+        comers = [*self._ready, *self._waiting]  # who is ready has no material in the table yet
+        for light in {node.light for node in comers}:
+            features |= features_of_light(light)
+        for mesh in dict.fromkeys(node.mesh for node in comers):
+            features |= features_of_mesh(mesh)
             for section in _sections(mesh):
                 name = _name(section)
                 if name in self._refused:
@@ -145,7 +180,7 @@ class PendingNodes:
                     raise
                 if self._refused.isdisjoint(entries):
                     wanted += entries
-        return self._materials.types_with(wanted)
+        return self._materials.types_with(wanted, features)
 
     def _step_round(self, work: ProgramRound) -> None:
         try:
@@ -173,13 +208,17 @@ class PendingNodes:
 
     def _let_in(self) -> None:
         known = self._known(self._waiting)
-        for node in [node for node in self._waiting if node.mesh in known]:
+        for node in [node for node in self._waiting if node in known]:
             del self._waiting[node]
             for section in _sections(node.mesh):
                 material = section.material
                 compiled = programs(self._device).material_types[material_source(material.type)]
                 compiled.packed(material.name, material.parameters)
             self._ready.append(node)
+        features = self._known_features()
+        for node in [node for node in self._dark if features_of_light(node.light) <= features]:
+            del self._dark[node]
+            self._relit.append(node)
 
     def _check(self, entry: TypeEntry) -> None:
         try:
@@ -201,5 +240,5 @@ def _entries(section: Section | Primitives) -> list[TypeEntry]:
     """What programs must know to show it. Raises MaterialTypeError or ShapeError for a name that nobody registered."""
     material = material_source(section.material.type)
     if isinstance(section, Primitives):
-        return [material, ShapeOn(shape_source(section.shape), material), *features_of(section.material)]
-    return [material, *features_of(section.material)]
+        return [material, ShapeOn(shape_source(section.shape), material)]
+    return [material]

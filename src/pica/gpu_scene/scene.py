@@ -22,6 +22,7 @@ from pica.gpu_scene.pending_nodes import PendingNodes
 from pica.gpu_scene.placement import Placement
 from pica.gpu_scene.record_set import RecordSet
 from pica.gpu_scene.table_rows import INSTANCE, RECORD
+from pica.programs.scene_features import features_of_scene
 from pica.rhi.acceleration import RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
@@ -89,6 +90,7 @@ class GpuScene:
             for node in nodes:
                 if node.light is not None:
                     self.placed_lights.follow(node)
+            self.materials.know(features_of_scene(scene))
         self.geometry.build_compact()
         with device.record() as recording:
             deform_all(recording, list(self.deformations.values()))
@@ -152,6 +154,7 @@ class GpuScene:
         changes = self._changes.take()
         self._pending_nodes.forget(changes.removed)
         self._pending_nodes.expect(changes.added)
+        self._pending_nodes.expect_lights([node for node in changes.altered if node in self.source])
         if self._due is not None:  # a fault has kept these from their frame, or another view's frame has not begun
             changes = self._due.then(changes)
         self._due = changes
@@ -201,7 +204,7 @@ class GpuScene:
         return moved, now
 
     def _update(self, recording: Recording, changes: Changes) -> None:
-        come, switched = self._pending_nodes.take()
+        come, relit, switched = self._pending_nodes.take()
         for node in changes.removed:
             self._remove(node)
         added = self._add(recording, come)
@@ -212,7 +215,7 @@ class GpuScene:
         deformed = self._deform(recording, dict.fromkeys((*changes.deformed, *added)))
         self.arrivals.place_objects([self.placements[node] for node in added])
         masked = [node for node in changes.altered if self._mask(node)]
-        lights_moved = self._follow_lights(come, changes)
+        lights_moved = self._follow_lights(come, relit, changes)
         lights_differ = self._lights_for != (self.placed_lights.revision, self.records.emissive.revision)
         if lights_differ:
             self._make_lights()
@@ -356,15 +359,15 @@ class GpuScene:
         self._tell(followers)
         return [*(node for node in nodes if node in self.deformations), *followers]
 
-    def _follow_lights(self, come: list[Node], changes: Changes) -> bool:
+    def _follow_lights(self, come: list[Node], relit: list[Node], changes: Changes) -> bool:
         """Take the nodes' lights as they are now; False: of those that stay, none has moved or was set."""
         for node in changes.removed:
             self.placed_lights.remove(node)
-        for node in come:
-            if node.light is not None:
-                self.placed_lights.follow(node)
-        stay = [node for node in (*changes.moved, *changes.altered) if self.placed_lights.has(node) or node.light]
-        for node in dict.fromkeys(stay):
+        told = *relit, *changes.moved, *changes.altered
+        stay = [node for node in told if self.placed_lights.has(node) or node.light]
+        shining = [node for node in come if node.light is not None]
+        held = self._pending_nodes.holds
+        for node in dict.fromkeys(node for node in (*shining, *stay) if not held(node)):
             self.placed_lights.follow(node)
         return bool(stay)
 

@@ -1,7 +1,7 @@
 """What a device has of material types and shapes, and the passes whose programs follow them."""
 
 import weakref
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +10,9 @@ import slangpy as spy
 from pica.caches.compiled_programs import CompiledPrograms
 from pica.caches.places import COMPILED
 from pica.programs.compiler import Compiler
-from pica.programs.material_types import STANDARD_ONLY, MaterialTypes, MaterialTypeSet
+from pica.programs.material_types import STANDARD_ONLY, Feature, MaterialTypes, MaterialTypeSet
 from pica.programs.recipes import ForTypes, ForTypesRecipe
+from pica.programs.scene_features import known_features
 from pica.programs.shape_types import ShapeTypes
 from pica.rhi.device import PACKAGE, Device
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
@@ -27,6 +28,9 @@ class ProgramLibrary:
         self.shape_types = device.shared(ShapeTypes)
         self.for_types: weakref.WeakKeyDictionary[ForTypes[Any, Any], None] = weakref.WeakKeyDictionary()
         """The passes on this device that follow the material types in use, in the order in which they were made."""
+        self._for_features: weakref.WeakKeyDictionary[ComputePass, tuple[Feature, ComputeRecipe]] = (
+            weakref.WeakKeyDictionary()
+        )
 
     @cached_property
     def compiler(self) -> Compiler:
@@ -57,6 +61,19 @@ class ProgramLibrary:
         handle, label = self.device.handle, name or Path(module).stem
         recipe = ForTypesRecipe(ComputeRecipe(module, entry))
         return ForTypes(self, recipe, lambda made: ComputePass(handle, label, lambda: made))
+
+    def compute_with(self, feature: Feature, module: str) -> ComputePass:
+        """As Device.compute, for a pass that only frames of scenes with this feature run."""
+        recipe = ComputeRecipe(module)
+        made = ComputePass(self.device.handle, Path(module).stem, partial(self.device.kept, recipe))
+        self._for_features[made] = feature, recipe
+        return made
+
+    def planned_for(self, types: MaterialTypeSet) -> list[ComputeRecipe]:
+        """What passes `compute_with` features among these types are to be made from, and nobody has made."""
+        known = known_features(types)
+        wanted = dict.fromkeys(recipe for feature, recipe in self._for_features.values() if feature in known)
+        return [recipe for recipe in wanted if not self.device.has(recipe)]
 
     def raster(
         self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None

@@ -34,23 +34,30 @@ class ShapeOn:
 
 @dataclass(frozen=True)
 class Feature:
-    """Something that programs leave out unless they are told of it (programs/scene_features.py). No hit group."""
+    """Something that programs leave out unless they are told of it (programs/scene_features.py)."""
 
     word: str
     module: str
     """Where `constant` is declared, as Slang imports it."""
     constant: str
 
+
+@dataclass(frozen=True)
+class Bundle:
+    """The features that programs know: one of scene_features.BUNDLES."""
+
+    features: tuple[Feature, ...]
+
     @property
     def name(self) -> str:
         """What no type is called."""
-        return f"feature/{self.word}"
+        return "features/"
 
 
-TypeEntry = MaterialSource | ShapeOn | Feature
+TypeEntry = MaterialSource | ShapeOn | Bundle
 MaterialTypeSet = tuple[TypeEntry, ...]
 """The types that a program knows, by the number that materials carry (`Material.type` in shaders), and among them the
-shapes that materials of these types are on, one hit group each, and the features in use. The first is a type."""
+shapes that materials of these types are on, one hit group each, and the features, if any. The first is a type."""
 STANDARD_ONLY: MaterialTypeSet = (STANDARD_SOURCE,)
 MAX_PARAMETERS = 16
 """32-bit numbers of a material's own; scene_types.slang: MATERIAL_PARAMETERS."""

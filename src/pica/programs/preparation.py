@@ -14,7 +14,7 @@ from pica.programs.compiler import Compiler, Task
 from pica.programs.library import programs
 from pica.programs.machine_code import make_machine_code
 from pica.programs.material_types import MaterialTypeSet
-from pica.programs.scene_features import BUNDLES
+from pica.programs.scene_features import BUNDLES, known_features, with_features
 from pica.rhi.device import Device
 from pica.rhi.recipes import Recipe
 
@@ -55,9 +55,10 @@ def prepare(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
 def _covering(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
     compiled = programs(device).compiled
     for bundle in BUNDLES:
-        more = (*types, *(feature for feature in bundle if feature not in types))
-        if all(map(compiled.has, _wanted(device, more))):
-            return more
+        if known_features(types).issubset(bundle.features):
+            more = with_features(types, frozenset(bundle.features))
+            if all(map(compiled.has, _wanted(device, more))):
+                return more
     return types
 
 
@@ -65,7 +66,7 @@ def _wanted(device: Device, types: MaterialTypeSet) -> list[Program]:
     """The longest to compile first, or one process would be left with it: what comes late in a frame sums up most."""
     following = [user.recipe for user in programs(device).for_types if not user.types]
     wanted: list[Program] = [(recipe, types) for recipe in reversed(following)]
-    wanted += [(recipe, ()) for recipe in device.planned]
+    wanted += [(recipe, ()) for recipe in (*programs(device).planned_for(types), *device.planned)]
     return [program for program in dict.fromkeys(wanted) if not device.has(*program)]
 
 

@@ -25,6 +25,7 @@ class ProgramRound:
         recipes: list[Recipe[Any]] = [TypeRecipe(entry) for entry in self.entries]
         recipes += dict.fromkeys(user.recipe for user in programs(device).for_types if user.types is before)
         self._tasks = deque(Task(recipe, types) for recipe in recipes)
+        self._tasks.extend(Task(recipe, ()) for recipe in programs(device).planned_for(types))
         for task in self._tasks:
             self._compiler.submit(task)
 
@@ -50,10 +51,10 @@ class ProgramRound:
                 if task.fault is not None:
                     raise task.fault
                 if task.linked:
-                    self._device.kept(task.recipe, self.types)
+                    self._device.kept(task.recipe, task.types)
                     self._tasks.popleft()
                 else:
-                    self._device.link(task.recipe, self.types)
+                    self._device.link(task.recipe, task.types)
                     task.linked = True
             except (PicaError, RuntimeError) as error:
                 self._tasks.popleft()

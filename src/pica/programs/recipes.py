@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import slangpy as spy
 
-from pica.programs.material_types import Feature, MaterialType, MaterialTypes, MaterialTypeSet, ShapeOn, TypeEntry
+from pica.programs.material_types import Bundle, MaterialType, MaterialTypes, MaterialTypeSet, ShapeOn, TypeEntry
 from pica.programs.shape_types import ShapeType, ShapeTypes, modules_for
 from pica.rhi.device import Device
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe
@@ -35,19 +35,19 @@ class ForTypesRecipe:
 
 @dataclass(frozen=True)
 class TypeRecipe:
-    """A material type, a shape or a feature by itself: whatever can be said of its file without any program."""
+    """A material type, a shape or a bundle by itself: whatever can be said of its file without any program."""
 
     entry: TypeEntry
 
-    def link(self, device: Device, variant: MaterialTypeSet) -> MaterialType | ShapeType | Feature:
+    def link(self, device: Device, variant: MaterialTypeSet) -> MaterialType | ShapeType | Bundle:
         """Raises MaterialTypeError or ShapeError when the file has a fault."""
-        if isinstance(self.entry, Feature):
+        if isinstance(self.entry, Bundle):
             return self.entry
         if isinstance(self.entry, ShapeOn):
             return device.shared(ShapeTypes)[self.entry.shape]
         return device.shared(MaterialTypes)[self.entry]
 
-    def make(self, device: Device, linked: MaterialType | ShapeType | Feature) -> MaterialType | ShapeType | Feature:
+    def make(self, device: Device, linked: MaterialType | ShapeType | Bundle) -> MaterialType | ShapeType | Bundle:
         """What was loaded."""
         return linked
 

@@ -1,24 +1,52 @@
 """What programs leave out where a scene does not have it: each feature is a constant of Slang's, false unless a module
 is linked that says otherwise.
 
-Features stand among the material types in use, since the same holds for both: what is added to a running renderer waits
-until programs that know it are compiled beside the frames, and nothing goes.
+A bundle of them stands among the material types in use, since the same holds for both: what is added to a running
+renderer waits until programs that know it are compiled beside the frames, and nothing goes.
 """
 
+from collections.abc import Set
 from dataclasses import fields
 
 import slangpy as spy
 
-from pica.programs.material_types import Feature, MaterialTypeSet
+from pica.programs.material_types import Bundle, Feature, MaterialTypeSet
 from pica.rhi.device import Device
-from pica.scene.material import Material
+from pica.scene.light import DiskLight, Light, RectangleLight, TubeLight
+from pica.scene.material import AlphaMode, Material
+from pica.scene.model import Mesh, Scene, Section
+from pica.scene.primitives import Primitives
 
+_LIGHTS_MODULE = "gpu_scene.lights.lights"
+LIGHTS = Feature("lights", _LIGHTS_MODULE, "LIGHTS_IN_USE")
+"""Lights with a shape of their own: all but emissive triangles and the environment."""
+FLAT_LIGHTS = Feature("flat_lights", _LIGHTS_MODULE, "FLAT_LIGHTS_IN_USE")
+TUBES = Feature("tubes", _LIGHTS_MODULE, "TUBES_IN_USE")
+ENVIRONMENT = Feature("environment", "gpu_scene.scene", "ENVIRONMENT_IN_USE")
 TEXTURES = Feature("textures", "materials.material", "TEXTURES_IN_USE")
 EMISSIVE_TEXTURES = Feature("emissive_textures", "materials.material_type", "EMISSIVE_TEXTURES_IN_USE")
 """These alone are read for light too, where an emissive triangle is sampled."""
-BUNDLES: tuple[MaterialTypeSet, ...] = (), (TEXTURES,), (TEXTURES, EMISSIVE_TEXTURES)
-"""What may come together, each holding those before."""
+ALPHA = Feature("alpha", "materials.material_types", "ALPHA_IN_USE")
+TRANSMISSION = Feature("transmission", "gpu_scene.scene", "TRANSMISSION_IN_USE")
 
+_LIT = LIGHTS, FLAT_LIGHTS
+_TEXTURED = TEXTURES, EMISSIVE_TEXTURES, ALPHA
+BUNDLES = tuple(
+    map(
+        Bundle,
+        (
+            (),
+            (ENVIRONMENT, *_LIT),
+            (ENVIRONMENT, *_TEXTURED),
+            (ENVIRONMENT, *_LIT, *_TEXTURED),
+            (ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION),
+        ),
+    )
+)
+"""What comes together, the smaller first: few, so that scenes have programs in common."""
+
+Features = frozenset[Feature]
+_NONE: Features = frozenset()
 _SLOTS = tuple(field.name for field in fields(Material) if field.name.endswith("_texture"))
 _MODULE = """
 module {name};
@@ -27,17 +55,64 @@ export public static const bool {constant} = true;
 """
 
 
-def features_of(material: Material) -> MaterialTypeSet:
-    """What programs must know to show it: one of BUNDLES."""
-    if material.emissive_texture is not None:
-        return BUNDLES[2]
-    values = vars(material)  # half of the time that eight checked fields take, for each section of each node that comes
-    return BUNDLES[any([values[slot] is not None for slot in _SLOTS])]
+def features_of(material: Material) -> Features:
+    """What programs must know to show it."""
+    values = vars(material)  # half of the time that checked fields take, for each section of each node that comes
+    found = _NONE
+    if any([values[slot] is not None for slot in _SLOTS]):
+        found |= {TEXTURES}
+    if values["emissive_texture"] is not None:
+        found |= {EMISSIVE_TEXTURES}
+    if values["alpha_mode"] is not AlphaMode.OPAQUE:
+        found |= {ALPHA}
+    if values["transmission"] > 0:
+        found |= {TRANSMISSION}
+    return found
+
+
+def features_of_light(light: Light | None) -> Features:
+    """What programs must know to let it shine."""
+    match light:
+        case None:
+            return _NONE
+        case RectangleLight() | DiskLight():
+            return frozenset((LIGHTS, FLAT_LIGHTS))
+        case TubeLight():
+            return frozenset((LIGHTS, FLAT_LIGHTS, TUBES))  # a tube's band is flat
+        case _:
+            return frozenset((LIGHTS,))
+
+
+def features_of_mesh(mesh: Mesh | None) -> Features:
+    """Of all that it shows."""
+    sections: list[Section | Primitives] = [] if mesh is None else [*mesh.sections, *mesh.primitives]
+    return frozenset().union(*(features_of(section.material) for section in sections))
+
+
+def features_of_scene(scene: Scene) -> Features:
+    """Of its lights and its environment."""
+    lights = (features_of_light(node.light) for node in scene.nodes())
+    return frozenset(() if scene.environment is None else (ENVIRONMENT,)).union(*lights)
+
+
+def known_features(types: MaterialTypeSet) -> Features:
+    """What programs for these types know."""
+    return frozenset(feature for entry in types if isinstance(entry, Bundle) for feature in entry.features)
+
+
+def with_features(types: MaterialTypeSet, features: Set[Feature]) -> MaterialTypeSet:
+    """The types with the smallest bundle that has these too."""
+    known = known_features(types)
+    if features <= known:
+        return types
+    bundle = next(bundle for bundle in BUNDLES if known.union(features).issubset(bundle.features))
+    others = [bundle if isinstance(entry, Bundle) else entry for entry in types]
+    return tuple(others if bundle in others else [*others, bundle])
 
 
 def feature_modules(device: Device, types: MaterialTypeSet) -> list[spy.SlangModule]:
     """What to link with a program so that it knows the features among these types."""
-    return [_module(device, entry) for entry in types if isinstance(entry, Feature)]
+    return [_module(device, feature) for entry in types if isinstance(entry, Bundle) for feature in entry.features]
 
 
 def _module(device: Device, feature: Feature) -> spy.SlangModule:

@@ -54,7 +54,7 @@ class RaysSettings(Group):
         "What traces ray buffers.",
         auto="Embree where it is installed and the device runs on the processor too or cannot trace, else the device.",
         device="The device's own ray tracing pipeline.",
-        embree="Embree on the processor, if embreex and numba are installed.",
+        embree="Embree on the processor, if embreex and llvmlite are installed.",
     )
     opaque_secondary_shadows: bool = switch(
         False,

@@ -13,7 +13,7 @@ from typing import Any
 
 from pica.errors import DeviceError
 
-INSTALL = "install it with `pip install embreex numba`"
+INSTALL = "install it with `pip install embreex llvmlite`"
 # enum values of rtcore_common.h, rtcore_buffer.h, rtcore_geometry.h and rtcore_scene.h
 INDEX_BUFFER, VERTEX_BUFFER = 0, 1
 UINT3, FLOAT3, ROWS_3X4 = 0x5003, 0x9003, 0x9134
@@ -83,8 +83,8 @@ def _libraries() -> Path | None:
 
 def missing() -> str | None:
     """What keeps Embree from being used, in words; None where it can be."""
-    if importlib.util.find_spec("numba") is None:
-        return f"the package numba is not installed; {INSTALL}"
+    if importlib.util.find_spec("llvmlite") is None:
+        return f"the package llvmlite is not installed; {INSTALL}"
     if _libraries() is None:
         return f"the package embreex is not installed or carries no Embree 4; {INSTALL}"
     return None

@@ -1,209 +1,203 @@
-"""Loops over rays around Embree's packet calls, compiled so that they run on every core at once.
+"""Loops over rays around Embree's packet calls, as machine code, so that they run on every core at once.
 
-Packets of 16 rays, one array a field (RTCRayHit16, rtcore_ray.h): the rows below index the fields. Import it by
-kept_loops.py, which says where machine code is kept.
+Packets of 16 rays, one array a field (RTCRayHit16, rtcore_ray.h), behind 16 numbers that say which rays count: the rows
+below index the fields.
 """
 
-from typing import Any
+import ctypes
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
 
-import numpy as np
-from llvmlite import ir
-from numba import cfunc, config, njit, types
-from numba.extending import intrinsic
-from numpy.typing import NDArray
+from pica.tracing.native_code import Code, MachineCode, Number, Row, Variable, machine_code
 
 LANES = 16
-ROWS = 21
-# Rows of a packet: RTCRay16, then RTCHit16.
-_NEAR, _TIME, _FAR, _MASK, _ID, _FLAGS = 3, 7, 8, 9, 10, 11
-_U, _V, _PRIMITIVE, _GEOMETRY, _INSTANCE = 15, 16, 17, 18, 19
+ROWS = 22
+# Rows of a packet: what counts, RTCRay16, then RTCHit16.
+_VALID, _RAY, _NEAR, _TIME, _FAR, _MASK, _ID, _FLAGS = 0, 1, 4, 8, 9, 10, 11, 12
+_U, _V, _PRIMITIVE, _GEOMETRY, _INSTANCE = 16, 17, 18, 19, 20
 _NONE = 0xFFFFFFFF
 # Columns of the shaders' Ray (tracing/ray_effect.slang): origin 0-2, minimum 3, direction 4-6, maximum 7, type and
-# mask 8, seed 9, cone 10.
+# mask 8, seed 9, cone 10. Of Hit: distance, record, primitive, barycentrics.
+RAY_COLUMNS, HIT_COLUMNS = 11, 5
 _MINIMUM, _MAXIMUM, _TYPE_AND_MASK = 3, 7, 8
 _CAMERA = 0
 # Bits of masks: 0 to 7 belong to objects, these two to the sections below.
 OPAQUE, CUTOUT = 1 << 8, 1 << 9
 _OBJECTS = 0xFF
-_KEPT = bool(config.CACHE_DIR)
-# With signatures everything is compiled, or read from the cache, when this module is imported.
-_WORD, _FLOATS, _BITS, _NUMBERS = types.uintp, types.float32[:, ::1], types.uint32[:, ::1], types.uint32[::1]
-_ARRAYS = (_FLOATS, _BITS, _FLOATS, _BITS, _NUMBERS, _NUMBERS, _FLOATS, _BITS)
 
 
-@intrinsic
-def _call(_: Any, function: Any, valid: Any, scene: Any, packet: Any, arguments: Any) -> Any:
-    """Call the C function of four pointers at an address."""
+@dataclass(frozen=True)
+class Loops:
+    """The functions. Other threads run meanwhile; what addresses lead to must stay."""
 
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        pointer = ir.IntType(8).as_pointer()
-        kind = ir.FunctionType(ir.VoidType(), [pointer] * 4).as_pointer()
-        builder.call(builder.inttoptr(values[0], kind), [builder.inttoptr(v, pointer) for v in values[1:]])
-        return context.get_dummy_value()
-
-    return types.void(types.uintp, types.uintp, types.uintp, types.uintp, types.uintp), generate
-
-
-@intrinsic
-def _floats(_: Any, address: Any) -> Any:
-    """The address as a pointer to floats."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return builder.inttoptr(values[0], context.get_value_type(signature.return_type))
-
-    return types.CPointer(types.float32)(types.uintp), generate
+    nearest: Callable[..., None]
+    """(address of rtcIntersect16, scene, arguments for camera rays, rays, hits, queue, count, records, packet, room for
+    `count` numbers): find the nearest hits of the `count` rays in the queue, and put those without any last in it."""
+    shadows: Callable[..., None]
+    """(address of rtcIntersect16, of rtcOccluded16, scene, cutouts, rays, hits, queue, count, records, packet): find
+    whether anything is in the way. Opaque sections settle it. Of the others, which the scene `cutouts` has (0: there
+    are none), the nearest is given, for its coverage to be looked up."""
+    cull_backs: int
+    """Where an RTCFilterFunctionN lies that rejects hits of camera rays on the backs of single-sided sections."""
+    code: MachineCode
 
 
-@cfunc(types.void(types.CPointer(types.uintp)), cache=_KEPT)
-def cull_backs(arguments: Any) -> None:
-    """Reject hits of camera rays on the backs of single-sided sections (an RTCFilterFunctionN).
-
-    Embree gives ray and normal in the object's space, where the front is glTF's even under a mirroring transform.
-    """
-    valid, ray, hit = _floats(arguments[0]), _floats(arguments[3]), _floats(arguments[4])
-    lanes = arguments[5] & 0xFFFFFFFF
-    for lane in range(lanes):
-        along = 0.0
-        for axis in range(3):
-            along += ray[(4 + axis) * lanes + lane] * hit[axis * lanes + lane]
-        if along > 0 and ray[_ID * lanes + lane] == _CAMERA:
-            valid[lane] = 0
+@cache
+def loops() -> Loops:
+    """Compiled when first asked for."""
+    code = machine_code({"nearest": (10, _nearest), "shadows": (10, _shadows), "cull_backs": (1, _cull_backs)})
+    function = ctypes.CFUNCTYPE(None, *[ctypes.c_size_t] * 10)  # lets go of the interpreter's lock
+    nearest, shadows = (function(code.address(name)) for name in ("nearest", "shadows"))
+    return Loops(nearest, shadows, code.address("cull_backs"), code)
 
 
-@njit(nogil=True, cache=_KEPT)
-def _load(
-    rays: NDArray[np.float32],
-    ray_bits: NDArray[np.uint32],
-    queue: NDArray[np.uint32],
-    begin: int,
-    end: int,
-    sections: int,
-    packet: Any,
-    bits: Any,
+class _Packet:
+    """16 rays on their way through Embree, from `begin` on in the queue."""
+
+    def __init__(self, code: Code, address: Number, rays: Number, hits: Number, queue: Number, records: Number) -> None:
+        self._code, self.address = code, address
+        self.bits, self.values = code.uints(address), code.floats(address)
+        self.rays, self._hits, self._queue, self._records = rays, hits, code.uints(queue), code.uints(records)
+
+    def ray(self, place: Number) -> Number:
+        """Address of the ray that stands at a place in the queue."""
+        return self.rays + self._queue[place].word() * (4 * RAY_COLUMNS)
+
+    def hit(self, place: Number) -> Number:
+        """Address of its hit."""
+        return self._hits + self._queue[place].word() * (4 * HIT_COLUMNS)
+
+    def load(self, begin: Number, count: Number, sections: int) -> None:
+        """Take the rays in; `sections`: OPAQUE, CUTOUT or both."""
+        code, bits = self._code, self.bits
+        with code.loop(LANES) as lane:
+            bits[_at(_VALID, lane)] = 0
+            with code.when(begin + lane < count):
+                ray = code.uints(self.ray(begin + lane))
+                values = code.floats(self.ray(begin + lane))
+                with code.when(values[_MAXIMUM] > values[_MINIMUM]):
+                    bits[_at(_VALID, lane)] = _NONE
+                for column in range(7):
+                    bits[_at(_RAY + column, lane)] = ray[column]
+                bits[_at(_FAR, lane)] = ray[_MAXIMUM]
+                bits[_at(_MASK, lane)] = ray[_TYPE_AND_MASK] >> 8 & _OBJECTS | sections
+            bits[_at(_TIME, lane)] = 0
+            bits[_at(_FLAGS, lane)] = 0
+            bits[_at(_GEOMETRY, lane)] = _NONE
+            bits[_at(_INSTANCE, lane)] = _NONE
+
+    def store(self, begin: Number, count: Number) -> None:
+        """Write what the rays have met."""
+        code, bits = self._code, self.bits
+        with code.loop(LANES) as lane, code.when(begin + lane < count):
+            address = self.hit(begin + lane)
+            code.floats(address)[0] = -1.0
+            geometry = bits[_at(_GEOMETRY, lane)]
+            with code.when(bits[_at(_VALID, lane)].differs(0) & geometry.differs(_NONE)):
+                hit = code.uints(address)
+                hit[0] = bits[_at(_FAR, lane)]
+                hit[1] = self._records[bits[_at(_INSTANCE, lane)].word()] + geometry
+                for column, row in enumerate((_PRIMITIVE, _U, _V), 2):
+                    hit[column] = bits[_at(row, lane)]
+
+
+def _at(row: int, lane: Number) -> Number:
+    return lane + row * LANES
+
+
+def _nearest(
+    code: Code,
+    intersect: Number,
+    scene: Number,
+    culling: Number,
+    rays: Number,
+    hits: Number,
+    queue: Number,
+    count: Number,
+    records: Number,
+    packet: Number,
+    room: Number,
 ) -> None:
-    for lane in range(LANES):
-        bits[0, lane] = 0
-        if begin + lane < end:
-            ray = queue[begin + lane]
-            if rays[ray, _MAXIMUM] > rays[ray, _MINIMUM]:
-                bits[0, lane] = _NONE
-            for field in range(7):
-                packet[1 + field, lane] = rays[ray, field]
-            packet[1 + _FAR, lane] = rays[ray, _MAXIMUM]
-            bits[1 + _MASK, lane] = (ray_bits[ray, _TYPE_AND_MASK] >> 8 & _OBJECTS) | sections
-        packet[1 + _TIME, lane] = 0
-        bits[1 + _FLAGS, lane] = 0
-        bits[1 + _GEOMETRY, lane] = _NONE
-        bits[1 + _INSTANCE, lane] = _NONE
+    sixteen = _Packet(code, packet, rays, hits, queue, records)
+    arguments = Variable(code)
+    with code.loop(count, LANES) as begin:
+        sixteen.load(begin, count, OPAQUE | CUTOUT)
+        arguments.set(culling & 0)
+        with code.loop(LANES) as lane, code.when(begin + lane < count):
+            kind = code.uints(sixteen.ray(begin + lane))[_TYPE_AND_MASK] & 0xFF
+            sixteen.bits[_at(_ID, lane)] = kind
+            with code.when(kind.equals(_CAMERA)):
+                arguments.set(culling)
+        code.call(intersect, packet, scene, packet + 4 * LANES, arguments.get())
+        sixteen.store(begin, count)
+    _misses_last(code, sixteen, code.uints(queue), count, code.uints(room))
 
 
-# All lanes in one call: Numba counts references to the arrays at every call.
-@njit(nogil=True, cache=_KEPT)
-def _store(
-    queue: NDArray[np.uint32],
-    begin: int,
-    end: int,
-    records: NDArray[np.uint32],
-    hits: NDArray[np.float32],
-    hit_bits: NDArray[np.uint32],
-    packet: Any,
-    bits: Any,
-) -> None:
-    for lane in range(end - begin):
-        ray = queue[begin + lane]
-        if bits[0, lane] == 0 or bits[1 + _GEOMETRY, lane] == _NONE:
-            hits[ray, 0] = -1
-        else:
-            hits[ray, 0] = packet[1 + _FAR, lane]
-            hit_bits[ray, 1] = records[bits[1 + _INSTANCE, lane]] + bits[1 + _GEOMETRY, lane]
-            hit_bits[ray, 2] = bits[1 + _PRIMITIVE, lane]
-            hits[ray, 3] = packet[1 + _U, lane]
-            hits[ray, 4] = packet[1 + _V, lane]
-
-
-@njit(nogil=True, cache=_KEPT)
-def _misses_last(hits: NDArray[np.float32], queue: NDArray[np.uint32]) -> None:
+def _misses_last(code: Code, packet: _Packet, queue: Row, count: Number, room: Row) -> None:
     """Order the queue anew, so that shader threads which run in step do alike."""
-    misses = np.empty(len(queue), np.uint32)
-    kept = missed = 0
-    for ray in queue:
-        if hits[ray, 0] < 0:
-            misses[missed] = ray
-            missed += 1
-        else:
-            queue[kept] = ray
-            kept += 1
-    queue[kept:] = misses[:missed]
+    kept, missed = Variable(code), Variable(code)
+
+    def append(row: Row, length: Variable, value: Number) -> None:
+        row[length.get()] = value
+        length.set(length.get() + 1)
+
+    with code.loop(count) as place:
+        ray, distance = queue[place], code.floats(packet.hit(place))[0]
+        with code.when(distance < 0.0):
+            append(room, missed, ray)
+        with code.when((distance < 0.0).equals(0)):
+            append(queue, kept, ray)
+    with code.loop(missed.get()) as place:
+        queue[kept.get() + place] = room[place]
 
 
-@njit(types.void(_WORD, _WORD, _WORD, *_ARRAYS), nogil=True, cache=_KEPT)
-def nearest(
-    intersect: int,
-    scene: int,
-    culling: int,
-    rays: NDArray[np.float32],
-    ray_bits: NDArray[np.uint32],
-    hits: NDArray[np.float32],
-    hit_bits: NDArray[np.uint32],
-    queue: NDArray[np.uint32],
-    records: NDArray[np.uint32],
-    packet: NDArray[np.float32],
-    bits: NDArray[np.uint32],
+def _shadows(
+    code: Code,
+    intersect: Number,
+    occluded: Number,
+    scene: Number,
+    cutouts: Number,
+    rays: Number,
+    hits: Number,
+    queue: Number,
+    count: Number,
+    records: Number,
+    packet: Number,
 ) -> None:
-    """Find the nearest hits of the rays in `queue`."""
-    address = bits.ctypes.data
-    for begin in range(0, len(queue), LANES):
-        end = min(begin + LANES, len(queue))
-        _load(rays, ray_bits, queue, begin, end, OPAQUE | CUTOUT, packet, bits)
-        camera = False
-        for lane in range(end - begin):
-            type = ray_bits[queue[begin + lane], _TYPE_AND_MASK] & 0xFF
-            packet[1 + _ID, lane] = type
-            camera = camera or type == _CAMERA
-        _call(intersect, address, scene, address + 4 * LANES, culling if camera else 0)
-        _store(queue, begin, end, records, hits, hit_bits, packet, bits)
-    _misses_last(hits, queue)
+    sixteen = _Packet(code, packet, rays, hits, queue, records)
+    bits = sixteen.bits
+    no_arguments = cutouts & 0
+    with code.loop(count, LANES) as begin:
+        sixteen.load(begin, count, OPAQUE)
+        code.call(occluded, packet, scene, packet + 4 * LANES, no_arguments)
+        with code.loop(LANES) as lane:
+            # Those that something is in the way of sit out, and remember by the number that Embree leaves alone.
+            blocked = bits[_at(_VALID, lane)].differs(0) & (sixteen.values[_at(_FAR, lane)] < 0.0)
+            bits[_at(_ID, lane)] = code.choose(blocked, bits[_at(_VALID, lane)], 0)
+            bits[_at(_VALID, lane)] = bits[_at(_VALID, lane)] ^ bits[_at(_ID, lane)]
+            bits[_at(_MASK, lane)] = bits[_at(_MASK, lane)] ^ (OPAQUE | CUTOUT)
+        with code.when(cutouts.differs(0)):
+            code.call(intersect, packet, cutouts, packet + 4 * LANES, no_arguments)
+        sixteen.store(begin, count)
+        with code.loop(LANES) as lane, code.when(bits[_at(_ID, lane)].differs(0)):
+            address = sixteen.hit(begin + lane)
+            code.floats(address)[0] = 0.0
+            code.uints(address)[1] = _NONE
 
 
-@njit(types.void(_WORD, _WORD, _WORD, _WORD, *_ARRAYS), nogil=True, cache=_KEPT)
-def shadows(
-    intersect: int,
-    occluded: int,
-    scene: int,
-    cutouts: int,
-    rays: NDArray[np.float32],
-    ray_bits: NDArray[np.uint32],
-    hits: NDArray[np.float32],
-    hit_bits: NDArray[np.uint32],
-    queue: NDArray[np.uint32],
-    records: NDArray[np.uint32],
-    packet: NDArray[np.float32],
-    bits: NDArray[np.uint32],
-) -> None:
-    """Find whether anything is in the way of the rays in `queue`.
+def _cull_backs(code: Code, arguments: Number) -> None:
+    """Embree gives ray and normal in the object's space, where the front is glTF's even under a mirroring transform.
 
-    Opaque sections settle it. Of the others, which the scene `cutouts` has (0: there are none), the nearest is given,
-    for its coverage to be looked up.
+    RTCFilterFunctionNArguments: valid, user's, context, ray, hit, and how many.
     """
-    address = bits.ctypes.data
-    blocked = np.zeros(LANES, np.bool_)
-    for begin in range(0, len(queue), LANES):
-        end = min(begin + LANES, len(queue))
-        _load(rays, ray_bits, queue, begin, end, OPAQUE, packet, bits)
-        _call(occluded, address, scene, address + 4 * LANES, 0)
-        left = False
-        for lane in range(end - begin):
-            if packet[1 + _FAR, lane] < 0 and bits[0, lane] != 0:
-                blocked[lane] = True
-                bits[0, lane] = 0
-            else:
-                blocked[lane] = False
-                left = left or bits[0, lane] != 0
-            bits[1 + _MASK, lane] ^= OPAQUE | CUTOUT
-        if cutouts != 0 and left:
-            _call(intersect, address, cutouts, address + 4 * LANES, 0)
-        _store(queue, begin, end, records, hits, hit_bits, packet, bits)
-        for lane in range(end - begin):
-            if blocked[lane]:
-                hits[queue[begin + lane], 0] = 0
-                hit_bits[queue[begin + lane], 1] = _NONE
+
+    valid, ray, hit = (code.words(arguments)[word] for word in (0, 3, 4))
+    lanes = code.uints(arguments)[10].word()
+    types, rays, normals = code.uints(ray), code.floats(ray), code.floats(hit)
+    with code.loop(lanes) as lane:
+        along = rays[lanes * 4 + lane] * normals[lane]
+        for axis in (1, 2):
+            along = along + rays[lanes * (4 + axis) + lane] * normals[lanes * axis + lane]
+        with code.when((along > 0.0) & types[lanes * (_ID - _RAY) + lane].equals(_CAMERA)):
+            code.uints(valid)[lane] = 0

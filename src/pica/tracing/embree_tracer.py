@@ -16,24 +16,20 @@ from pica.rhi.device import Device
 from pica.rhi.host_memory import HostBuffer
 from pica.rhi.passes import Recording
 from pica.rhi.rt_view import RtView
-from pica.tracing import embree, kept_loops
+from pica.tracing import embree
+from pica.tracing.embree_loops import CUTOUT, LANES, OPAQUE, ROWS, loops
 from pica.tracing.ray_buffers import RayQueue
 
-embree_loops = kept_loops.load()
 _CHUNK = 2048
-_RAY = 11  # floats
-_HIT = 5
 
 
 class _Worker:
-    """What one thread needs to trace: a packet, aligned to 64 bytes, in two views."""
+    """What one thread needs to trace: room for a packet, aligned to 64 bytes, and for a chunk of the queue."""
 
     def __init__(self) -> None:
-        size = 4 * embree_loops.LANES * (1 + embree_loops.ROWS)
-        memory = np.zeros(size + 64, np.uint8)
-        start = -memory.ctypes.data % 64
-        rows = memory[start : start + size].view(np.float32).reshape(-1, embree_loops.LANES)
-        self.packet = rows, rows.view(np.uint32)
+        self._memory = np.zeros(4 * LANES * ROWS + 64, np.uint8), np.zeros(_CHUNK, np.uint32)
+        packet, self.room = (memory.ctypes.data for memory in self._memory)
+        self.packet = packet + -packet % 64
 
 
 class _Geometry:
@@ -54,7 +50,7 @@ class _Geometry:
 
     def _section(self, section: RtSection) -> int:
         geometry = self._embree.NewGeometry(embree.embree_device(), embree.TRIANGLES)
-        self._embree.SetGeometryMask(geometry, embree_loops.OPAQUE if section.opaque else embree_loops.CUTOUT)
+        self._embree.SetGeometryMask(geometry, OPAQUE if section.opaque else CUTOUT)
         self._embree.SetGeometryEnableFilterFunctionFromArguments(geometry, self._culled)
         return int(geometry)
 
@@ -154,8 +150,9 @@ class EmbreeTracer:
         self._shown: dict[int, RtObject] = {}
         self._users: dict[tuple[RtGeometry, bool], set[int]] = {}
         self._records = np.zeros(1, np.uint32)
+        self._loops = loops()
         # RTCIntersectArguments: flags (coherent rays), features (all), context, filter, intersection function.
-        self._culling = np.array([1 << 16 | 0xFFFFFFFF << 32, 0, embree_loops.cull_backs.address, 0, 0, 0], np.uint64)
+        self._culling = np.array([1 << 16 | 0xFFFFFFFF << 32, 0, self._loops.cull_backs, 0, 0, 0], np.uint64)
         self._workers = [_Worker() for _ in range(_cores())]
         self._threads = ThreadPoolExecutor(len(self._workers), "embree")
 
@@ -165,24 +162,22 @@ class EmbreeTracer:
         self._update()
         rays, hits, places = (HostBuffer(self._device, b) for b in (queue.rays, queue.hits, queue.places))
         waiting = places.read().view(np.uint32)
-        ray_bits = rays.read().view(np.uint32).reshape(-1, _RAY)
-        hit_bits = hits.read().view(np.uint32).reshape(-1, _HIT)
-        ray_values, hit_values = ray_bits.view(np.float32), hit_bits.view(np.float32)
+        ray_data, hit_data = rays.read(), hits.read()
         intersect, occluded = (embree.library().address(name) for name in ("Intersect16", "Occluded16"))
         cutouts = self._cutouts.scene if len(self._cutouts) else 0
+        values, records = (ray_data.ctypes.data, hit_data.ctypes.data), self._records.ctypes.data
 
         def nearest(part: NDArray[np.uint32], worker: _Worker) -> None:
-            culling = self._culling.ctypes.data
-            values = ray_values, ray_bits, hit_values, hit_bits, part, self._records
-            embree_loops.nearest(intersect, self._all.scene, culling, *values, *worker.packet)
+            own = *values, part.ctypes.data, len(part), records, worker.packet
+            self._loops.nearest(intersect, self._all.scene, self._culling.ctypes.data, *own, worker.room)
 
         def shadows(part: NDArray[np.uint32], worker: _Worker) -> None:
-            values = ray_values, ray_bits, hit_values, hit_bits, part, self._records
-            embree_loops.shadows(intersect, occluded, self._all.scene, cutouts, *values, *worker.packet)
+            own = *values, part.ctypes.data, len(part), records, worker.packet
+            self._loops.shadows(intersect, occluded, self._all.scene, cutouts, *own)
 
         self._run(nearest, waiting[: queue.nearest])
         self._run(shadows, waiting[len(waiting) - queue.shadows :])
-        hits.write(hit_bits.view(np.uint8).reshape(-1))
+        hits.write(hit_data)
         places.write(waiting.view(np.uint8))
         recording.profiler.add("embree", time.perf_counter() - started)
 

@@ -8,7 +8,7 @@ import slangpy as spy
 
 from pica.gpu_scene.view import SceneView
 from pica.programs.library import programs
-from pica.programs.material_types import STANDARD_ONLY, Feature, MaterialTypeSet
+from pica.programs.material_types import STANDARD_ONLY, Bundle, MaterialTypeSet
 from pica.programs.recipes import ForTypes
 from pica.programs.shape_types import modules_for
 from pica.rhi.binding import ProgramParameters
@@ -57,13 +57,13 @@ class RayRecipe:
             entries.append(shaders.entry_point("hitClosest"))
         groups = []
         for entry in variant:
-            if isinstance(entry, Feature):
+            if isinstance(entry, Bundle):
                 continue
             made = hit_group(device, entry, self.detail, self.simplified)
             modules, entries = [*modules, *made.modules], [*entries, *made.entries]
             groups.append(made.group)
-        # A feature has a place in the table too, for places are types' numbers; no ray looks there.
-        names = [(variant[0] if isinstance(entry, Feature) else entry).name for entry in variant]
+        # Features have a place in the table too, for places are types' numbers; no ray looks there.
+        names = [(variant[0] if isinstance(entry, Bundle) else entry).name for entry in variant]
         return device.handle.link_program(modules, entries), groups, names
 
     def make(

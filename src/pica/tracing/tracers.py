@@ -52,7 +52,7 @@ class _ProcessorTracer:
     """
 
     def __init__(self, device: Device, scene: SceneView) -> None:
-        from pica.tracing.embree_tracer import EmbreeTracer  # Numba and Embree are an extra
+        from pica.tracing.embree_tracer import EmbreeTracer  # LLVM and Embree are an extra
 
         self._device, self._scene = device, scene
         self._embree = EmbreeTracer(device, scene.rt_scene)

@@ -21,6 +21,9 @@ import effects.lighting.area_light;
 import shaders.brdf;
 import gpu_scene.lights.lights;
 import shaders.surface;
+export static const bool LIGHTS_IN_USE = true;
+export static const bool FLAT_LIGHTS_IN_USE = true;
+export static const bool TUBES_IN_USE = true;
 
 struct Point
 {

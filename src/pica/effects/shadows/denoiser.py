@@ -12,7 +12,10 @@ from pica.frame.history import History, accumulate_grid
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_slots import LightSlots
+from pica.programs.library import programs
+from pica.programs.scene_features import LIGHTS
 from pica.rhi.device import Device
+from pica.rhi.passes import ComputePass
 from pica.scene.light import DirectionalLight
 from pica.scene.model import Node
 
@@ -33,14 +36,17 @@ class ShadowDenoiser:
     def __init__(self, device: Device, size: Size, history: int) -> None:
         """`history`: ShadowsSettings.history."""
         self._device, self._size, self._remembered = device, size, history
-        folder = "effects/shadows"
+
+        def compute(name: str) -> ComputePass:
+            return programs(device).compute_with(LIGHTS, f"effects/shadows/{name}.slang")
+
         self._history: History | None = None
-        self._accumulate = device.compute(f"{folder}/shadow_history.slang")
+        self._accumulate = compute("shadow_history")
         # A pass whose parameters differ from dispatch to dispatch is bound anew each time; five passes are not.
-        self._svgf = [device.compute(f"{folder}/svgf.slang") for _ in _STEPS]
-        self._tiles = device.compute(f"{folder}/penumbra_tiles.slang")
-        self._footprint = device.compute(f"{folder}/footprint.slang")
-        self._anisotropic = [device.compute(f"{folder}/anisotropic.slang") for _ in range(2)]
+        self._svgf = [compute("svgf") for _ in _STEPS]
+        self._tiles = compute("penumbra_tiles")
+        self._footprint = compute("footprint")
+        self._anisotropic = [compute("anisotropic") for _ in range(2)]
         self._lights: list[Node] = []
         self._places: dict[Node, NDArray[np.float64]] = {}
         self._motions = device.structured("light motions", np.zeros((_MOST_LIGHTS, 4), np.float32))
