@@ -196,7 +196,7 @@ def timed_programs() -> list[dict[str, Any]]:
     spy.Device.__init__ = partialmethod(spy.Device.__init__, enable_compilation_reports=True)  # type: ignore[assignment]
     link, kept = Device.link, Device.kept
 
-    def timed(part: str, work: Any, self: Device, recipe: Any, types: Any) -> Any:
+    def timed(part: str, work: Any, self: Device, recipe: Any, types: Any = ()) -> Any:
         before = self.handle.shader_cache_stats
         calls.clear()
         begun = time.perf_counter()

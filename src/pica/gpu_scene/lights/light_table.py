@@ -83,7 +83,8 @@ class LightTable:
         shares = self._table["selectionProbability"].copy()
         self._table[: self.light_count] = lights.rows(self._slots)
         self._table["selectionProbability"] = shares
-        encoder.upload_buffer_data(self._buffer, 0, self._table.view(np.uint8))
+        if len(self._table):
+            encoder.upload_buffer_data(self._buffer, 0, self._table.view(np.uint8))
 
 
 def _marker(kind: str) -> NDArray[np.void]:
