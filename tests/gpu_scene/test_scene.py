@@ -152,8 +152,8 @@ def test_picture_after_moving_what_shines_is_that_of_a_new_scene(device):
     def change(nodes):
         nodes["glow"].transform = move(0.5, 1.4, 0.5) @ turn("x", 180)
 
-    # How often the sky is sampled goes by the scene's bounds, which only grow. The last bits of a triangle's area decide on
-    # which side of a border some points of it lie.
+    # How often the sky is sampled goes by the scene's bounds, which only grow. The last bits of a triangle's area say
+    # on which side of a border some points of it lie.
     compare_with_new_scene(device, change, {"lighting.environment": "prefiltered"}, tolerance=0.01)
 
 

@@ -12,8 +12,8 @@ KNOWN = {
     "Invalid source language operand": "nor does it know that SPIR-V is made from Slang",
     "no buffer is associated with pCallableShaderBindingTable": "layers of before May 2023 take a table of size 0 for "
     "a fault (KhronosGroup/Vulkan-ValidationLayers, issue 5635)",
-    "Failed to create pipeline from cache": "NVIDIA's driver refuses what it kept of a ray tracing pipeline that was made "
-    "while another one lived, and makes it anew (docs/performance.md, Material types)",
+    "Failed to create pipeline from cache": "NVIDIA's driver refuses what it kept of a ray tracing pipeline that was "
+    "made while another one lived, and makes it anew (docs/performance.md, Material types)",
 }
 """What says nothing about pica, by a part of the message, and why."""
 
