@@ -12,9 +12,9 @@ PIPELINE = {"rays.scheduler": "pipeline"}
 BUFFERS = {"rays.scheduler": "buffers", "rays.tracer": "device"}
 
 
-def assert_same(first: pica.Frame, second: pica.Frame) -> None:
+def assert_same(first: pica.Frame, second: pica.Frame, tolerance: float = 0) -> None:
     assert first.aov_names == second.aov_names
-    np.testing.assert_array_equal(first.color, second.color)
+    np.testing.assert_allclose(first.color, second.color, rtol=tolerance)
     for name in first.aov_names:
         np.testing.assert_array_equal(first.aov(name), second.aov(name), err_msg=name)
 
@@ -31,7 +31,8 @@ def test_hybrid_pictures_are_equal(device, mode):
 def test_path_traced_pictures_are_equal(device):
     pipeline, buffers = (trace(device, still_life(), 3, CAMERA, values=more) for more in (PIPELINE, BUFFERS))
     assert pipeline.color.mean() > 0.1
-    assert_same(pipeline, buffers)
+    # A graphics card's compiler rounds the same lines otherwise in the two programs.
+    assert_same(pipeline, buffers, tolerance=0 if device.is_software else 1e-4)
 
 
 def test_buffers_follow_a_moving_scene(device):

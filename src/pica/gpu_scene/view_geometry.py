@@ -11,6 +11,7 @@ from pica.gpu_scene.geometry import GpuMesh
 from pica.gpu_scene.masks import instance_mask
 from pica.gpu_scene.placement import Placement
 from pica.gpu_scene.scene import GpuScene
+from pica.rhi.acceleration import without_rounding
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.rt_view import RtView
@@ -169,7 +170,8 @@ class ViewGeometry:
         for node in nodes:
             shown = self._shown[node]
             instances = slice(shown.placement.instances.start, shown.placement.instances.stop)
-            transforms = np.repeat(table["to_world"][instances], len(shown.mesh.parts), axis=0)
+            places = without_rounding(table["to_world"][instances])
+            transforms = np.repeat(places, len(shown.mesh.parts), axis=0)
             objects, mask = slice(shown.objects.start, shown.objects.stop), instance_mask(node)
             masks = rows["id_and_mask"][objects] >> 24
             if shown.is_placed and np.array_equal(rows["transform"][objects], transforms) and (masks == mask).all():

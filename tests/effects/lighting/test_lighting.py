@@ -296,7 +296,7 @@ def test_the_shared_ray_goes_where_the_light_comes_from(device):
     near = shining(PointLight(intensity=1.0), move(0, 0.2, 0))
     far = [shining(PointLight(intensity=1.0), move(x, 6, 8)) for x in np.linspace(-9, 9, 29)]
     scene = scene_of(placed(plane(9, 9, lambert(1.0))), near, *far)
-    camera = orthographic((0, 0.1, 0), (0, 0, 0), 0.1)
+    camera = orthographic((0, 0.1, 0), (0, 0, 0), 0.1, near=0.01)
     values = {"shadows.max_lights": "1", "lighting.candidates": "64"}
     color = render(device, scene, 1, camera, (32, 32), values).color
     assert np.median(np.abs(color - color.mean())) < 0.05 * color.mean()
