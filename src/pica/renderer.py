@@ -104,6 +104,8 @@ class Renderer(Stages):
         radiance = self.lighting(frame, gbuffer, scene, light, shadows, occlusion, noisy)
         if noisy is not None:
             self.stochastic_light(frame, gbuffer, scene, radiance, reprojection)
+        if self.reflections is not None:
+            self.reflections(frame, gbuffer, scene, light, reprojection, radiance)
         picture = self.antialiasing(frame, gbuffer, radiance, self.post.exposure)
         if denoiser is not None and last:
             picture = denoiser(frame, picture)

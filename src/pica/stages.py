@@ -8,6 +8,7 @@ from pica.effects.antialiasing.antialiasing import Antialiasing
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.lighting.lighting import DirectLighting
 from pica.effects.post.post import Post
+from pica.effects.reflections.reflections import Reflections
 from pica.effects.shadow_maps.shadow_maps import ShadowMaps
 from pica.effects.shadows.shadows import Shadows
 from pica.effects.stochastic_light.stochastic_light import StochasticLightDenoiser
@@ -58,7 +59,7 @@ class Stages(Closing):
             self.tracer = choose_tracer(device.part(), settings.rays, view)
         if changed & {"rays", "visibility"}:
             self.gbuffer = GBufferEffect(device.part(), size, settings.visibility.primary, self.tracer)
-        if changed & {"shadows", "shadow_maps", "lighting"}:
+        if changed & {"shadows", "shadow_maps", "lighting", "reflections"}:
             self._slots = LightSlots(device.part(), settings)
         if changed & {"rays", "shadows", "shadow_maps"}:
             self.shadows = self._shadows()
@@ -66,6 +67,10 @@ class Stages(Closing):
             occlusion = settings.ambient_occlusion
             off = occlusion.mode == "off"
             self.ambient_occlusion = None if off else AmbientOcclusion(device.part(), size, occlusion, self.tracer)
+        if changed & {"rays", "reflections"}:
+            off = settings.reflections.mode == "off"
+            self.reflections = None if off else Reflections(device.part(), size, settings.reflections, self.tracer)
+            self._light_sampler.expect_hits(not off)
         if "lighting" in changed:
             self.lighting = DirectLighting(device.part(), size, view, settings.lighting)
         if "antialiasing" in changed:
@@ -99,6 +104,7 @@ class Stages(Closing):
             self.ambient_occlusion,
             self.lighting,
             self.stochastic_light,
+            self.reflections,
             self.antialiasing,
             self.post,
         )

@@ -35,11 +35,18 @@ class LightSlots:
         """How many of them by SVGF; the others by the anisotropic filter."""
         self.noisy = 0
         """How many slots, the last, bring noisy light that is filtered together."""
-        self.has_shared = False
-        """Whether many lights share the last slot."""
+        self.shared_lights = range(0)
+        """Of the light table, those that share the last slot."""
+        self.every = 0
+        """Entries of the light table that give light: the first ones."""
         self.first_sampled = 0
         """Slots before this one need no samples."""
         self.block = device.parameter_block("light_sampling/light_slots.slang", "lightSlots")
+
+    @property
+    def has_shared(self) -> bool:
+        """Whether many lights share the last slot."""
+        return len(self.shared_lights) > 0
 
     def update(self, lights: LightTable) -> None:
         """Follow the scene's lights; does nothing while they are the same."""
@@ -65,11 +72,12 @@ class LightSlots:
         triangles = lights.parameters["emissiveCount"]
         sources = lights.light_count - single + triangles
         environment = self._settings.lighting.environment == "sampled" and lights.environment_light is not None
-        self.has_shared = has_shared = sources > 0 or environment
-        if has_shared:
-            # The triangles' one entry and that of the environment follow the lights.
-            ranges.append((single, lights.light_count - single + (triangles > 0) + environment))
-        shared = len(ranges) - 1 if has_shared else _NO_SLOT
+        # The triangles' one entry and that of the environment follow the lights.
+        self.every = lights.light_count + (triangles > 0) + environment
+        self.shared_lights = range(single, self.every)
+        if self.has_shared:
+            ranges.append((single, len(self.shared_lights)))
+        shared = len(ranges) - 1 if self.has_shared else _NO_SLOT
         self.count = len(ranges)
         steady = len(denoised) + sum(chosen[light] == "off" for light in rest)
         self.noisy = self.count - steady if self._settings.lighting.filter else 0
@@ -86,11 +94,12 @@ class LightSlots:
             firstDistance=self.svgf,
             firstNoisy=self.count - self.noisy,
             hard=int(self._settings.shadows.mode == "hard"),
-            needMaterial=int(has_shared or ratio),
+            needMaterial=int(self.has_shared or ratio),
             ratio=int(ratio),
             shared=shared,
             candidates=candidates if environment else min(candidates, sources),
             byBrdf=int(environment),
+            reflections=int(self._settings.reflections.mode != "off"),
         )
 
     def _denoiser(self, light: Light | None) -> str:

@@ -308,6 +308,18 @@ class LightingSettings(Group):
 
 
 @dataclass(frozen=True)
+class ReflectionsSettings(Group):
+    """What surfaces mirror of others, of what shines and of the surroundings."""
+
+    mode: Literal["off", "ray_traced"] = choice(
+        "off",
+        "How it is found.",
+        off="Not at all, but for what direct light's own samples find of emissive triangles and the environment.",
+        ray_traced="A quarter of a ray a pixel along the mirrored lobe, and another from what it meets to a light.",
+    )
+
+
+@dataclass(frozen=True)
 class AntialiasingSettings(Group):
     """How jittered frames make one picture."""
 

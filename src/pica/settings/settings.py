@@ -12,6 +12,7 @@ from pica.settings.groups import (
     LightingSettings,
     PostSettings,
     RaysSettings,
+    ReflectionsSettings,
     ShadowMapsSettings,
     ShadowsSettings,
     VisibilitySettings,
@@ -30,6 +31,7 @@ class Settings(Group):
     ambient_occlusion: AmbientOcclusionSettings = field(default_factory=AmbientOcclusionSettings)
     shadow_maps: ShadowMapsSettings = field(default_factory=ShadowMapsSettings)
     lighting: LightingSettings = field(default_factory=LightingSettings)
+    reflections: ReflectionsSettings = field(default_factory=ReflectionsSettings)
     antialiasing: AntialiasingSettings = field(default_factory=AntialiasingSettings)
     post: PostSettings = field(default_factory=PostSettings)
     seed: int = number(0, range=(0, 2**31 - 1), unit="", text="Another seed, another noise of the same strength.")

@@ -1,0 +1,1 @@
+"""What surfaces mirror: a quarter of a ray a pixel, rebuilt from neighbours and earlier frames."""

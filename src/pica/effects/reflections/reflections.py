@@ -1,0 +1,114 @@
+"""What surfaces mirror: a quarter of a ray a pixel, rebuilt from neighbours and earlier frames (RTG 25, 25.2.2)."""
+
+import numpy as np
+import slangpy as spy
+
+from pica.effects.reflections.views import reflection_views
+from pica.frame.context import FrameContext, Size, half_size
+from pica.frame.effect import Aov, Effect
+from pica.frame.gbuffer import GBuffer
+from pica.frame.history import History
+from pica.frame.reprojection import Reprojection
+from pica.gpu_scene.view import SceneView
+from pica.light_sampling.light_sampler import LightSamples
+from pica.rhi.device import Device
+from pica.settings import ReflectionsSettings
+from pica.tracing.ray_buffers import Tracer
+from pica.tracing.ray_effect import ray_effect
+
+_FOLDER = "effects/reflections"
+
+
+class Reflections(Effect):
+    """Adds the light that surfaces mirror of others, of emissive triangles and of the environment."""
+
+    name = "reflections"
+
+    def __init__(self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None) -> None:
+        self._device, self._settings = device, settings
+        module = f"{_FOLDER}/reflection_rays.slang"
+        self._trace = ray_effect(device, module, "ReflectionRays", "surface", tracer, simplified=True)
+        self._reconstruct = device.compute(f"{_FOLDER}/reconstruct.slang")
+        self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
+        self._filter = device.compute(f"{_FOLDER}/reflection_filter.slang")
+        self._allocate(size)
+
+    def _allocate(self, size: Size) -> None:
+        color, half = spy.Format.rgba32_float, half_size(size)
+        make = self._device.texture
+        self._textures = {
+            "ends": make("reflection ray ends", color, half),
+            "light": make("reflected light", spy.Format.rg32_uint, half),
+            "reconstructed": make("reconstructed reflections", color, size),
+            "distances": make("reflection distances", spy.Format.r32_float, size),
+            "signal": make("reflection signal", color, size),
+        }
+        self._history = History(self._device, "reflections", {"history": color}, size, 1)
+
+    def resize(self, size: Size) -> None:
+        """As Effect."""
+        self._device.give_back(*self._textures.values())
+        self._history.give_back()
+        self._allocate(size)
+
+    def reset(self) -> None:
+        """Drop the history."""
+        self._history.reset()
+
+    def debug_aovs(self) -> dict[str, Aov]:
+        """See views.py."""
+        return reflection_views({**self._textures, **self._history.current})
+
+    def ray_counts(self) -> dict[str, int]:
+        """Rays that followed a surface's lobe; those from what they met to a light are as many at most."""
+        return {"reflection_rays": int(np.count_nonzero(self._textures["ends"].to_numpy()[..., 3]))}
+
+    def __call__(
+        self,
+        frame: FrameContext,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        light: LightSamples,
+        reprojection: Reprojection,
+        radiance: spy.Texture,
+    ) -> None:
+        """Add what this frame's surfaces mirror to `radiance`."""
+        assert light.pool is not None, "LightSampler.expect_hits comes first"
+        textures, half = self._textures, frame.at_half()
+        self._trace(
+            half,
+            half.size,
+            frame=half,
+            gbuffer=gbuffer.at_half(frame),
+            scene=scene,
+            lightSlots=light.slots,
+            pool=light.pool.buffer,
+            entries=light.pool.entries if light.slots.every else 0,
+            ends=textures["ends"],
+            light=textures["light"],
+        )
+        self._reconstruct(
+            frame,
+            frame.grid,
+            frame=frame,
+            gbuffer=gbuffer,
+            ends=textures["ends"],
+            light=textures["light"],
+            reconstructed=textures["reconstructed"],
+            distances=textures["distances"],
+        )
+        self._accumulate(
+            frame,
+            frame.grid,
+            frame=frame,
+            gbuffer=gbuffer,
+            reprojection=reprojection,
+            reconstructed=textures["reconstructed"],
+            distances=textures["distances"],
+            signal=textures["signal"],
+            **self._history.turn(frame),
+            known=int(not self._history.empty),
+        )
+        self._filter(
+            frame, frame.grid, frame=frame, gbuffer=gbuffer, signal=textures["signal"], radiance=radiance
+        )

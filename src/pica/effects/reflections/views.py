@@ -1,0 +1,34 @@
+"""Reflections and the work of their filters as arrays for people."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.frame.aovs import light_of
+from pica.frame.effect import Aov
+
+Array = NDArray[Any]
+
+
+def _color(values: Array) -> Array:
+    return values[..., :3].astype(np.float32)
+
+
+def reflection_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
+    """Views of the reflections' textures; light is in nits over specular albedo.
+
+    raw: (height / 2, width / 2, 3) what each ray brought. reconstructed: (height, width, 3) from neighbours' rays of this
+    frame; variance: of that, (height, width); distance: metres to what is mirrored; accumulated: with earlier frames;
+    history: how many these are.
+    """
+    return {
+        "raw": Aov((textures["light"],), light_of),
+        "reconstructed": Aov((textures["reconstructed"],), _color),
+        "variance": Aov((textures["reconstructed"],), lambda values: values[..., 3]),
+        "distance": Aov((textures["distances"],), lambda values: values),
+        "accumulated": Aov((textures["signal"],), _color),
+        "history": Aov((textures["history"],), lambda layers: layers[0, ..., 3]),
+    }
