@@ -40,7 +40,7 @@ class Reflections(Effect):
             "ends": make("reflection ray ends", color, half),
             "light": make("reflected light", spy.Format.rg32_uint, half),
             "reconstructed": make("reconstructed reflections", color, size),
-            "distances": make("reflection distances", spy.Format.r32_float, size),
+            "distances": make("reflection distances", spy.Format.rg32_float, size),
             "signal": make("reflection signal", color, size),
         }
         self._history = History(self._device, "reflections", {"history": color}, size, 1)

@@ -28,7 +28,7 @@ def reflection_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
         "raw": Aov((textures["light"],), light_of),
         "reconstructed": Aov((textures["reconstructed"],), _color),
         "variance": Aov((textures["reconstructed"],), lambda values: values[..., 3]),
-        "distance": Aov((textures["distances"],), lambda values: values),
+        "distance": Aov((textures["distances"],), lambda values: values[..., 0]),
         "accumulated": Aov((textures["signal"],), _color),
         "history": Aov((textures["history"],), lambda layers: layers[0, ..., 3]),
     }
