@@ -312,10 +312,10 @@ class ReflectionsSettings(Group):
     """What surfaces mirror of others, of what shines and of the surroundings."""
 
     mode: Literal["off", "ray_traced"] = choice(
-        "off",
+        "ray_traced",
         "How it is found.",
         off="Not at all, but for what direct light's own samples find of emissive triangles and the environment.",
-        ray_traced="A quarter of a ray a pixel along the mirrored lobe, and another from what it meets to a light.",
+        ray_traced="A quarter of a ray a pixel along the lobe that the surface mirrors, and as many from there to a light.",
     )
 
 

@@ -122,6 +122,7 @@ PRESETS = {
             "shadows.method": "maps",
             "ambient_occlusion.mode": "ground_truth",
             "lighting.environment": "prefiltered",
+            "reflections.mode": "off",
         },
     ),
     "low": Level("hybrid with every group at its low level: faster.", _at_level("low")),

@@ -13,6 +13,7 @@ WITHOUT_RAYS = {
     "shadows.method": "maps",
     "ambient_occlusion.mode": "ground_truth",
     "lighting.environment": "prefiltered",
+    "reflections.mode": "off",
 }
 """By setting, what each stage does without rays; the preset "raster" is all of these."""
 
@@ -71,5 +72,6 @@ def _without_rays(settings: Settings) -> dict[str, str]:
         "ambient_occlusion.mode": settings.ambient_occlusion.mode == "ray_traced",
         # What shadow maps know nothing of.
         "lighting.environment": shadows and settings.lighting.environment == "sampled",
+        "reflections.mode": settings.reflections.mode == "ray_traced",
     }
     return {setting: WITHOUT_RAYS[setting] for setting, traced in needed.items() if traced}
