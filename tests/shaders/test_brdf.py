@@ -44,6 +44,23 @@ float3 weight(float3 base, float metallic, float roughness, float f0, float f90,
 {
     return sampleBrdf(surface(base, metallic, roughness, f0, f90), view, u).weight;
 }
+float specularDensity(float3 base, float metallic, float roughness, float f0, float f90, float3 view, float3 light)
+{
+    return BrdfTowards.create(surface(base, metallic, roughness, f0, f90), view).pdfSpecular(light);
+}
+float4 specularDirection(float3 base, float metallic, float roughness, float f0, float f90, float3 view, float3 u)
+{
+    let s = BrdfTowards.create(surface(base, metallic, roughness, f0, f90), view).sampleSpecular(u);
+    return float4(s.direction, s.pdf);
+}
+float3 specularWeight(float3 base, float metallic, float roughness, float f0, float f90, float3 view, float3 u)
+{
+    return BrdfTowards.create(surface(base, metallic, roughness, f0, f90), view).sampleSpecular(u).weight;
+}
+float3 specularAlbedo(float3 base, float metallic, float roughness, float f0, float f90, float viewCosine)
+{
+    return environmentBrdf(surface(base, metallic, roughness, f0, f90), viewCosine).specular;
+}
 float3 albedo(float3 base, float metallic, float roughness, float f0, float f90, float viewCosine)
 {
     let a = environmentBrdf(surface(base, metallic, roughness, f0, f90), viewCosine);
@@ -111,23 +128,40 @@ def test_no_energy_is_gained_and_the_closed_form_fits(shader, roughness):
             np.testing.assert_allclose(closed, reflected, atol=0.01)
 
 
+@pytest.mark.parametrize("roughness", [0.1, 0.3, 0.6, 1.0])
+def test_samples_of_the_specular_part_weigh_its_albedo(shader, roughness):
+    """None fails, and none is lost below the horizon."""
+    u = qmc.Sobol(3, seed=1).random(2**13).astype(np.float32)
+    for cosine, metallic in itertools.product(COSINES, (0.0, 0.5, 1.0)):
+        surface = (ORANGE, metallic, roughness, 0.04, 1.0)
+        weights = shader.specularWeight(*surface, view_at(cosine), u, _result="numpy")
+        assert (weights > 0).all()
+        expected = shader.specularAlbedo(*surface, np.float32([cosine]), _result="numpy")[0]
+        np.testing.assert_allclose(weights.astype(np.float64).mean(0), expected, atol=0.006, rtol=0.03)
+
+
+@pytest.mark.parametrize("part", ["whole", "specular"])
 @pytest.mark.parametrize("metallic", [0.0, 1.0])
 @pytest.mark.parametrize("roughness", [0.12, 0.4, 0.8, 1.0])
-def test_samples_fit_their_density(shader, metallic, roughness):
+def test_samples_fit_their_density(shader, metallic, roughness, part):
     count = 60_000
+    draw, pdf = {
+        "whole": (shader.direction, shader.density),
+        "specular": (shader.specularDirection, shader.specularDensity),
+    }[part]
     u = np.random.default_rng(3).random((count, 3), np.float32)
     for cosine in (0.1, 0.6, 1.0):
         view = view_at(cosine)
         surface = (ORANGE, metallic, roughness, 0.2, 1.0)
-        drawn = shader.direction(*surface, view, u, _result="numpy")
+        drawn = draw(*surface, view, u, _result="numpy")
         drawn = drawn[drawn[:, 3] > 0, :3].astype(np.float64)
         square = Around(view * np.float32([-1, -1, 1]), power=4 if roughness < 0.3 else 2)
 
         def density(points, square=square, view=view, surface=surface):
             light, measure = square.direction(points)
-            return shader.density(*surface, view, light, _result="numpy") * measure
+            return pdf(*surface, view, light, _result="numpy") * measure
 
-        assert_fits(square.position(drawn), count, density, tests=24, bins=(20, 24), order=12)
+        assert_fits(square.position(drawn), count, density, tests=48, bins=(20, 24), order=12)
 
 
 class Around:

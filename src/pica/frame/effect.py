@@ -33,7 +33,8 @@ class Aov:
 
 @dataclass(frozen=True)
 class ReferenceLayer:
-    """One (height, width) buffer of an effect, 0 to 1, and what tells its reference from the others'."""
+    """One buffer of an effect, (height, width) from 0 to 1 or light (height, width, 3), and what tells its reference from
+    the others'."""
 
     result: Aov
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -41,17 +42,20 @@ class ReferenceLayer:
 
 @dataclass(frozen=True)
 class Reference:
-    """What an effect should give: the share of many rays that arrive, counted by a ray effect of the path tracer's."""
+    """What an effect should give: the share of many rays that arrive, or the light that they bring, from a ray effect of
+    the path tracer's."""
 
     module: str
     """Path below the package."""
     effect: str
-    """The struct in it, which counts rays and those that arrive (path_tracer/references.py)."""
+    """The struct in it, which adds up what its rays find (path_tracer/references.py)."""
     detail: HitDetail
     inputs: tuple[str, ...]
     """What it is given of Renderer.effect_inputs."""
     layers: Mapping[str, ReferenceLayer]
     """By name."""
+    is_light: bool = False
+    """Whether the layers are light, in nits."""
 
 
 class Effect(ABC):

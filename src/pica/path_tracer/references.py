@@ -16,22 +16,34 @@ _SAMPLES_PER_RUN = 256
 """No single dispatch may take so long that a driver stops it."""
 
 
-class CountedShare:
-    """The share of a pixel's rays that arrive: a ray effect that counts both (width, height, rg32)."""
+class ManySamples:
+    """What a ray effect adds up over many rays a pixel, in a texture that begins again with `taken` 0."""
 
     def __init__(
-        self, device: Device, size: Size, module: str, effect: str, detail: HitDetail, tracer: Tracer | None
+        self,
+        device: Device,
+        size: Size,
+        module: str,
+        effect: str,
+        detail: HitDetail,
+        tracer: Tracer | None,
+        is_light: bool = False,
     ) -> None:
-        self._device, self._size = device, size
-        self._counted = device.texture("counted rays", spy.Format.rg32_float, size)
+        """`is_light`: it sums light and samples (`summed`, width, height, rgba32); else it counts rays and those that
+        arrive (`counted`, rg32)."""
+        self._device, self._size, self._is_light = device, size, is_light
+        texture_format = spy.Format.rgba32_float if is_light else spy.Format.rg32_float
+        self._sums = device.texture("sums of many samples", texture_format, size)
         self._trace = ray_effect(device, module, effect, detail, tracer)
 
     def __call__(self, samples: int, **inputs: Any) -> NDArray[np.float32]:
-        """(height, width) from `samples` rays a pixel, NaN where a pixel has none. Waits for the device."""
+        """The share that arrives (height, width), or the mean light (height, width, 3), of `samples` rays a pixel; NaN
+        where a pixel has none. Waits for the device."""
+        name = "summed" if self._is_light else "counted"
         for taken in range(0, samples, _SAMPLES_PER_RUN):
             with self._device.record() as recording:
                 count = min(_SAMPLES_PER_RUN, samples - taken)
-                self._trace(recording, self._size, counted=self._counted, taken=taken, samples=count, **inputs)
-        counted = np.asarray(self._counted.to_numpy())
-        rays, misses = counted[..., 0], counted[..., 1]
-        return np.where(rays > 0, misses / np.maximum(rays, 1e-9), np.nan).astype(np.float32)
+                self._trace(recording, self._size, taken=taken, samples=count, **{name: self._sums}, **inputs)
+        sums = np.asarray(self._sums.to_numpy())
+        found, rays = (sums[..., :3], sums[..., 3:]) if self._is_light else (sums[..., 1], sums[..., 0])
+        return np.where(rays > 0, found / np.maximum(rays, 1e-9), np.nan).astype(np.float32)

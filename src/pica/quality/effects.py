@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 
 from pica.errors import SettingsError
 from pica.frame.effect import Effect, Reference
-from pica.path_tracer.references import CountedShare
+from pica.path_tracer.references import ManySamples
+from pica.quality.picture_errors import exposed, exposure_for
 from pica.quality.sequences import sequence
 from pica.quality.sheet import sheet
 from pica.renderer import Renderer
 from pica.scene.camera import Camera
 
 Layers = dict[str, NDArray[np.float32]]
-"""(height, width) by name; NaN where there is nothing to compare."""
+"""(height, width), or of light (height, width, 3), by name; NaN where there is nothing to compare."""
 
 
 class MeasuredEffect:
@@ -30,7 +31,12 @@ class MeasuredEffect:
             known = ", ".join(found) or "none"
             raise SettingsError(f"compare --effect {name}: it is off or only seen in whole pictures; there are {known}")
         self._effect = found[name]
-        self._count: CountedShare | None = None
+        self._count: ManySamples | None = None
+
+    @property
+    def is_light(self) -> bool:
+        """Whether it gives light, in nits."""
+        return self._reference().is_light
 
     def result(self) -> Layers:
         """What the effect gave in the newest frame."""
@@ -39,8 +45,14 @@ class MeasuredEffect:
     def reference(self, samples: int) -> Layers:
         """The same from `samples` rays a pixel; NaN where there is nothing to compare."""
         renderer, reference = self._renderer, self._reference()
-        self._count = self._count or CountedShare(
-            renderer.device, renderer.render_size, reference.module, reference.effect, reference.detail, renderer.tracer
+        self._count = self._count or ManySamples(
+            renderer.device,
+            renderer.render_size,
+            reference.module,
+            reference.effect,
+            reference.detail,
+            renderer.tracer,
+            reference.is_light,
         )
         inputs = {name: renderer.effect_inputs[name] for name in reference.inputs}
         layers = reference.layers.items()
@@ -92,17 +104,20 @@ def compare_effect(
 
     `jittered`: False looks through the pixels' centres. With jitter each frame shows other places, so that a history
     is right about the pixel and wrong about the place: the difference is antialiasing. References take `samples` rays a
-    pixel and light. `start` seconds and `animation`: for moving objects, as `sequence` has them. Raises
+    pixel and light. Light is compared as a display would show it, at one exposure for all frames. `start` seconds and `animation`: for moving objects, as `sequence` has them. Raises
     SettingsError when the renderer does not have the effect.
     """
     measured = MeasuredEffect(renderer, effect)
     camera = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
     play = sequence(motion, renderer.scene, camera, start, animation)
-    errors, before = EffectErrors(), None
+    errors, before, exposure = EffectErrors(), None, 0.0
     for frame in range(frames):
         renderer.advance(play(frame), jittered)
         # No frame is skipped: flicker counts every one.
         result, expected = measured.result(), measured.reference(samples)
+        if measured.is_light:
+            exposure = exposure or _exposure_for(expected)
+            result, expected = _exposed(result, exposure), _exposed(expected, exposure)
         squares = {name: _squared_error(result[name], expected[name]) for name in expected}
         errors.psnr.append(_decibels(np.concatenate(list(squares.values()))))
         for name, square in squares.items():
@@ -113,6 +128,16 @@ def compare_effect(
         if progress is not None:
             progress(frame + 1, frames)
     return errors
+
+
+def _exposure_for(light: Layers) -> float:
+    """Of the first frame's reference."""
+    return exposure_for(np.concatenate([np.nan_to_num(layer) for layer in light.values()]))
+
+
+def _exposed(light: Layers, exposure: float) -> Layers:
+    there = {name: np.isfinite(layer) for name, layer in light.items()}
+    return {name: np.where(there[name], exposed(layer, exposure), np.nan) for name, layer in light.items()}
 
 
 def _squared_error(result: NDArray[np.float32], expected: NDArray[np.float32]) -> NDArray[np.float64]:
@@ -137,11 +162,12 @@ def error_sheet(errors: EffectErrors) -> NDArray[np.uint8]:
     rows = []
     for name, reference in expected.items():
         there = np.isfinite(reference)
-        grey = {
+        shown = {
             f"{name}, {errors.layers[name][-1]:.1f} dB": np.clip(np.where(there, result[name], 0), 0, 1),
             "reference": np.where(there, reference, 0),
         }
-        pictures = {title: np.repeat(picture[..., None], 3, axis=-1) for title, picture in grey.items()}
+        pictures = {title: np.dstack([picture] * 3)[..., :3] for title, picture in shown.items()}
         error = np.where(there, np.abs(result[name] - reference), 0)
+        error = error if error.ndim == 2 else error.mean(-1)
         rows.append(sheet({**pictures, "error x 5": np.clip(5 * error, 0, 1)}))
     return np.concatenate(rows)

@@ -317,6 +317,9 @@ class ReflectionsSettings(Group):
         off="Not at all, but for what direct light's own samples find of emissive triangles and the environment.",
         ray_traced="A quarter of a ray a pixel along the lobe that the surface mirrors, and as many from there to a light.",
     )
+    filter: bool = switch(
+        True, "Rebuild each pixel from neighbours and earlier frames; false: this frame's rays alone, one for four pixels."
+    )
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,9 @@
 import numpy as np
 import slangpy as spy
 
-from pica.effects.reflections.views import reflection_views
+from pica.effects.reflections.views import color, reflection_views
 from pica.frame.context import FrameContext, Size, half_size
-from pica.frame.effect import Aov, Effect
+from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.history import History
 from pica.frame.reprojection import Reprojection
@@ -34,16 +34,17 @@ class Reflections(Effect):
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:
-        color, half = spy.Format.rgba32_float, half_size(size)
+        light, half = spy.Format.rgba32_float, half_size(size)
         make = self._device.texture
         self._textures = {
-            "ends": make("reflection ray ends", color, half),
+            "ends": make("reflection ray ends", light, half),
             "light": make("reflected light", spy.Format.rg32_uint, half),
-            "reconstructed": make("reconstructed reflections", color, size),
+            "reconstructed": make("reconstructed reflections", light, size),
             "distances": make("reflection distances", spy.Format.rg32_float, size),
-            "signal": make("reflection signal", color, size),
+            "signal": make("reflection signal", light, size),
+            "reflected": make("reflections", light, size),
         }
-        self._history = History(self._device, "reflections", {"history": color}, size, 1)
+        self._history = History(self._device, "reflections", {"history": light}, size, 1)
 
     def resize(self, size: Size) -> None:
         """As Effect."""
@@ -54,6 +55,18 @@ class Reflections(Effect):
     def reset(self) -> None:
         """Drop the history."""
         self._history.reset()
+
+    def aovs(self) -> dict[str, Aov]:
+        """reflections: (height, width, 3) the light that surfaces mirror, in nits."""
+        return {"reflections": Aov((self._textures["reflected"],), color)}
+
+    def reference(self) -> Reference:
+        """The same by many rays."""
+        inputs = "frame", "gbuffer", "scene", "lightSlots"
+        layers = {"reflections": ReferenceLayer(self.aovs()["reflections"])}
+        return Reference(
+            "path_tracer/mirrored_light.slang", "MirroredLight", "surface", inputs, layers, is_light=True
+        )
 
     def debug_aovs(self) -> dict[str, Aov]:
         """See views.py."""
@@ -96,19 +109,27 @@ class Reflections(Effect):
             light=textures["light"],
             reconstructed=textures["reconstructed"],
             distances=textures["distances"],
+            filtered=int(self._settings.filter),
         )
-        self._accumulate(
+        if self._settings.filter:
+            self._accumulate(
+                frame,
+                frame.grid,
+                frame=frame,
+                gbuffer=gbuffer,
+                reprojection=reprojection,
+                reconstructed=textures["reconstructed"],
+                distances=textures["distances"],
+                signal=textures["signal"],
+                **self._history.turn(frame),
+                known=int(not self._history.empty),
+            )
+        self._filter(
             frame,
             frame.grid,
             frame=frame,
             gbuffer=gbuffer,
-            reprojection=reprojection,
-            reconstructed=textures["reconstructed"],
-            distances=textures["distances"],
-            signal=textures["signal"],
-            **self._history.turn(frame),
-            known=int(not self._history.empty),
-        )
-        self._filter(
-            frame, frame.grid, frame=frame, gbuffer=gbuffer, signal=textures["signal"], radiance=radiance
+            signal=textures["signal" if self._settings.filter else "reconstructed"],
+            reflected=textures["reflected"],
+            radiance=radiance,
         )

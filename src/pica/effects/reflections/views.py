@@ -13,7 +13,8 @@ from pica.frame.effect import Aov
 Array = NDArray[Any]
 
 
-def _color(values: Array) -> Array:
+def color(values: Array) -> Array:
+    """(height, width, 3) of a texture with an alpha channel."""
     return values[..., :3].astype(np.float32)
 
 
@@ -26,9 +27,9 @@ def reflection_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
     """
     return {
         "raw": Aov((textures["light"],), light_of),
-        "reconstructed": Aov((textures["reconstructed"],), _color),
+        "reconstructed": Aov((textures["reconstructed"],), color),
         "variance": Aov((textures["reconstructed"],), lambda values: values[..., 3]),
         "distance": Aov((textures["distances"],), lambda values: values[..., 0]),
-        "accumulated": Aov((textures["signal"],), _color),
+        "accumulated": Aov((textures["signal"],), color),
         "history": Aov((textures["history"],), lambda layers: layers[0, ..., 3]),
     }
