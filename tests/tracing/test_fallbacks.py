@@ -45,12 +45,12 @@ def told(raster_only):
 
 def test_what_falls_back_stage_by_stage(raster_only, without_embree, told):
     assert raster_only.tier == 0 and raster_only.info.missing == []
-    every = {"visibility.primary": "rays", "ambient_occlusion.mode": "ray_traced"}
+    every = {"visibility.primary": "rays", "ambient_occlusion.mode": "ray_traced", "reflections.mode": "ray_traced"}
     raster = pica.Settings.preset("raster").with_values({"antialiasing.mode": "accumulate"})
     assert fallbacks.runnable(raster_only, settings(every)) == raster
     assert told() == [f"{setting} is {value}" for setting, value in fallbacks.WITHOUT_RAYS.items()]
     fallbacks.runnable(raster_only, settings(every))
-    assert len(told()) == 4, "once a device"
+    assert len(told()) == len(every) + 2, "once a device"
 
 
 @pytest.mark.parametrize("values", [{"shadows.mode": "off"}, {"shadows.method": "maps"}])
@@ -79,7 +79,7 @@ def test_a_frame_without_rays_is_that_of_the_raster_preset(device, raster_only, 
         for name in ("BuildDesc", "InstanceDesc", "QueryDesc"):
             patch.delattr(spy, f"AccelerationStructure{name}")
         renderer, picture = two_frames(None, raster_only)
-    assert told() == ["shadows.method is maps", "lighting.environment is prefiltered"]
+    assert told() == ["shadows.method is maps", "lighting.environment is prefiltered", "reflections.mode is off"]
     assert renderer.settings.shadows.method == "maps"
     _, expected = two_frames(pica.Settings.preset("raster").with_values({"ambient_occlusion.mode": "off"}), device)
     assert expected.color.mean() > 0.1

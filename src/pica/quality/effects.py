@@ -104,7 +104,7 @@ def compare_effect(
 
     `jittered`: False looks through the pixels' centres. With jitter each frame shows other places, so that a history
     is right about the pixel and wrong about the place: the difference is antialiasing. References take `samples` rays a
-    pixel and light. Light is compared as a display would show it, at one exposure for all frames. `start` seconds and `animation`: for moving objects, as `sequence` has them. Raises
+    pixel and light. Light is compared as a display would show it, at the first picture's exposure. `start` seconds and `animation`: for moving objects, as `sequence` has them. Raises
     SettingsError when the renderer does not have the effect.
     """
     measured = MeasuredEffect(renderer, effect)
@@ -112,11 +112,11 @@ def compare_effect(
     play = sequence(motion, renderer.scene, camera, start, animation)
     errors, before, exposure = EffectErrors(), None, 0.0
     for frame in range(frames):
-        renderer.advance(play(frame), jittered)
+        color = renderer.advance(play(frame), jittered)["color"]
         # No frame is skipped: flicker counts every one.
         result, expected = measured.result(), measured.reference(samples)
         if measured.is_light:
-            exposure = exposure or _exposure_for(expected)
+            exposure = exposure or exposure_for(np.asarray(color.to_numpy())[..., :3])
             result, expected = _exposed(result, exposure), _exposed(expected, exposure)
         squares = {name: _squared_error(result[name], expected[name]) for name in expected}
         errors.psnr.append(_decibels(np.concatenate(list(squares.values()))))
@@ -128,11 +128,6 @@ def compare_effect(
         if progress is not None:
             progress(frame + 1, frames)
     return errors
-
-
-def _exposure_for(light: Layers) -> float:
-    """Of the first frame's reference."""
-    return exposure_for(np.concatenate([np.nan_to_num(layer) for layer in light.values()]))
 
 
 def _exposed(light: Layers, exposure: float) -> Layers:

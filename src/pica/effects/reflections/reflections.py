@@ -38,7 +38,7 @@ class Reflections(Effect):
         make = self._device.texture
         self._textures = {
             "ends": make("reflection ray ends", light, half),
-            "light": make("reflected light", spy.Format.rg32_uint, half),
+            "light": make("reflected light", spy.Format.rgba32_uint, half),
             "reconstructed": make("reconstructed reflections", light, size),
             "distances": make("reflection distances", spy.Format.rg32_float, size),
             "signal": make("reflection signal", light, size),

@@ -26,7 +26,7 @@ def reflection_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
     history: how many these are.
     """
     return {
-        "raw": Aov((textures["light"],), light_of),
+        "raw": Aov((textures["light"],), lambda light: light_of(light[..., :2]) + light_of(light[..., 2:])),
         "reconstructed": Aov((textures["reconstructed"],), color),
         "variance": Aov((textures["reconstructed"],), lambda values: values[..., 3]),
         "distance": Aov((textures["distances"],), lambda values: values[..., 0]),
