@@ -3,9 +3,10 @@
     python benchmarks/reflections.py [--size 480x270] [--frames 64] [--samples 4096] [--motion still] [--set NAME=VALUE]
         [--out FOLDER]
 
-The spheres of pica.scenes.sphere_sweep, GGX's alpha from 0 to 1 in 9 steps, metal and dielectric: dB over the pixels of
-each, of the newest frame of a still picture or the mean of the last 20 frames of a sequence (`pica compare --help`), without
-jitter; light is exposed as the whole picture is and sRGB encoded, as docs/architecture.md has it. JSON, and with --out a sheet.
+The spheres of pica.scenes.sphere_sweep, GGX's alpha from 0 to 1 in 9 steps, metal and dielectric: dB over the pixels
+of each, of the newest frame of a still picture or the mean of the last 20 frames of a sequence (`pica compare --help`),
+without jitter; light is exposed as the whole picture is and sRGB encoded, as docs/architecture.md has it. JSON, and
+with --out a sheet.
 """
 
 import argparse
@@ -64,7 +65,11 @@ def main() -> None:
         before = shown
     result = {name: round(-10 * np.log10(np.mean(values)), 1) for name, values in squares.items()}
     mean = float(np.nansum(found) / np.nansum(truth))
-    print(json.dumps({"device": renderer.device_name, "mean": round(mean, 4), "flicker": np.mean(changes or [0.0]), **result}))
+    print(
+        json.dumps(
+            {"device": renderer.device_name, "mean": round(mean, 4), "flicker": np.mean(changes or [0.0]), **result}
+        )
+    )
     if arguments.out is not None:
         error = np.clip(5 * np.abs(shown - expected).mean(-1), 0, 1)
         page = sheet({"reflections": shown, "many rays": expected, "error x 5": error})

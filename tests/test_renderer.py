@@ -167,7 +167,9 @@ def test_reset_starts_the_same_noise_again(renderer):
 
 
 def test_two_renderers_make_the_same_bits(renderer, device):
-    np.testing.assert_array_equal(renderer.render(3, CAMERA).color, render(device, still_life(), 3, CAMERA, values=WHOLE).color)
+    np.testing.assert_array_equal(
+        renderer.render(3, CAMERA).color, render(device, still_life(), 3, CAMERA, values=WHOLE).color
+    )
 
 
 def test_a_moving_camera_starts_the_mean_anew(device):

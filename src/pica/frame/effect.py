@@ -33,8 +33,8 @@ class Aov:
 
 @dataclass(frozen=True)
 class ReferenceLayer:
-    """One buffer of an effect, (height, width) from 0 to 1 or light (height, width, 3), and what tells its reference from
-    the others'."""
+    """One buffer of an effect, (height, width) from 0 to 1 or light (height, width, 3), and what tells its reference
+    from the others'."""
 
     result: Aov
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -42,8 +42,8 @@ class ReferenceLayer:
 
 @dataclass(frozen=True)
 class Reference:
-    """What an effect should give: the share of many rays that arrive, or the light that they bring, from a ray effect of
-    the path tracer's."""
+    """What an effect should give: the share of many rays that arrive, or the light that they bring, from a ray effect
+    of the path tracer's."""
 
     module: str
     """Path below the package."""

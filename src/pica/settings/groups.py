@@ -315,10 +315,21 @@ class ReflectionsSettings(Group):
         "ray_traced",
         "How it is found.",
         off="Not at all, but for what direct light's own samples find of emissive triangles and the environment.",
-        ray_traced="A quarter of a ray a pixel along the lobe that the surface mirrors, and as many from there to a light.",
+        ray_traced="A quarter of a ray a pixel along the lobe that the surface mirrors, and as many from there to a"
+        " light.",
+    )
+    bounces: int = number(
+        1,
+        range=(1, 4),
+        unit="surfaces",
+        text="That a reflection shows lit: with 2, lit surfaces are seen in mirrors that are seen in mirrors. Only from what"
+        " mirrors well rays go on, and one looks for what shines beyond the last.",
+        higher="mirrors in mirrors, more rays",
+        lower="less time",
     )
     filter: bool = switch(
-        True, "Rebuild each pixel from neighbours and earlier frames; false: this frame's rays alone, one for four pixels."
+        True,
+        "Rebuild each pixel from neighbours and earlier frames; false: this frame's rays alone, one for four pixels.",
     )
 
 

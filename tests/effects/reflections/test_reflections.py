@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import pica
-from pica.quality.effects import compare_effect
+from pica.quality.effects import MeasuredEffect, compare_effect
 from pica.scene.camera import Camera
+from pica.scene.environment import Environment
 from pica.scene.light import PointLight, RectangleLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
@@ -30,7 +31,9 @@ def metal(roughness, *color):
 def furnace():
     """White metals and dielectrics under the same light from everywhere."""
     glossy = Material(base_color=(1, 1, 1, 1), metallic=0.0, roughness=0.3)
-    balls = [placed(sphere(0.4, material), move(x, 0.5, 0)) for x, material in ((-0.9, metal(0.2, 1, 1, 1)), (0, glossy))]
+    balls = [
+        placed(sphere(0.4, material), move(x, 0.5, 0)) for x, material in ((-0.9, metal(0.2, 1, 1, 1)), (0, glossy))
+    ]
     return scene_of(*balls, placed(plane(3, 3, metal(0.6, 1, 1, 1))), environment=uniform(1, 1, 1)), VIEW
 
 
@@ -66,3 +69,88 @@ def test_every_path_counts_once(device, name):
     assert frame.color.mean() == pytest.approx(expected.mean(), rel=0.01)
     share = frame.aov("reflections").mean() / expected.mean()  # of one frame
     assert share > 0.2 or name == "cornell", "reflections are a part worth counting"
+
+
+def under_clouds(roughness):
+    """A metal floor and a ball of it, below bright and dark fields."""
+    material = metal(roughness)
+    fields = np.random.default_rng(0).choice([0.05, 2.0], (16, 32, 1), p=[0.7, 0.3]) * np.float32([1.0, 0.8, 0.6])
+    nodes = placed(plane(8, 8, material)), placed(sphere(0.6, material), move(0, 0.6, 0))
+    return scene_of(*nodes, environment=Environment(fields.astype(np.float32))), VIEW
+
+
+def rebuilt_frames(device, scene, camera, size, count, values):
+    """(count, height, width) what each frame's rays alone tell, and a renderer."""
+    renderer = pica.Renderer(scene, size, settings({"reflections.mode": "ray_traced", **values}), device)
+    renderer.debug = True
+    frames = [renderer.render(1, camera).aov("debug.reflections.reconstructed").mean(-1) for _ in range(count)]
+    return np.array(frames), renderer
+
+
+def test_neighbours_rays_cut_the_variance(device):
+    """RTG 25, 25.2.2: as 16 rays a pixel would. Here alpha is 0.3, on a flat and on a curved surface."""
+    scene, _ = under_clouds(0.3**0.5)
+    camera, size, count = Camera.look_at((0, 1.3, 1.9), (0, 0.5, 0), fov=60), (160, 120), 32
+    rebuilt, renderer = rebuilt_frames(device, scene, camera, size, count, {})
+    rays, _ = rebuilt_frames(device, scene, camera, size, count, {"reflections.filter": "false"})
+    # Of four pixels one has the ray's light, four times of it: which one, frame/half.slang tells.
+    turns = np.arange(count) + np.arange(count) // 4
+    own = [rays[turn, t & 1 :: 2, (t ^ t >> 1) & 1 :: 2] / 4 for turn, t in enumerate(turns)]
+    seen = renderer.render(1, camera).aov("instance")
+    for number in np.unique(seen[seen > 0]):
+        inside = fours(seen == number).min((1, 3)) > 0
+        of_pixels = fours(rebuilt.var(0)).mean((1, 3))[inside].mean()
+        assert inside.sum() > 500 and np.var(own, axis=0)[inside].mean() > 12 * of_pixels
+
+
+def fours(picture):
+    """(height / 2, 2, width / 2, 2): the pixels that share a ray."""
+    height, width = picture.shape
+    return picture.reshape(height // 2, 2, width // 2, 2)
+
+
+@pytest.mark.parametrize(("roughness", "tolerance"), [(0.15, 0.05), (0.55, 0.02)])
+def test_a_still_picture_is_what_many_rays_find(device, roughness, tolerance):
+    scene, camera = under_clouds(roughness)
+    renderer = pica.Renderer(scene, SIZE, settings({"reflections.mode": "ray_traced"}), device)
+    measured = MeasuredEffect(renderer, "reflections")
+    for _ in range(64):
+        renderer.advance(camera, jittered=False)
+    found, truth = measured.result()["reflections"], measured.reference(512)["reflections"]
+    there = np.isfinite(truth)
+    assert found[there].mean() == pytest.approx(truth[there].mean(), rel=tolerance)
+
+
+def mirrored_board():
+    """A mirror for a floor, and far behind it a board that shines in stripes."""
+    light = lambert(0, emission=(4.0, 4.0, 4.0))
+    stripes = [placed(box((0.25, 2, 0.1), light), move(x, 1.2, -4)) for x in np.arange(-3, 3.1, 0.5)]
+    return scene_of(placed(plane(12, 12, metal(0.02))), *stripes, environment=uniform(0.2, 0.2, 0.2))
+
+
+def test_what_a_flat_mirror_shows_moves_with_what_is_mirrored(device, monkeypatch):
+    """Its history is found where the mirrored point was, not where the mirror was."""
+    errors = []
+    for follows in (True, False):
+        scene = mirrored_board()
+        renderer = pica.Renderer(scene, SIZE, settings({"reflections.mode": "ray_traced"}), device)
+        if not follows:
+            accumulate = renderer.reflections._accumulate
+            blank = device.texture("nowhere", renderer.reflections._textures["distances"].format, SIZE)
+
+            def without_distances(*arguments, accumulate=accumulate, blank=blank, **values):
+                return accumulate(*arguments, **(values | {"distances": blank}))
+
+            monkeypatch.setattr(renderer.reflections, "_accumulate", without_distances)
+        camera = Camera.look_at((0, 0.8, 3), (0, 0.2, 0), fov=50)
+        errors.append(np.mean(compare_effect(renderer, "reflections", "camera", 10, 32, camera).psnr[4:]))
+    assert errors[0] > errors[1] + 0.5
+
+
+def test_off_traces_nothing_and_leaves_what_shines_to_the_samples(device):
+    scene, camera = under_clouds(0.3)
+    renderer = pica.Renderer(scene, SIZE, settings({"lighting.filter": "false"}), device)
+    assert "reflections" not in [effect.name for effect in renderer.effects]
+    found = renderer.render(96, camera).color
+    expected = trace(device, scene, 96, camera, SIZE, 2).color
+    assert found.mean() == pytest.approx(expected.mean(), rel=0.02)

@@ -63,10 +63,8 @@ class Reflections(Effect):
     def reference(self) -> Reference:
         """The same by many rays."""
         inputs = "frame", "gbuffer", "scene", "lightSlots"
-        layers = {"reflections": ReferenceLayer(self.aovs()["reflections"])}
-        return Reference(
-            "path_tracer/mirrored_light.slang", "MirroredLight", "surface", inputs, layers, is_light=True
-        )
+        layers = {"reflections": ReferenceLayer(self.aovs()["reflections"], {"bounces": self._settings.bounces})}
+        return Reference("path_tracer/mirrored_light.slang", "MirroredLight", "surface", inputs, layers, is_light=True)
 
     def debug_aovs(self) -> dict[str, Aov]:
         """See views.py."""
@@ -97,6 +95,7 @@ class Reflections(Effect):
             lightSlots=light.slots,
             pool=light.pool.buffer,
             entries=light.pool.entries if light.slots.every else 0,
+            bounces=self._settings.bounces,
             ends=textures["ends"],
             light=textures["light"],
         )
