@@ -22,8 +22,8 @@ EMBREE = {**BUFFERS, "rays.tracer": "embree"}
 
 
 def settings(values: dict[str, str] | None = None) -> pica.Settings:
-    """Settings for tests of anything but antialiasing and reflections: what changed shows in the next frame, whole, and is
-    direct light alone."""
+    """Settings for tests of anything but antialiasing and reflections: what changed shows in the next frame, whole, and
+    is direct light alone."""
     return pica.Settings().with_values({"antialiasing.mode": "accumulate", "reflections.mode": "off", **(values or {})})
 
 

@@ -104,9 +104,9 @@ def compare_effect(
 
     `jittered`: False looks through the pixels' centres. With jitter each frame shows other places, so that a history
     is right about the pixel and wrong about the place: the difference is antialiasing. References take `samples` rays a
-    pixel and light. Light is compared
-    as a display would show it, at the first picture's exposure. `start` seconds and `animation`: for moving objects, as `sequence` has them. Raises
-    SettingsError when the renderer does not have the effect.
+    pixel and light. Light is compared as a display would show it, at the first picture's exposure. `start` seconds and
+    `animation`: for moving objects, as `sequence` has them. Raises SettingsError when the renderer does not have the
+    effect.
     """
     measured = MeasuredEffect(renderer, effect)
     camera = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])

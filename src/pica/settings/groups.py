@@ -322,8 +322,8 @@ class ReflectionsSettings(Group):
         1,
         range=(1, 4),
         unit="surfaces",
-        text="That a reflection shows lit: with 2, lit surfaces are seen in mirrors that are seen in mirrors. Only from what"
-        " mirrors well rays go on, and one looks for what shines beyond the last.",
+        text="That a reflection shows lit: with 2, lit surfaces are seen in mirrors that are seen in mirrors. Only from"
+        " what mirrors well rays go on, and one looks for what shines beyond the last.",
         higher="mirrors in mirrors, more rays",
         lower="less time",
     )

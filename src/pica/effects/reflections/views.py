@@ -22,8 +22,8 @@ def reflection_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
     """Views of the reflections' textures; light is in nits over specular albedo.
 
     raw: (height / 2, width / 2, 3) what each ray brought. reconstructed: (height, width, 3) from neighbours' rays of
-    this frame; variance: of that, (height, width); distance: metres to what is mirrored; accumulated: with earlier frames;
-    history: how many these are.
+    this frame; variance: of that, (height, width); distance: metres to what is mirrored; accumulated: with earlier
+    frames; history: how many these are, times the rays that each tells as much as.
     """
     return {
         "raw": Aov((textures["light"],), lambda light: light_of(light[..., :2]) + light_of(light[..., 2:])),
