@@ -63,3 +63,8 @@ def test_where_a_texture_takes_the_upper_coat_away_the_lower_one_shows():
     stack = (Coat(), AMBER)
     assert tuple(baked(Material(coats=stack, coat_texture=GREY))) == stack
     assert len(baked(Material(coats=(AMBER, *stack), coat_texture=GREY))) == 2
+
+
+def test_a_texture_stays_with_the_topmost():
+    stack = (Coat(strength=0.0), AMBER)
+    assert tuple(baked(Material(coats=stack, coat_roughness_texture=GREY))) == stack

@@ -63,26 +63,27 @@ def coats(values: Any) -> tuple[Coat, ...]:
 def baked(material: Material) -> Sequence[Coat]:
     """The coats that are to be evaluated: those that do nothing are left out, and equal neighbours become one."""
     found: list[Coat] = []
+    # The topmost keeps its place where it has textures.
+    varies = material.coat_texture is not None
+    textured = varies or material.coat_roughness_texture is not None
     for place, coat in enumerate(material.coats):
-        if coat.strength == 0:
+        if coat.strength == 0 and not (place == 0 and textured):
             continue
-        above = found[-1] if found else None
-        # The topmost may have textures.
-        joined = place > 0 and above is not None and not above.air_below and above.ior == coat.ior
-        if joined and above is not None and above.strength == coat.strength == 1 and not _has_textures(material, found):
+        above = None if not found or (len(found) == 1 and varies) else found[-1]
+        if above is not None and _are_one(above, coat):
             found[-1] = _joined(above, coat)
         else:
             found.append(coat)
     return found
 
 
-def _has_textures(material: Material, above: Sequence[Coat]) -> bool:
-    return len(above) == 1 and material.coat_texture is not None
+def _are_one(above: Coat, below: Coat) -> bool:
+    return above.ior == below.ior and above.strength == below.strength == 1 and not above.air_below
 
 
 def _joined(above: Coat, below: Coat) -> Coat:
     """Nothing is reflected where both meet."""
-    absorbed = tuple(
+    red, green, blue = (
         a * above.thickness + b * below.thickness for a, b in zip(above.absorption, below.absorption, strict=True)
     )
-    return replace(above, absorption=absorbed, thickness=1.0, air_below=below.air_below)
+    return replace(above, absorption=(red, green, blue), thickness=1.0, air_below=below.air_below)
