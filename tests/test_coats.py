@@ -6,7 +6,7 @@ import pytest
 import pica
 from pica.programs.scene_features import COATS, known_features
 from pica.scene.coat import Coat
-from pica.scene.light import DirectionalLight, RectangleLight
+from pica.scene.light import DirectionalLight, RectangleLight, SphereLight
 from pica.scene.material import Image, Material, Texture
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, turn
@@ -79,16 +79,32 @@ def test_direct_light_is_that_of_the_path_tracer(device, light):
     assert hybrid.mean() == pytest.approx(traced.mean(), rel=0.02)
 
 
+@pytest.mark.parametrize("light", [RectangleLight(radiance=9.0, width=0.6), SphereLight(radiance=20.0, radius=0.2)])
+def test_coats_mirror_whole_lights(device, light):
+    """On black, so that there is nothing else."""
+    black = {"base_color": (0.0, 0.0, 0.0, 1.0), "metallic": 0.0, "specular": 0.0}
+    scene = scene_of(wall(**black, coats=(Coat(roughness=0.3, strength=0.5), Coat(ior=2.0, roughness=0.6))))
+    scene.add(shining(light, aim((0, 0.3, 1.2), (0, 0, 0))))
+    hybrid = render(device, scene, 8, FRONT, (32, 32)).color
+    traced = trace(device, scene, 128, FRONT, (32, 32), max_depth=2).color
+    blurred = [picture.reshape(8, 4, 8, 4, 3).mean((1, 3)) for picture in (hybrid, traced)]
+    assert blurred[1].max() > 0.1
+    np.testing.assert_allclose(blurred[0], blurred[1], atol=0.1 * blurred[1].max())
+    assert hybrid.mean() == pytest.approx(traced.mean(), rel=0.04)
+
+
 @pytest.mark.parametrize("way", ["prefiltered", "sampled"])
 def test_light_from_all_around_is_that_of_the_path_tracer(device, way):
     values = {"lighting.environment": "prefiltered"} if way == "prefiltered" else {}
-    balls = [placed(sphere(0.35, Material(**RED, coats=STACK[:n])), move(n - 1, 0, 0)) for n in range(3)]
-    camera = pica.Camera.look_at((0, 0, 3), (0, 0, 0))
-    hybrid = render(device, scene_of(*balls, environment=uniform(1, 1, 1)), 48, camera, SIZE, values).color
-    balls = [placed(sphere(0.35, Material(**RED, coats=STACK[:n])), move(n - 1, 0, 0)) for n in range(3)]
-    traced = trace(device, scene_of(*balls, environment=uniform(1, 1, 1)), 100, camera, SIZE, max_depth=2).color
-    assert np.abs(hybrid - traced).mean() < 0.02
-    assert hybrid.mean() == pytest.approx(traced.mean(), rel=0.01)
+    stacks = (STACK[:1], STACK[1:2], STACK)
+    balls = [placed(sphere(0.35, Material(**RED, coats=stack)), move(n - 1, 0, 0)) for n, stack in enumerate(stacks)]
+    scene, camera = scene_of(*balls, environment=uniform(1, 1, 1)), orthographic((0, 0, 3), (0, 0, 0), 5 / 3)
+    hybrid = render(device, scene, 48, camera, SIZE, values).color
+    traced = trace(device, scene, 100, camera, SIZE, max_depth=2).color
+    for middle in (15, 36, 57):  # balls of 15 pixels across
+        seen, expected = (picture[14:26, middle - 5 : middle + 6].mean((0, 1)) for picture in (hybrid, traced))
+        # what scaling loses of a wide mirror below coats, albedos do not know (docs/materials.md)
+        np.testing.assert_allclose(seen, expected, rtol=0.1 if way == "prefiltered" else 0.03, atol=0.005)
 
 
 def test_a_white_furnace_gives_back_no_more_than_it_gets(device):
