@@ -103,7 +103,7 @@ def test_light_from_all_around_is_that_of_the_path_tracer(device, way):
     traced = trace(device, scene, 100, camera, SIZE, max_depth=2).color
     for middle in (15, 36, 57):  # balls of 15 pixels across
         seen, expected = (picture[14:26, middle - 5 : middle + 6].mean((0, 1)) for picture in (hybrid, traced))
-        # 6 % for bare metal; what scaling loses of a wide mirror below coats, albedos do not know either (docs/materials.md)
+        # 6 % for bare metal; nor do albedos know what scaling loses of a wide mirror below coats (docs/materials.md)
         np.testing.assert_allclose(seen, expected, rtol=0.1 if way == "prefiltered" else 0.03, atol=0.005)
 
 
