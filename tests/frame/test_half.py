@@ -8,6 +8,7 @@ from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.frame.aovs import motion_of
 from pica.frame.context import FrameSequence, half_size, representative
 from pica.scene.camera import Camera
+from pica.scene.coat import Coat
 from pica.scenes.basic_meshes import box, plane
 from pica.scenes.placing import move, turn
 from pica.tracing.ray_effect import ray_effect
@@ -53,10 +54,10 @@ CAMERAS = {
 class Halves:
     """Frames of a small scene in which a reflection ray works at full and at half size."""
 
-    def __init__(self, device, size):
+    def __init__(self, device, size, **more):
         device.handle.load_module_from_source("reflection_probe", PROBE)
         self.device, self.size, self.half = device, size, half_size(size)
-        node = placed(box(1, lambert(0.9)), move(0, 0.5, 0) @ turn("y", 30))
+        node = placed(box(1, lambert(0.9, **more)), move(0, 0.5, 0) @ turn("y", 30))
         self.scene = gpu_scene(device, scene_of(placed(plane(9, 9, lambert())), node))
         self.sequence, self.fill = FrameSequence(device, size, 3), GBufferEffect(device, size, "raster")
         self.effect = ray_effect(device, "reflection_probe", "Reflection", "surface")
@@ -101,13 +102,18 @@ def test_a_ray_effect_at_half_size_finds_what_it_finds_at_these_pixels(device, n
 
 
 def test_the_g_buffer_is_that_of_the_pixel_which_stands_for_four(device):
-    halves = Halves(device, (32, 24))
+    halves = Halves(device, (32, 24), coats=(Coat(strength=0.8, roughness=0.4),))
     cameras = [Camera.look_at((1.2 + 0.3 * n, 1.5, 3.2), (0, 0.4, 0)) for n in range(3)]
     for camera in cameras:
         index, full, half, *_ = halves(camera)
         for texture in ("visibility", "depth", "normals", "material", "emission"):
             expected = chosen(full.textures[texture].to_numpy(), index)
             np.testing.assert_array_equal(half.textures[texture].to_numpy(), expected)
+        assert half.has_coats
+        seen = chosen(full.textures["material"].to_numpy(), index)[..., 2] >> 24 & 4 != 0
+        expected = chosen(full.textures["coats"].to_numpy(), index)[seen]
+        np.testing.assert_array_equal(half.textures["coats"].to_numpy()[seen], expected)
+        assert (expected[:, 0] == (204 | 102 << 8)).any()
         motion = motion_of(half.textures["motion"].to_numpy())
         expected = chosen(motion_of(full.textures["motion"].to_numpy()), index)
         np.testing.assert_allclose(motion[..., :2], expected[..., :2] / 2, atol=1 / 500)

@@ -12,6 +12,7 @@ from pica.programs.program_round import ProgramRound
 from pica.programs.scene_features import (
     ALPHA,
     BUNDLES,
+    COATS,
     EMISSIVE_TEXTURES,
     ENVIRONMENT,
     FLAT_LIGHTS,
@@ -27,6 +28,7 @@ from pica.programs.scene_features import (
 )
 from pica.rhi.recipes import ComputeRecipe
 from pica.scene import material_registry
+from pica.scene.coat import Coat
 from pica.scene.light import DirectionalLight, DiskLight, PointLight, RectangleLight, SphereLight, SpotLight, TubeLight
 from pica.scene.material import AlphaMode, Image, Material, Texture
 from pica.scenes.basic_meshes import box, plane
@@ -53,6 +55,7 @@ def test_what_materials_ask_for():
     for mode in (AlphaMode.MASK, AlphaMode.BLEND):
         assert features_of(Material(alpha_mode=mode)) == {ALPHA}
     assert features_of(Material(transmission=0.5)) == {TRANSMISSION}
+    assert features_of(Material(coats=(Coat(),))) == {COATS}
 
 
 def test_what_lights_ask_for():
@@ -76,7 +79,8 @@ def test_the_smallest_bundle_that_will_do_takes_one_place():
     assert with_features(with_features(STANDARD_ONLY, {TEXTURES}), {LIGHTS}) == textured_too[:2], (
         "however it came about"
     )
-    assert with_features(STANDARD_ONLY, {TUBES}) == (*STANDARD_ONLY, BUNDLES[-1])
+    assert with_features(STANDARD_ONLY, {TUBES}) == (*STANDARD_ONLY, BUNDLES[-2])
+    assert with_features(STANDARD_ONLY, {COATS}) == (*STANDARD_ONLY, BUNDLES[-1])
     assert known_features((BUNDLES[-1],)) == known_features(BUNDLES)
 
 
@@ -209,8 +213,9 @@ WITH = {
     "emissive textures": lambda: above(textured(emission=(2, 3, 4), emissive_texture=GREY), 0.1),
     "alpha": lambda: above(VEIL, 0.3),
     "transmission": lambda: above(GLASS, 0.5),
+    "coats": lambda: above(Material(coats=(Coat(),)), 0.1),
 }
-SMALL = [what for what in WITH if what not in ("tube", "transmission")]
+SMALL = [what for what in WITH if what not in ("tube", "transmission", "coats")]
 """What needs no program that knows all."""
 
 
@@ -243,6 +248,15 @@ def test_programs_as_large_as_the_scene_show_it_as_those_that_know_all(device, n
     large, all_types = pictured(device, what, way)
     assert BUNDLES[-1] in all_types and BUNDLES[-1] not in types
     assert small.max() > 0.01
+    np.testing.assert_allclose(small, large, rtol=1e-3, atol=1e-4)
+
+
+@pytest.mark.parametrize("way", ["hybrid", "path traced"])
+def test_glass_is_the_same_to_programs_that_know_of_coats(device, nothing_cached, monkeypatch, way):
+    small, types = pictured(device, "transmission", way)
+    monkeypatch.setattr(scene_features, "BUNDLES", BUNDLES[-1:])
+    large, all_types = pictured(device, "transmission", way)
+    assert COATS not in known_features(types) and COATS in known_features(all_types)
     np.testing.assert_allclose(small, large, rtol=1e-3, atol=1e-4)
 
 

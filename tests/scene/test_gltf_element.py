@@ -175,6 +175,7 @@ def everything() -> GltfFile:
             "KHR_materials_specular": {"specularFactor": 1, "specularColorFactor": [1, 1, 1]},
             "KHR_materials_transmission": {"transmissionFactor": 0.5},
             "KHR_materials_volume": {"thicknessFactor": 1},
+            "KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.5},
         },
     }  # fmt: skip
     instances = {"attributes": {"TRANSLATION": file.accessor([[0, 0, 0], [1, 0, 0]])}}

@@ -7,6 +7,7 @@ import pytest
 from PIL import Image as Picture
 
 from pica.errors import SceneError
+from pica.scene.coat import Coat
 from pica.scene.gltf import read
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.textures import _matrix
@@ -60,6 +61,7 @@ def test_every_factor(tmp_path: Path) -> None:
             "KHR_materials_ior": {"ior": 1.33},
             "KHR_materials_specular": {"specularFactor": 0, "specularColorFactor": [1, 0.5, 2]},
             "KHR_materials_transmission": {"transmissionFactor": 0.75},
+            "KHR_materials_clearcoat": {"clearcoatFactor": 0.6, "clearcoatRoughnessFactor": 0.3},
             "KHR_materials_unlit": {},
         },
     }  # fmt: skip
@@ -70,6 +72,15 @@ def test_every_factor(tmp_path: Path) -> None:
     assert (material.alpha_mode, material.alpha_cutoff, material.double_sided) == (AlphaMode.MASK, 0.7, True)
     assert (material.ior, material.specular, material.specular_color) == (1.33, 0, (1, 0.5, 2))
     assert (material.transmission, material.thin_walled, material.unlit) == (0.75, True, True)
+    assert material.coats == (Coat(strength=0.6, roughness=0.3, ior=1.5, air_below=True),)
+
+
+def test_a_clearcoat_of_no_strength_is_none(tmp_path: Path) -> None:
+    clearcoat = {"clearcoatRoughnessFactor": 0.3, "clearcoatTexture": {"index": 0}}
+    file = file_with({"extensions": {"KHR_materials_clearcoat": clearcoat}})
+    file.add("textures", source=file.add("images", bufferView=file.view(picture()), mimeType="image/png"))
+    material = material_of(file, tmp_path)
+    assert material.coats == () and material.coat_texture is None
 
 
 @pytest.mark.parametrize(("thickness", "thin"), [(0, True), (0.25, False)])
@@ -79,7 +90,7 @@ def test_a_thickness_makes_a_solid(tmp_path: Path, thickness: float, thin: bool)
 
 
 def test_every_texture(tmp_path: Path) -> None:
-    infos = {name: {"index": i, "texCoord": i % 2} for i, name in enumerate("abcdefgh")}
+    infos = {name: {"index": i, "texCoord": i % 2} for i, name in enumerate("abcdefghijk")}
     description = {
         "pbrMetallicRoughness": {"baseColorTexture": infos["a"], "metallicRoughnessTexture": infos["b"]},
         "normalTexture": infos["c"] | {"scale": 0.5},
@@ -88,10 +99,14 @@ def test_every_texture(tmp_path: Path) -> None:
         "extensions": {
             "KHR_materials_specular": {"specularTexture": infos["f"], "specularColorTexture": infos["g"]},
             "KHR_materials_transmission": {"transmissionTexture": infos["h"]},
+            "KHR_materials_clearcoat": {
+                "clearcoatFactor": 1, "clearcoatTexture": infos["i"], "clearcoatRoughnessTexture": infos["j"],
+                "clearcoatNormalTexture": infos["k"] | {"scale": 0.75},
+            },
         },
-    }
+    }  # fmt: skip
     file = file_with(description, *description["extensions"])
-    for i in range(8):
+    for i in range(len(infos)):
         file.add("images", bufferView=file.view(picture(color=(i, 0, 0))), mimeType="image/png")
         file.add("textures", source=i)
     material = material_of(file, tmp_path)
@@ -99,10 +114,12 @@ def test_every_texture(tmp_path: Path) -> None:
         material.base_color_texture, material.metallic_roughness_texture, material.normal_texture,
         material.occlusion_texture, material.emissive_texture, material.specular_texture,
         material.specular_color_texture, material.transmission_texture,
+        material.coat_texture, material.coat_roughness_texture, material.coat_normal_texture,
     ]  # fmt: skip
-    assert [texture and texture.image.pixels[0, 0, 0] for texture in textures] == list(range(8))
-    assert [texture and texture.uv_set for texture in textures] == [0, 1, 0, 1, 0, 1, 0, 1]
+    assert [texture and texture.image.pixels[0, 0, 0] for texture in textures] == list(range(11))
+    assert [texture and texture.uv_set for texture in textures] == [i % 2 for i in range(11)]
     assert (material.normal_scale, material.occlusion_strength) == (0.5, 0.25)
+    assert material.coat_normal_scale == 0.75
 
 
 def test_sampler(tmp_path: Path) -> None:

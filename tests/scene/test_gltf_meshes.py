@@ -1,5 +1,6 @@
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -202,3 +203,19 @@ def test_the_largest_and_smallest_numbers_give_finite_meshes(extreme: float, tmp
         for name in ("positions", "normals", "tangents", "uv0", "colors", "weights", "morph_positions"):
             assert np.isfinite(getattr(section, name)).all(), (changed, name)
     assert made >= 7
+
+
+@pytest.mark.parametrize("layer", ["base", "coat"])
+def test_tangents_follow_the_coordinates_of_a_normal_map(tmp_path: Path, layer: str) -> None:
+    file = GltfFile()
+    file.add("images", uri=PIXEL)
+    texture = {"index": file.add("textures", source=0)}
+    coat = {"KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatNormalTexture": texture}}
+    values: dict[str, Any] = {"normalTexture": texture} if layer == "base" else {"extensions": coat}
+    uvs = file.accessor([[0, 0], [0, 1], [1, 0]])  # u grows along the triangle's second edge
+    normals = file.accessor([[0, 0, 1]] * 3)
+    file.mesh(attributes={"TEXCOORD_0": uvs, "NORMAL": normals}, material=file.add("materials", **values))
+    section = only_section(read(file.write(tmp_path)))
+    edge = section.positions[2] - section.positions[0]
+    along = edge / np.linalg.norm(edge)
+    np.testing.assert_allclose(section.tangents[:, :3], np.tile(along, (3, 1)), atol=1e-6)

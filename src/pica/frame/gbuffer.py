@@ -13,6 +13,7 @@ _FORMATS = {
     "emission": spy.Format.rg32_uint,
     "motion": spy.Format.rg32_uint,
 }
+_COATS = spy.Format.rg32_uint
 _REMEMBERED = ("visibility", "depth", "normals")
 
 
@@ -30,6 +31,8 @@ class GBuffer:
         self._turns = 0
         self._half: _HalfGBuffer | None = None
         self.textures = {name: make(name) for name in _FORMATS}
+        self.textures["coats"] = device.texture("coats", _COATS, (1, 1), usage)
+        self._usage = usage
         self._previous = {name: make(name) for name in _REMEMBERED}
         self.block = device.parameter_block("frame/gbuffer.slang", "gbuffer")
 
@@ -38,6 +41,18 @@ class GBuffer:
         self._device.give_back(*self.textures.values(), *self._previous.values())
         if self._half is not None:
             self._half.buffer.give_back()
+
+    @property
+    def has_coats(self) -> bool:
+        """Whether there is room for coats, a texture more."""
+        coats = self.textures["coats"]
+        return (coats.width, coats.height) == self._size
+
+    def make_room_for_coats(self) -> None:
+        """Materials with coats may be seen from this frame on."""
+        if not self.has_coats:
+            self._device.give_back(self.textures["coats"])
+            self.textures["coats"] = self._device.texture("coats", _COATS, self._size, self._usage)
 
     def turn(self) -> None:
         """Begin a frame: what was written so far is the previous frame's."""
@@ -69,10 +84,12 @@ class _HalfGBuffer:
         """`frame`: at half size; `turn`: the number of the frame."""
         if self._filled == turn:
             return self.buffer
+        if full.has_coats:
+            self.buffer.make_room_for_coats()
         self.buffer.turn()
         if self._filled != turn - 1:
             self.buffer.forget(frame)
         self._filled = turn
         textures = {f"half{name.capitalize()}": texture for name, texture in self.buffer.textures.items()}
-        self._pass(frame, frame.grid, frame=frame, gbuffer=full, **textures)
+        self._pass(frame, frame.grid, frame=frame, gbuffer=full, coated=full.has_coats, **textures)
         return self.buffer

@@ -23,11 +23,12 @@ from pica.programs.scene_features import features_of, with_features
 from pica.programs.shape_types import shapes_of
 from pica.rhi.device import Device
 from pica.rhi.tables import HostTable
+from pica.scene.coat import MOST_COATS, baked
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
 from pica.scene.material_registry import MaterialSource, material_source
 from pica.scene.shape_registry import shape_source
 
-# gpu_scene/scene_types.slang: TextureSlot and Material
+# gpu_scene/scene_types.slang: TextureSlot, CoatRow and Material
 SLOT = np.dtype([("texture", "u8"), ("sampler", "u8"), ("transform", "f4", (2, 3)), ("uv_set", "u4"), ("texels", "f4")])
 _SLOTS = (
     "base_color",
@@ -38,8 +39,15 @@ _SLOTS = (
     "specular",
     "specular_color",
     "transmission",
+    "coat",
+    "coat_roughness",
+    "coat_normal",
 )
 _SRGB = {"base_color", "emissive", "specular_color"}
+COAT = np.dtype(
+    [("transmittance", "f4", 3), ("strength", "f4"), ("roughness", "f4"), ("ior", "f4"), ("ior_below", "f4")],
+    align=True,
+)
 MATERIAL = np.dtype(
     [
         ("base_color", "f4", 4),
@@ -55,6 +63,9 @@ MATERIAL = np.dtype(
         ("transmission", "f4"),
         ("flags", "u4"),
         *((f"{slot}_texture", SLOT) for slot in _SLOTS),
+        ("coat_normal_scale", "f4"),
+        ("coat_count", "u4"),
+        ("coats", COAT, MOST_COATS),
         ("type", "u4"),
         ("parameters", "u4", MAX_PARAMETERS),
     ],
@@ -207,8 +218,15 @@ class MaterialTable:
         packed = np.zeros((), MATERIAL)
         for name in ("base_color", "emission", "metallic", "specular_color", "roughness", "ior", "specular"):
             packed[name] = getattr(material, name)
-        for name in ("normal_scale", "occlusion_strength", "alpha_cutoff", "transmission"):
+        for name in ("normal_scale", "occlusion_strength", "alpha_cutoff", "transmission", "coat_normal_scale"):
             packed[name] = getattr(material, name)
+        coats = baked(material)
+        packed["coat_count"] = len(coats)
+        for row, coat in zip(packed["coats"], coats, strict=False):
+            for name in ("strength", "roughness", "ior"):
+                row[name] = getattr(coat, name)
+            row["transmittance"] = coat.transmittance
+            row["ior_below"] = 1.0 if coat.air_below else coat.ior
         packed["flags"] = (
             _MASK * (material.alpha_mode is AlphaMode.MASK)
             | _BLEND * (material.alpha_mode is AlphaMode.BLEND)

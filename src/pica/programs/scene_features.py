@@ -28,6 +28,7 @@ EMISSIVE_TEXTURES = Feature("emissive_textures", "materials.material_type", "EMI
 """These alone are read for light too, where an emissive triangle is sampled."""
 ALPHA = Feature("alpha", "materials.material_types", "ALPHA_IN_USE")
 TRANSMISSION = Feature("transmission", "gpu_scene.scene", "TRANSMISSION_IN_USE")
+COATS = Feature("coats", "shaders.coats", "COATS_IN_USE")
 
 _LIT = LIGHTS, FLAT_LIGHTS
 _TEXTURED = TEXTURES, EMISSIVE_TEXTURES, ALPHA
@@ -40,6 +41,7 @@ BUNDLES = tuple(
             (ENVIRONMENT, *_TEXTURED),
             (ENVIRONMENT, *_LIT, *_TEXTURED),
             (ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION),
+            (ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION, COATS),
         ),
     )
 )
@@ -67,6 +69,8 @@ def features_of(material: Material) -> Features:
         found |= {ALPHA}
     if values["transmission"] > 0:
         found |= {TRANSMISSION}
+    if values["coats"]:
+        found |= {COATS}
     return found
 
 

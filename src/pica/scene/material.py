@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pica.errors import shown
 from pica.scene.arrays import integers, picture
 from pica.scene.checked_field import CheckedField
+from pica.scene.coat import Coat, coats
 from pica.scene.light import COLOR, WHITE, Color
 from pica.scene.material_registry import STANDARD
 from pica.scene.values import BRIGHTEST, UnfitError, flag, instance, number, optional, text, vector, whole
@@ -143,6 +144,16 @@ class Material:
     thin_walled: CheckedField[bool] = CheckedField(flag, True)
     """True: the surface is a pane with air on both sides. False: it bounds a solid, which light enters at the front and
     leaves at the back (KHR_materials_volume with a thickness)."""
+    coats: CheckedField[tuple[Coat, ...]] = CheckedField(coats, ())
+    """Clear layers over all this, the topmost first, 3 at most. Textures are the topmost one's."""
+    coat_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    """Linear, in red: times its strength (KHR_materials_clearcoat)."""
+    coat_roughness_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    """Linear, in green."""
+    coat_normal_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    """Linear, tangent space, +Y up; all coats have its normals, and none those of normal_texture."""
+    coat_normal_scale: CheckedField[float] = CheckedField(number(), 1.0)
+    """Any number."""
     type: CheckedField[str] = CheckedField(text, STANDARD)
     """"standard", or the name that register_material gave to a type of your own."""
     parameters: CheckedField[dict[str, float | Sequence[float]]] = CheckedField(_parameters, dict)

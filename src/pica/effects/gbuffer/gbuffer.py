@@ -12,6 +12,7 @@ from pica.gpu_scene.draws import CULL, FRONT, DrawKind, Facing
 from pica.gpu_scene.view import SceneView
 from pica.programs.library import programs
 from pica.programs.recipes import ForTypes
+from pica.programs.scene_features import COATS, known_features
 from pica.rhi.device import Device
 from pica.rhi.passes import RasterPass, RasterState
 from pica.scene.camera import Camera
@@ -141,6 +142,8 @@ class GBufferEffect(Effect):
     def __call__(self, frame: FrameContext, scene: SceneView) -> GBuffer:
         """The G-buffer of this frame."""
         self._shown = scene, frame.camera
+        if COATS in known_features(scene.material_types):
+            self._buffer.make_room_for_coats()
         self._buffer.turn()
         textures = self._buffer.textures
         if self._raster is not None:

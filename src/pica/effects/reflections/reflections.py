@@ -11,6 +11,7 @@ from pica.frame.history import History
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_sampler import LightSamples
+from pica.programs.library import programs
 from pica.rhi.device import Device
 from pica.settings import ReflectionsSettings
 from pica.tracing.ray_buffers import Tracer
@@ -28,9 +29,9 @@ class Reflections(Effect):
         self._device, self._settings = device, settings
         module = f"{_FOLDER}/reflection_rays.slang"
         self._trace = ray_effect(device, module, "ReflectionRays", "surface", tracer, simplified=True)
-        self._reconstruct = device.compute(f"{_FOLDER}/reconstruct.slang")
+        self._reconstruct = programs(device).compute(f"{_FOLDER}/reconstruct.slang")
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
-        self._filter = device.compute(f"{_FOLDER}/reflection_filter.slang")
+        self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:
@@ -99,11 +100,12 @@ class Reflections(Effect):
             ends=textures["ends"],
             light=textures["light"],
         )
-        self._reconstruct(
+        self._reconstruct(scene.material_types)(
             frame,
             frame.grid,
             frame=frame,
             gbuffer=gbuffer,
+            scene=scene,
             ends=textures["ends"],
             light=textures["light"],
             reconstructed=textures["reconstructed"],
@@ -123,11 +125,12 @@ class Reflections(Effect):
                 **self._history.turn(frame),
                 known=int(not self._history.empty),
             )
-        self._filter(
+        self._filter(scene.material_types)(
             frame,
             frame.grid,
             frame=frame,
             gbuffer=gbuffer,
+            scene=scene,
             signal=textures["signal" if self._settings.filter else "reconstructed"],
             reflected=textures["reflected"],
             radiance=radiance,

@@ -9,6 +9,7 @@ from pica.frame.gbuffer import GBuffer
 from pica.frame.history import History, accumulate_grid
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
+from pica.programs.library import programs
 from pica.rhi.device import Device
 
 _FOLDER = "effects/stochastic_light"
@@ -32,10 +33,10 @@ class StochasticLightDenoiser(Effect):
         self._device, self._size = device, size
         self._textures: list[spy.Texture] = []
         self._history: History | None = None
-        self._accumulate = device.compute(f"{_FOLDER}/stochastic_light_history.slang")
+        self._accumulate = programs(device).compute(f"{_FOLDER}/stochastic_light_history.slang")
         # A pass whose parameters differ from dispatch to dispatch would be bound anew each time.
         self._passes = [device.compute(f"{_FOLDER}/stochastic_light_filter.slang") for _ in _STEPS]
-        self._add = device.compute(f"{_FOLDER}/stochastic_light_add.slang")
+        self._add = programs(device).compute(f"{_FOLDER}/stochastic_light_add.slang")
 
     def samples(self) -> spy.Texture:
         """(width, height, 2, rgba32_float) what the next call filters: reflected light over albedo, diffuse and
@@ -90,7 +91,7 @@ class StochasticLightDenoiser(Effect):
         """Add the filtered `samples` to `radiance`."""
         assert self._history is not None, "samples() comes first"
         textures = self._history.turn(frame)
-        self._accumulate(
+        self._accumulate(scene.material_types)(
             frame,
             accumulate_grid(frame.size, _PARTS),
             frame=frame,
@@ -106,11 +107,12 @@ class StochasticLightDenoiser(Effect):
         smoothed = reprojection.unchanged < _HANDED_OVER
         if smoothed:
             self._smooth(frame, gbuffer, scene)
-        self._add(
+        self._add(scene.material_types)(
             frame,
             frame.grid,
             frame=frame,
             gbuffer=gbuffer,
+            scene=scene,
             filtered=self._filtered[len(_STEPS) % 2],
             samples=self._samples,
             moments=textures["moments"],

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from pica.scene.coat import Coat
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.textures import Textures
@@ -61,6 +62,7 @@ class Materials:
             extras=entry.extras,
             **self._specular(entry.extension("KHR_materials_specular")),
             **self._transmission(entry),
+            **self._clearcoat(entry.extension("KHR_materials_clearcoat")),
         )
 
     def _specular(self, specular: Element) -> dict[str, Any]:
@@ -79,6 +81,19 @@ class Materials:
             "transmission_texture": self._textures.get(transmission, "transmissionTexture"),
             "thin_walled": thickness == 0,  # The rest of that extension is not read.
         }
+
+    def _clearcoat(self, clearcoat: Element) -> dict[str, Any]:
+        strength = clearcoat.number("clearcoatFactor", 0, 1, 0.0)
+        roughness = clearcoat.number("clearcoatRoughnessFactor", 0, 1, 0.0)
+        textures = {
+            "coat_texture": self._textures.get(clearcoat, "clearcoatTexture"),
+            "coat_roughness_texture": self._textures.get(clearcoat, "clearcoatRoughnessTexture"),
+            "coat_normal_texture": self._textures.get(clearcoat, "clearcoatNormalTexture"),
+        }
+        scale = clearcoat.object("clearcoatNormalTexture").number("scale", default=1.0)
+        if strength == 0:
+            return {}
+        return {"coats": (Coat(strength, roughness, air_below=True),), "coat_normal_scale": scale, **textures}
 
 
 def _index_of_refraction(entry: Element) -> float:

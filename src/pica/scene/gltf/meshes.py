@@ -90,7 +90,7 @@ class Meshes:
         material = self._materials.get(primitive)
         shared = "NORMAL" in accessors  # else each triangle gets vertices of its own
         vertices = triangles.size if not shared else vertex_count if used is None else len(used)
-        tangents = material.normal_texture is not None and not (shared and "TANGENT" in accessors)
+        tangents = _normal_map(material) is not None and not (shared and "TANGENT" in accessors)
         taken = vertices * _VERTEX_BYTES + tangents * triangles.size * _TANGENT_BYTES
         self._document.take(primitive, vertices=vertices, bytes=taken)
         attributes = self._attributes(primitive, accessors, vertex_count, used)
@@ -157,6 +157,11 @@ def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
     return triangles[(a != b) & (b != c) & (c != a)]
 
 
+def _normal_map(material: Material) -> Texture | None:
+    """Whose texture coordinates the tangents follow. Of two normal maps the base's, unless a file brings tangents."""
+    return material.coat_normal_texture if material.normal_texture is None else material.normal_texture
+
+
 def _complete(attributes: Attributes, triangles: NDArray[np.uint32], material: Material) -> Section:
     """Generate what the file lacks."""
     positions = attributes["POSITION"]
@@ -168,8 +173,9 @@ def _complete(attributes: Attributes, triangles: NDArray[np.uint32], material: M
         normals = np.repeat(face_normals(positions, triangles), 3, axis=0)
         attributes = _taken(attributes, triangles.reshape(-1).astype(np.intp)) | {"NORMAL": normals}
         triangles = np.arange(triangles.size, dtype=np.uint32).reshape(-1, 3)
-    if "TANGENT" not in attributes and material.normal_texture is not None:
-        uvs = _texture_coordinates(attributes, material.normal_texture)
+    normal_map = _normal_map(material)
+    if "TANGENT" not in attributes and normal_map is not None:
+        uvs = _texture_coordinates(attributes, normal_map)
         tangents, source, triangles = generate_tangents(attributes["POSITION"], attributes["NORMAL"], uvs, triangles)
         attributes = _taken(attributes, source) | {"TANGENT": tangents}
     count = len(attributes["POSITION"])

@@ -1,0 +1,89 @@
+"""Clear coats over a material: lacquer, varnish, wax, ice."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from pica.scene.checked_field import CheckedField
+from pica.scene.light import COLOR, Color
+from pica.scene.values import UnfitError, flag, items, number
+
+if TYPE_CHECKING:
+    from pica.scene.material import Material
+
+MOST_COATS = 3
+"""With the base they make a stack of four layers; scene_types.slang: MATERIAL_COATS."""
+_SHARE = number(0, 1)
+_NOT_NEGATIVE = number(0)
+_CLEAR: Color = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Coat:
+    """A dielectric layer that lets light through to what lies below (docs/materials.md, "Coats").
+
+    Raises SceneError for what is out of its range: 0 to 1 where nothing else is said.
+    """
+
+    strength: CheckedField[float] = CheckedField(_SHARE, 1.0)
+    """Share of the surface that it covers."""
+    roughness: CheckedField[float] = CheckedField(_SHARE, 0.0)
+    """Of its upper side; GGX's alpha is roughness squared."""
+    ior: CheckedField[float] = CheckedField(number(1), 1.5)
+    """Index of refraction, 1 or more."""
+    absorption: CheckedField[Color] = CheckedField(COLOR, _CLEAR)
+    """Share of light lost a metre, of what is still there, 0 or more."""
+    thickness: CheckedField[float] = CheckedField(_NOT_NEGATIVE, 0.0)
+    """Metres, 0 or more; only absorption depends on it."""
+    air_below: CheckedField[bool] = CheckedField(flag, False)
+    """True: the layer below reflects as if it lay in air, as glTF has it. False: by both indices of refraction, so that
+    nothing is reflected between two that are the same."""
+
+    @property
+    def transmittance(self) -> Color:
+        """Share of light left that goes through once, straight (Beer, Lambert)."""
+        red, green, blue = (math.exp(-absorbed * self.thickness) for absorbed in self.absorption)
+        return red, green, blue
+
+
+_COATS = items(Coat)
+
+
+def coats(values: Any) -> tuple[Coat, ...]:
+    """A check of what `Material.coats` can be."""
+    found = tuple(_COATS(values))
+    if len(found) > MOST_COATS:
+        raise UnfitError(f"{len(found)} coats are more than {MOST_COATS}")
+    return found
+
+
+def baked(material: Material) -> Sequence[Coat]:
+    """The coats that are to be evaluated: those that do nothing are left out, and equal neighbours become one."""
+    found: list[Coat] = []
+    # The topmost keeps its place where it has textures.
+    varies = material.coat_texture is not None
+    textured = varies or material.coat_roughness_texture is not None
+    for place, coat in enumerate(material.coats):
+        if coat.strength == 0 and not (place == 0 and textured):
+            continue
+        above = None if not found or (len(found) == 1 and varies) else found[-1]
+        if above is not None and _are_one(above, coat):
+            found[-1] = _joined(above, coat)
+        else:
+            found.append(coat)
+    return found
+
+
+def _are_one(above: Coat, below: Coat) -> bool:
+    return above.ior == below.ior and above.strength == below.strength == 1 and not above.air_below
+
+
+def _joined(above: Coat, below: Coat) -> Coat:
+    """Nothing is reflected where both meet."""
+    red, green, blue = (
+        a * above.thickness + b * below.thickness for a, b in zip(above.absorption, below.absorption, strict=True)
+    )
+    return replace(above, absorption=(red, green, blue), thickness=1.0, air_below=below.air_below)
