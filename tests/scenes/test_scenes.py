@@ -38,6 +38,18 @@ def test_sphere_grid_covers_roughness_and_metalness():
     assert scene.environment is not None
 
 
+def test_sphere_sweep_is_even_in_squared_roughness():
+    scene = pica.scenes.sphere_sweep()
+    balls = [node for node in scene.nodes() if node.name.startswith("sphere ") and node.mesh]
+    for row, metallic in enumerate((1.0, 0.0)):
+        line = sorted((n for n in balls if n.name.startswith(f"sphere {row}")), key=lambda n: n.transform[0, 3])
+        materials = [node.mesh.sections[0].material for node in line]
+        np.testing.assert_allclose([m.roughness**2 for m in materials], np.linspace(0, 1, 9), atol=1e-12)
+        assert {m.metallic for m in materials} == {metallic}
+    boards = [node for node in scene.nodes() if node.name.endswith("board")]
+    assert len({node.mesh.sections[0].material.emission for node in boards}) == 5
+
+
 @pytest.mark.parametrize(
     ("make", "names"),
     [

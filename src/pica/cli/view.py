@@ -21,6 +21,8 @@ BUILT_IN = {
     "cornell": "cornell",
     "sphere_grid": "sphere_grid",
     "landscape": "landscape",
+    "corridor": "corridor",
+    "sphere_sweep": "sphere_sweep",
 }
 LIMITS = ("bytes", "vertices", "instances", "pixels", "expansion")
 """The names in pica.Limits, which is not imported for a help text."""

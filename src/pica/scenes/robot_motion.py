@@ -8,6 +8,7 @@ from pica.scene.model import Node
 from pica.scenes.lane import Lane
 from pica.scenes.motion import LOOP, about, follow, product, rotation_of, swing
 from pica.scenes.robots import ANKLE, BALL_RADIUS, LEGS, WHEEL_RADIUS, WHEEL_TRACK
+from pica.scenes.walking import footfalls, from_down, turned_by
 
 Floats = NDArray[np.float64]
 
@@ -60,36 +61,9 @@ def _walk(parts: dict[str, Node], times: Floats, lane: Lane, distance: Floats, s
     for name, x, z in LEGS:
         thigh, foot = parts[f"{name} leg"], parts[f"{name} foot"]
         offset = 0.0 if x * z > 0 else 0.5
-        step, share = np.divmod(distance / stride + offset, 1)
-        hip = foot.transform[:3, 3]
-        # Down for the first half of each step: where the hip passes in the middle of that time.
-        down, after = (_beside(lane, (step + k + 0.25 - offset) * stride, hip) for k in (0, 1))
-        swinging = np.clip(2 * share - 1, 0, 1)[:, None]
-        spot = down + (after - down) * swinging * swinging * (3 - 2 * swinging)
-        spot[:, 1] += LIFT * np.sin(np.pi * swinging[:, 0])
-        local = _turned(spot - places, -headings)
+        spot = footfalls(lane, distance, stride, foot.transform[:3, 3], offset, LIFT)
+        local = turned_by(spot - places, -headings)
         channels += follow(foot, times, local)
         towards = local + np.array((0, ANKLE, 0)) - thigh.transform[:3, 3]
-        channels += follow(thigh, times, rotation=_from_down(towards))
+        channels += follow(thigh, times, rotation=from_down(towards))
     return channels
-
-
-def _beside(lane: Lane, distance: Floats, offset: Floats) -> Floats:
-    """(count, 3) where a point of a robot is when the robot has gone so far."""
-    places, headings = lane.at(distance)
-    return places + _turned(np.broadcast_to(offset, places.shape), headings)
-
-
-def _turned(points: Floats, headings: Floats) -> Floats:
-    sin, cos = np.sin(headings), np.cos(headings)
-    x, y, z = points.T
-    return np.stack([x * cos + z * sin, y, z * cos - x * sin], -1)
-
-
-def _from_down(directions: Floats) -> Floats:
-    """(count, 4) the shortest turns from -Y to each direction."""
-    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    # Half-way between no turn and the double one: (a x b, 1 + a . b) for unit vectors a and b.
-    turns = np.concatenate([np.cross((0.0, -1.0, 0.0), unit), 1 - unit[:, 1:2]], 1)
-    lengths: Floats = np.linalg.norm(turns, axis=1, keepdims=True)
-    return turns / lengths
