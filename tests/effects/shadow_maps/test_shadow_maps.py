@@ -116,6 +116,16 @@ def test_lamps_are_the_path_tracers(device, name):
     assert error < 0.25 * np.abs(unshadowed - reference).mean() / reference.mean()
 
 
+def test_a_screen_close_to_a_bulb_keeps_the_far_floor_dark(device):
+    # From far away the floor is so flat that disks about its pixels reach beyond its horizon.
+    screen = placed(box((0.04, 1.2, 0.24), lambert(0.5)), move(0.3, 0.6, 0))
+    bulb = shining(PointLight(intensity=3.0, radius=0.1), move(0, 1.0, 0))
+    behind = orthographic((4, 6, 0.001), (4, 0, 0), 0.25)
+    scene = scene_of(floor(16), screen, bulb)
+    assert traced_visibility(device, scene, behind).max() < 0.02
+    assert visibility(device, scene, behind, 4, MAPS).max() < 0.02
+
+
 def replace_node(node):
     """A node that no scene has yet."""
     return shining(node.light, node.transform)

@@ -60,9 +60,10 @@ class ShadowMaps(Effect):
             self._device.give_back(self.filtered)
             self.filtered = self._shares(max(len(slots.denoised), 1))
         self.maps.update(frame, scene)
+        width, height, layers = frame.grid
         self._lookup(
             frame,
-            frame.grid,
+            (width + 1, height + 1, layers),  # one more, by which squares of pixels are moved
             frame=frame,
             gbuffer=gbuffer,
             scene=scene,
