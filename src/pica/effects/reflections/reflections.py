@@ -18,6 +18,8 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/reflections"
+_LEAST_ROUGHNESS = 0.5
+"""Of what is mirrored, in the light of lamps (reflection_rays.slang)."""
 
 
 class Reflections(Effect):
@@ -97,6 +99,7 @@ class Reflections(Effect):
             pool=light.pool.buffer,
             entries=light.pool.entries if light.slots.every else 0,
             bounces=self._settings.bounces,
+            leastRoughness=_LEAST_ROUGHNESS if self._settings.filter else 0.0,
             ends=textures["ends"],
             light=textures["light"],
         )
