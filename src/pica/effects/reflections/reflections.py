@@ -18,7 +18,7 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/reflections"
-_LEAST_ROUGHNESS = 0.5
+_LEAST_ROUGHNESS = 0.3
 """Of what is mirrored, in the light of lamps (reflection_rays.slang)."""
 
 
