@@ -100,6 +100,7 @@ class LightSlots:
             candidates=candidates if environment else min(candidates, sources),
             byBrdf=int(environment),
             reflections=int(self._settings.reflections.mode != "off"),
+            surroundings=int(self._settings.lighting.environment != "off"),
         )
 
     def _denoiser(self, light: Light | None) -> str:

@@ -159,3 +159,10 @@ def test_off_traces_nothing_and_leaves_what_shines_to_the_samples(device):
     found = renderer.render(96, camera).color
     expected = trace(device, scene, 96, camera, SIZE, 2).color
     assert found.mean() == pytest.approx(expected.mean(), rel=0.02)
+
+
+def test_an_environment_that_is_off_is_not_mirrored(device):
+    scene, camera = under_clouds(0.2)
+    values = {"reflections.mode": "ray_traced", "lighting.environment": "off"}
+    frame = pica.Renderer(scene, SIZE, settings(values), device).render(1, camera)
+    assert frame.color[frame.aov("instance") > 0].max() == 0
