@@ -22,9 +22,10 @@ EMBREE = {**BUFFERS, "rays.tracer": "embree"}
 
 
 def settings(values: dict[str, str] | None = None) -> pica.Settings:
-    """Settings for tests of anything but antialiasing and reflections: what changed shows in the next frame, whole, and
-    is direct light alone."""
-    return pica.Settings().with_values({"antialiasing.mode": "accumulate", "reflections.mode": "off", **(values or {})})
+    """Settings for tests of anything but antialiasing and light of other surfaces: what changed shows in the next
+    frame, whole, and is direct light alone."""
+    alone = {"antialiasing.mode": "accumulate", "reflections.mode": "off", "global_illumination.mode": "off"}
+    return pica.Settings().with_values({**alone, **(values or {})})
 
 
 def lambert(red: float = 0.5, green: float | None = None, blue: float | None = None, **more) -> Material:

@@ -27,7 +27,7 @@ from tests.building import (
     uniform,
 )
 
-WHOLE = {"reflections.mode": "ray_traced"}
+WHOLE = {"reflections.mode": "ray_traced", "global_illumination.mode": "path_traced"}
 """The default, which `settings` leaves something out of."""
 OTHER = Camera.look_at((-1.5, 1.2, 2.5), (0, 0.3, 0))
 

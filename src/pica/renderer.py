@@ -104,6 +104,8 @@ class Renderer(Stages):
         radiance = self.lighting(frame, gbuffer, scene, light, shadows, occlusion, noisy)
         if noisy is not None:
             self.stochastic_light(frame, gbuffer, scene, radiance, reprojection)
+        if self.global_illumination is not None:
+            self.global_illumination(frame, gbuffer, scene, light, reprojection, radiance)
         if self.reflections is not None:
             self.reflections(frame, gbuffer, scene, light, reprojection, radiance)
         picture = self.antialiasing(frame, gbuffer, radiance, self.post.exposure)

@@ -6,6 +6,7 @@ from dataclasses import fields
 from pica.effects.ambient_occlusion.ambient_occlusion import AmbientOcclusion
 from pica.effects.antialiasing.antialiasing import Antialiasing
 from pica.effects.gbuffer.gbuffer import GBufferEffect
+from pica.effects.global_illumination.global_illumination import GlobalIllumination
 from pica.effects.lighting.lighting import DirectLighting
 from pica.effects.post.post import Post
 from pica.effects.reflections.reflections import Reflections
@@ -70,7 +71,11 @@ class Stages(Closing):
         if changed & {"rays", "reflections"}:
             off = settings.reflections.mode == "off"
             self.reflections = None if off else Reflections(device.part(), size, settings.reflections, self.tracer)
-            self._light_sampler.expect_hits(not off)
+        if changed & {"rays", "global_illumination"}:
+            indirect = settings.global_illumination
+            off = indirect.mode == "off"
+            self.global_illumination = None if off else GlobalIllumination(device.part(), size, indirect, self.tracer)
+        self._light_sampler.expect_hits(bool(self.reflections or self.global_illumination))
         if "lighting" in changed:
             self.lighting = DirectLighting(device.part(), size, view, settings.lighting)
         if "antialiasing" in changed:
@@ -104,6 +109,7 @@ class Stages(Closing):
             self.ambient_occlusion,
             self.lighting,
             self.stochastic_light,
+            self.global_illumination,
             self.reflections,
             self.antialiasing,
             self.post,

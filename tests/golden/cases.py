@@ -56,7 +56,13 @@ class Golden:
     def render(self, device: Device, seed: int = 0) -> NDArray[np.float32]:
         """(height, width, 3) the picture as it is today; another seed gives it other noise."""
         # What is golden is each frame by itself, or the mean of frames in which nothing moves.
-        values = {"antialiasing.mode": "accumulate", "reflections.mode": "off", **self.values, "seed": str(seed)}
+        values = {
+            "antialiasing.mode": "accumulate",
+            "reflections.mode": "off",
+            "global_illumination.mode": "off",
+            **self.values,
+            "seed": str(seed),
+        }
         settings = pica.Settings.preset(self.preset).with_values(values)
         scene = self.scene()
         if self.path_edges is not None:

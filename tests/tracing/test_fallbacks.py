@@ -45,7 +45,12 @@ def told(raster_only):
 
 def test_what_falls_back_stage_by_stage(raster_only, without_embree, told):
     assert raster_only.tier == 0 and raster_only.info.missing == []
-    every = {"visibility.primary": "rays", "ambient_occlusion.mode": "ray_traced", "reflections.mode": "ray_traced"}
+    every = {
+        "visibility.primary": "rays",
+        "ambient_occlusion.mode": "ray_traced",
+        "reflections.mode": "ray_traced",
+        "global_illumination.mode": "path_traced",
+    }
     raster = pica.Settings.preset("raster").with_values({"antialiasing.mode": "accumulate"})
     assert fallbacks.runnable(raster_only, settings(every)) == raster
     assert told() == [f"{setting} is {value}" for setting, value in fallbacks.WITHOUT_RAYS.items()]
@@ -79,7 +84,12 @@ def test_a_frame_without_rays_is_that_of_the_raster_preset(device, raster_only, 
         for name in ("BuildDesc", "InstanceDesc", "QueryDesc"):
             patch.delattr(spy, f"AccelerationStructure{name}")
         renderer, picture = two_frames(None, raster_only)
-    assert told() == ["shadows.method is maps", "lighting.environment is prefiltered", "reflections.mode is off"]
+    assert told() == [
+        "shadows.method is maps",
+        "lighting.environment is prefiltered",
+        "reflections.mode is off",
+        "global_illumination.mode is off",
+    ]
     assert renderer.settings.shadows.method == "maps"
     _, expected = two_frames(pica.Settings.preset("raster").with_values({"ambient_occlusion.mode": "off"}), device)
     assert expected.color.mean() > 0.1

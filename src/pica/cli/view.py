@@ -23,6 +23,8 @@ BUILT_IN = {
     "landscape": "landscape",
     "corridor": "corridor",
     "sphere_sweep": "sphere_sweep",
+    "rooms": "rooms",
+    "court": "court",
 }
 LIMITS = ("bytes", "vertices", "instances", "pixels", "expansion")
 """The names in pica.Limits, which is not imported for a help text."""

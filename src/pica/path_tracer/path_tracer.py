@@ -27,10 +27,8 @@ NO_LIMIT = 0
 class PathTracer(Closing):
     """Unidirectional path tracing with next-event estimation; box pixel filter, no clamping.
 
-    `max_depth` counts path edges: 1 shows emission only, 2 adds direct light, None sets no limit. `indirect_diffuse`
-    False: surfaces that the camera sees reflect light of other surfaces by their specular part alone, to compare with
-    what the hybrid renderer has of that (docs/light-paths.md). Other parameters and errors as Renderer's; SettingsError
-    for a depth below 1, DeviceError where nothing traces rays.
+    `max_depth` counts path edges: 1 shows emission only, 2 adds direct light, None sets no limit. Other parameters
+    and errors as Renderer's; SettingsError for a depth below 1, DeviceError where nothing traces rays.
     """
 
     def __init__(
@@ -40,8 +38,6 @@ class PathTracer(Closing):
         max_depth: int | None = None,
         settings: Settings | None = None,
         device: Device | str | None = None,
-        *,
-        indirect_diffuse: bool = True,
     ) -> None:
         check_made_with(type(self).__name__, scene, settings, device)
         max_depth = plain(max_depth)
@@ -54,7 +50,6 @@ class PathTracer(Closing):
         self.settings = runnable(device, settings or Settings())
         self.scene = scene
         self._max_depth = max_depth or NO_LIMIT
-        self._indirect_diffuse = bool(plain(indirect_diffuse))
         with device.turn:
             self._make(device)
 
@@ -131,7 +126,6 @@ class PathTracer(Closing):
             maxDepth=self._max_depth,
             opaqueSecondaryShadows=int(self.settings.rays.opaque_secondary_shadows),
             gathersFeatures=int(denoiser is not None),
-            indirectDiffuse=int(self._indirect_diffuse),
             **features,
         )
         shown = None

@@ -334,6 +334,30 @@ class ReflectionsSettings(Group):
 
 
 @dataclass(frozen=True)
+class GlobalIlluminationSettings(Group):
+    """Light that surfaces reflect diffusely of other surfaces."""
+
+    mode: Literal["off", "path_traced"] = choice(
+        "path_traced",
+        "How it is found.",
+        off="Not at all: what no light reaches directly is black.",
+        path_traced="A quarter of a path a pixel, and a filter.",
+    )
+    bounces: int = number(
+        2,
+        range=(1, 8),
+        unit="surfaces",
+        text="That light may meet between a lamp and what the camera sees.",
+        higher="brighter rooms, more rays",
+        lower="less time",
+    )
+    filter: bool = switch(
+        True,
+        "Smooth over neighbours' rays and earlier frames; false: this frame's paths alone, one for four pixels.",
+    )
+
+
+@dataclass(frozen=True)
 class AntialiasingSettings(Group):
     """How jittered frames make one picture."""
 

@@ -9,6 +9,7 @@ from pica.settings.groups import (
     AmbientOcclusionSettings,
     AntialiasingSettings,
     GeometrySettings,
+    GlobalIlluminationSettings,
     LightingSettings,
     PostSettings,
     RaysSettings,
@@ -32,6 +33,7 @@ class Settings(Group):
     shadow_maps: ShadowMapsSettings = field(default_factory=ShadowMapsSettings)
     lighting: LightingSettings = field(default_factory=LightingSettings)
     reflections: ReflectionsSettings = field(default_factory=ReflectionsSettings)
+    global_illumination: GlobalIlluminationSettings = field(default_factory=GlobalIlluminationSettings)
     antialiasing: AntialiasingSettings = field(default_factory=AntialiasingSettings)
     post: PostSettings = field(default_factory=PostSettings)
     seed: int = number(0, range=(0, 2**31 - 1), unit="", text="Another seed, another noise of the same strength.")
@@ -123,6 +125,7 @@ PRESETS = {
             "ambient_occlusion.mode": "ground_truth",
             "lighting.environment": "prefiltered",
             "reflections.mode": "off",
+            "global_illumination.mode": "off",
         },
     ),
     "low": Level("hybrid with every group at its low level: faster.", _at_level("low")),

@@ -14,6 +14,7 @@ WITHOUT_RAYS = {
     "ambient_occlusion.mode": "ground_truth",
     "lighting.environment": "prefiltered",
     "reflections.mode": "off",
+    "global_illumination.mode": "off",
 }
 """By setting, what each stage does without rays; the preset "raster" is all of these."""
 
@@ -73,5 +74,6 @@ def _without_rays(settings: Settings) -> dict[str, str]:
         # What shadow maps know nothing of.
         "lighting.environment": shadows and settings.lighting.environment == "sampled",
         "reflections.mode": settings.reflections.mode == "ray_traced",
+        "global_illumination.mode": settings.global_illumination.mode == "path_traced",
     }
     return {setting: WITHOUT_RAYS[setting] for setting, traced in needed.items() if traced}

@@ -17,6 +17,9 @@ SIZE = (64, 48)
 UNFILTERED = {
     "reflections.mode": "ray_traced",
     "reflections.filter": "false",
+    "global_illumination.mode": "path_traced",
+    "global_illumination.bounces": "1",
+    "global_illumination.filter": "false",
     "lighting.filter": "false",
     "lighting.area_lights": "sampled",
     "shadows.denoiser": "off",
@@ -45,7 +48,7 @@ def furnace():
 
 def glossy_room():
     """An open room of glossy walls with a lamp, a bulb and a sky through its roof."""
-    wall, floor = Material(base_color=(0.7, 0.6, 0.5, 1), roughness=0.6), metal(0.5)
+    wall, floor = Material(base_color=(0.7, 0.6, 0.5, 1), metallic=0.0, roughness=0.5), metal(0.5)
     bulb = lambert(0.2, emission=(6.0, 5.0, 3.0))
     return (
         scene_of(
@@ -67,14 +70,17 @@ SCENES = {"furnace": furnace, "cornell": lambda: (pica.scenes.cornell(), None), 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_every_path_counts_once(device, name):
-    """What each owner brings adds up to what the path tracer finds along the same paths (docs/light-paths.md)."""
+    """What each owner brings adds up to what the path tracer finds along paths of three edges (docs/light-paths.md)."""
     scene, camera = SCENES[name]()
     renderer = pica.Renderer(scene, SIZE, settings(UNFILTERED), device)
     frame = renderer.render(192, camera)
-    expected = pica.PathTracer(scene, SIZE, 3, settings(), device, indirect_diffuse=False).render(256, camera).color
+    expected = pica.PathTracer(scene, SIZE, 3, settings(), device).render(256, camera).color
     assert frame.color.mean() == pytest.approx(expected.mean(), rel=0.01)
-    share = frame.aov("reflections").mean() / expected.mean()  # of one frame
-    assert share > 0.1 or name == "cornell", "reflections are a part worth counting"
+    shares = {
+        effect: frame.aov(effect).mean() / expected.mean() for effect in ("reflections", "indirect")
+    }  # of one frame
+    assert shares["reflections"] > 0.1 or name == "cornell", "reflections are a part worth counting"
+    assert shares["indirect"] > 0.05 or name == "furnace", "so is indirect light"
 
 
 def under_clouds(roughness):

@@ -1,0 +1,1 @@
+"""Diffuse global illumination: light that surfaces reflect diffusely of other surfaces."""

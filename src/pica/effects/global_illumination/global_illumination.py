@@ -1,0 +1,143 @@
+"""Indirect light by paths from the pixels, a quarter a pixel, and a filter (RTG 19, 19.3.3.3 and 19.3.3.4)."""
+
+import numpy as np
+import slangpy as spy
+
+from pica.effects.global_illumination.views import color, indirect_views
+from pica.frame.context import FrameContext, Size, half_size
+from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
+from pica.frame.gbuffer import GBuffer
+from pica.frame.history import History, accumulate_grid
+from pica.frame.reprojection import Reprojection
+from pica.gpu_scene.view import SceneView
+from pica.light_sampling.light_sampler import LightSamples
+from pica.programs.library import programs
+from pica.rhi.device import Device
+from pica.settings import GlobalIlluminationSettings
+from pica.tracing.ray_buffers import Tracer
+from pica.tracing.ray_effect import ray_effect
+
+_FOLDER = "effects/global_illumination"
+_LEAST_ROUGHNESS = 0.3
+"""Of what paths meet, in the light of lamps (indirect_path.slang)."""
+
+
+class GlobalIllumination(Effect):
+    """Adds the light that surfaces reflect diffusely of other lit surfaces."""
+
+    name = "global_illumination"
+
+    def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
+        self._device, self._settings = device, settings
+        module = f"{_FOLDER}/indirect_rays.slang"
+        self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, simplified=True)
+        self._gather = device.compute(f"{_FOLDER}/irradiance_gather.slang")
+        self._accumulate = device.compute(f"{_FOLDER}/irradiance_history.slang")
+        self._filter = programs(device).compute(f"{_FOLDER}/irradiance_filter.slang")
+        self._allocate(size)
+
+    def _allocate(self, size: Size) -> None:
+        light, half = spy.Format.rgba32_float, half_size(size)
+        make = self._device.texture
+        self._textures = {
+            "found": make("indirect light of rays", light, half),
+            "gathered": make("indirect light gathered", light, half),
+            "nearness": make("nearness of indirect light", spy.Format.r32_float, half),
+            "signal": make("indirect light accumulated", light, size),
+            "indirect": make("indirect light", light, size),
+        }
+        formats = {"history": light, "moments": light}
+        self._history = History(self._device, "indirect light", formats, size, layers=1)
+
+    def resize(self, size: Size) -> None:
+        """As Effect."""
+        self._device.give_back(*self._textures.values())
+        self._history.give_back()
+        self._allocate(size)
+
+    def reset(self) -> None:
+        """Drop the history."""
+        self._history.reset()
+
+    def aovs(self) -> dict[str, Aov]:
+        """indirect: (height, width, 3) the light that surfaces reflect diffusely of others, in nits."""
+        return {"indirect": Aov((self._textures["indirect"],), color)}
+
+    def debug_aovs(self) -> dict[str, Aov]:
+        """See views.py."""
+        return indirect_views({**self._textures, **self._history.current})
+
+    def reference(self) -> Reference:
+        """The same by many paths."""
+        inputs = "frame", "gbuffer", "scene"
+        layers = {"indirect": ReferenceLayer(self.aovs()["indirect"], {"bounces": self._settings.bounces})}
+        return Reference("path_tracer/indirect_light.slang", "IndirectLight", "surface", inputs, layers, is_light=True)
+
+    def ray_counts(self) -> dict[str, int]:
+        """First rays of the paths; those to lights and further on are as many at most, for each bounce."""
+        return {"indirect_rays": int(np.count_nonzero(self._textures["found"].to_numpy()[..., 3]))}
+
+    def __call__(
+        self,
+        frame: FrameContext,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        light: LightSamples,
+        reprojection: Reprojection,
+        radiance: spy.Texture,
+    ) -> None:
+        """Add what this frame's surfaces reflect diffusely of others to `radiance`."""
+        assert light.pool is not None, "LightSampler.expect_hits comes first"
+        textures, settings, half = self._textures, self._settings, frame.at_half()
+        self._trace(
+            half,
+            half.size,
+            frame=half,
+            gbuffer=gbuffer.at_half(frame),
+            scene=scene,
+            lightSlots=light.slots,
+            pool=light.pool.buffer,
+            entries=light.pool.entries if light.slots.every else 0,
+            bounces=settings.bounces,
+            leastRoughness=_LEAST_ROUGHNESS if settings.filter else 0.0,
+            found=textures["found"],
+        )
+        if settings.filter:
+            self._smooth(frame, gbuffer, reprojection)
+        self._filter(scene.material_types)(
+            frame,
+            frame.grid,
+            frame=frame,
+            gbuffer=gbuffer,
+            scene=scene,
+            found=textures["found"],
+            signal=textures["signal"],
+            nearness=textures["nearness"],
+            smooth=int(settings.filter),
+            indirect=textures["indirect"],
+            radiance=radiance,
+        )
+
+    def _smooth(self, frame: FrameContext, gbuffer: GBuffer, reprojection: Reprojection) -> None:
+        """Over neighbours' rays and earlier frames."""
+        textures, half = self._textures, frame.at_half()
+        self._gather(
+            half,
+            half.grid,
+            frame=half,
+            gbuffer=gbuffer.at_half(frame),
+            found=textures["found"],
+            gathered=textures["gathered"],
+            nearness=textures["nearness"],
+        )
+        self._accumulate(
+            frame,
+            accumulate_grid(frame.size),
+            frame=frame,
+            gbuffer=gbuffer,
+            reprojection=reprojection,
+            gathered=textures["gathered"],
+            signal=textures["signal"],
+            **self._history.turn(frame),
+            known=int(not self._history.empty),
+        )

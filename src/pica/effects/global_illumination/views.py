@@ -1,0 +1,35 @@
+"""Indirect light and the work of its filters as arrays for people."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.frame.effect import Aov
+
+Array = NDArray[Any]
+
+
+def color(values: Array) -> Array:
+    """(height, width, 3) of a texture with an alpha channel."""
+    return values[..., :3].astype(np.float32)
+
+
+def indirect_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
+    """Views of the textures; light is in nits over diffuse albedo, which is irradiance over pi.
+
+    Of half size raw: what each ray brought; distance: metres to what it met, below 0 where that was nothing; gathered:
+    from neighbours' rays of this frame; nearness: 1 / metres to what lights the surface. Of full size accumulated: with
+    earlier frames; variance: of that; history: how many frames these are.
+    """
+    return {
+        "raw": Aov((textures["found"],), color),
+        "distance": Aov((textures["found"],), lambda values: values[..., 3]),
+        "gathered": Aov((textures["gathered"],), color),
+        "nearness": Aov((textures["nearness"],), lambda values: values),
+        "accumulated": Aov((textures["signal"],), color),
+        "variance": Aov((textures["signal"],), lambda values: values[..., 3]),
+        "history": Aov((textures["moments"],), lambda layers: layers[0, ..., 1]),
+    }
