@@ -105,7 +105,8 @@ class Renderer(Stages):
         if noisy is not None:
             self.stochastic_light(frame, gbuffer, scene, radiance, reprojection)
         if self.global_illumination is not None:
-            self.global_illumination(frame, gbuffer, scene, light, reprojection, radiance)
+            exposure = self.post.exposure
+            self.global_illumination(frame, gbuffer, scene, light, reprojection, occlusion, exposure, radiance)
         if self.reflections is not None:
             self.reflections(frame, gbuffer, scene, light, reprojection, radiance)
         picture = self.antialiasing(frame, gbuffer, radiance, self.post.exposure)

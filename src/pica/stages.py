@@ -6,7 +6,8 @@ from dataclasses import fields
 from pica.effects.ambient_occlusion.ambient_occlusion import AmbientOcclusion
 from pica.effects.antialiasing.antialiasing import Antialiasing
 from pica.effects.gbuffer.gbuffer import GBufferEffect
-from pica.effects.global_illumination.global_illumination import GlobalIllumination
+from pica.effects.global_illumination.path_traced import PathTracedIndirect
+from pica.effects.global_illumination.surfels import SurfelIndirect
 from pica.effects.lighting.lighting import DirectLighting
 from pica.effects.post.post import Post
 from pica.effects.reflections.reflections import Reflections
@@ -72,9 +73,7 @@ class Stages(Closing):
             off = settings.reflections.mode == "off"
             self.reflections = None if off else Reflections(device.part(), size, settings.reflections, self.tracer)
         if changed & {"rays", "global_illumination"}:
-            indirect = settings.global_illumination
-            off = indirect.mode == "off"
-            self.global_illumination = None if off else GlobalIllumination(device.part(), size, indirect, self.tracer)
+            self.global_illumination = self._global_illumination()
         self._light_sampler.expect_hits(bool(self.reflections or self.global_illumination))
         if "lighting" in changed:
             self.lighting = DirectLighting(device.part(), size, view, settings.lighting)
@@ -99,6 +98,13 @@ class Stages(Closing):
         if settings.shadows.method == "maps":
             return ShadowMaps(self.device.part(), self.render_size, settings)
         return Shadows(self.device.part(), self.render_size, settings.shadows, self.tracer)
+
+    def _global_illumination(self) -> PathTracedIndirect | SurfelIndirect | None:
+        settings = self.settings.global_illumination
+        if settings.mode == "off":
+            return None
+        made = PathTracedIndirect if settings.mode == "path_traced" else SurfelIndirect
+        return made(self.device.part(), self.render_size, settings, self.tracer)
 
     @property
     def effects(self) -> list[Effect]:

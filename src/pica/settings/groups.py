@@ -337,23 +337,32 @@ class ReflectionsSettings(Group):
 class GlobalIlluminationSettings(Group):
     """Light that surfaces reflect diffusely of other surfaces."""
 
-    mode: Literal["off", "path_traced"] = choice(
+    mode: Literal["off", "path_traced", "surfels"] = choice(
         "path_traced",
         "How it is found.",
         off="Not at all: what no light reaches directly is black.",
         path_traced="A quarter of a path a pixel, and a filter.",
+        surfels="Discs on surfaces remember it; a ray from each in every frame. With global_illumination.surfels of them.",
     )
     bounces: int = number(
         2,
         range=(1, 8),
         unit="surfaces",
-        text="That light may meet between a lamp and what the camera sees.",
+        text="That light may meet between a lamp and what the camera sees, path_traced; surfels have no limit.",
         higher="brighter rooms, more rays",
         lower="less time",
     )
+    surfels: int = number(
+        250_000,
+        range=(1_000, 4_000_000),
+        unit="surfels",
+        text="Room for so many.",
+        higher="larger worlds without gaps",
+        lower="less memory and time",
+    )
     filter: bool = switch(
         True,
-        "Smooth over neighbours' rays and earlier frames; false: this frame's paths alone, one for four pixels.",
+        "Smooth over neighbours' rays and earlier frames; false: this frame's paths alone, one for four pixels. For path_traced.",
     )
 
 

@@ -74,6 +74,6 @@ def _without_rays(settings: Settings) -> dict[str, str]:
         # What shadow maps know nothing of.
         "lighting.environment": shadows and settings.lighting.environment == "sampled",
         "reflections.mode": settings.reflections.mode == "ray_traced",
-        "global_illumination.mode": settings.global_illumination.mode == "path_traced",
+        "global_illumination.mode": settings.global_illumination.mode != "off",
     }
     return {setting: WITHOUT_RAYS[setting] for setting, traced in needed.items() if traced}

@@ -22,7 +22,7 @@ _LEAST_ROUGHNESS = 0.3
 """Of what paths meet, in the light of lamps (indirect_path.slang)."""
 
 
-class GlobalIllumination(Effect):
+class PathTracedIndirect(Effect):
     """Adds the light that surfaces reflect diffusely of other lit surfaces."""
 
     name = "global_illumination"
@@ -84,6 +84,8 @@ class GlobalIllumination(Effect):
         scene: SceneView,
         light: LightSamples,
         reprojection: Reprojection,
+        occlusion: spy.Texture | None,
+        exposure: spy.Buffer,
         radiance: spy.Texture,
     ) -> None:
         """Add what this frame's surfaces reflect diffusely of others to `radiance`."""

@@ -1,0 +1,210 @@
+"""Indirect light from surfels: discs on surfaces that remember it (RTG 25, 25.2.6)."""
+
+import numpy as np
+import slangpy as spy
+
+from pica.effects.global_illumination.views import color
+from pica.frame.context import FrameContext, Size
+from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
+from pica.frame.gbuffer import GBuffer
+from pica.frame.reprojection import Reprojection
+from pica.gpu_scene.view import SceneView
+from pica.light_sampling.light_sampler import LightSamples
+from pica.programs.library import programs
+from pica.rhi.device import Device
+from pica.settings import GlobalIlluminationSettings
+from pica.tracing.ray_buffers import Tracer
+from pica.tracing.ray_effect import ray_effect
+
+_FOLDER = "effects/global_illumination"
+_CELLS, _PER_CELL = 1 << 16, 32
+"""surfel_grid.slang: CELLS, PER_CELL."""
+_ANCHOR, _ESTIMATOR = 32, 48
+"""Bytes: surfel_anchor.slang, multiscale_mean.slang."""
+_TILE = 16
+"""surfel_spawn.slang: TILE."""
+_RAYS_ACROSS = 512
+_BOUNCES = 16
+"""Surfaces on a path that meets no surfels."""
+_LEAST_ROUGHNESS = 0.3
+"""Of what rays meet, in the light of lamps (indirect_path.slang)."""
+
+
+class SurfelPool:
+    """The surfels, in buffers that are all allocated at the start."""
+
+    def __init__(self, device: Device, capacity: int) -> None:
+        self.capacity = capacity
+        self.rays = -(-capacity // _RAYS_ACROSS) * _RAYS_ACROSS
+        make = device.buffer
+        self.shared = {
+            "placed": device.structured("surfel places", np.zeros((capacity, 4), np.float32)),
+            "facing": make("surfel normals", size=4 * capacity, struct_size=4),
+            "light": make("surfel light", size=16 * capacity, struct_size=16),
+            "used": make("surfel uses", size=4 * capacity, struct_size=4),
+            "keys": make("surfel cells", size=4 * _CELLS, struct_size=4),
+            "counts": make("surfel cell counts", size=4 * _CELLS, struct_size=4),
+            "members": make("surfel cell members", size=4 * _CELLS * _PER_CELL, struct_size=4),
+        }
+        self.block = device.parameter_block(f"{_FOLDER}/surfel_grid.slang", "surfels")
+        self.block.bind(**self.shared)
+        self.anchors = make("surfel anchors", size=_ANCHOR * capacity, struct_size=_ANCHOR)
+        self.estimators = make("surfel estimators", size=_ESTIMATOR * capacity, struct_size=_ESTIMATOR)
+        self.born = make("surfel births", size=4 * capacity, struct_size=4)
+        self.turns = make("surfel turns", size=8 * capacity, struct_size=8)
+        self.surfel_of_ray = make("surfel rays", size=4 * self.rays, struct_size=4)
+        self.arrived = make("light of surfel rays", size=12 * self.rays, struct_size=12)
+        self.ray_count = make("surfel ray count", size=4, struct_size=4)
+        self.free_slots = device.structured("free surfels", np.arange(capacity, dtype=np.uint32))
+        self.free_count = device.structured("free surfel count", np.array([capacity], np.int32))
+
+    def clear(self) -> None:
+        """Forget all surfels."""
+        self.shared["placed"].copy_from_numpy(np.zeros((self.capacity, 4), np.float32))
+        self.free_slots.copy_from_numpy(np.arange(self.capacity, dtype=np.uint32))
+        self.free_count.copy_from_numpy(np.array([self.capacity], np.int32))
+
+
+class SurfelIndirect(Effect):
+    """Adds the light that surfaces reflect diffusely of other lit surfaces."""
+
+    name = "global_illumination"
+
+    def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
+        self._device = device
+        self._pool = SurfelPool(device, settings.surfels)
+        compute = device.compute
+        self._place = compute(f"{_FOLDER}/surfel_place.slang")
+        self._spawn = compute(f"{_FOLDER}/surfel_spawn.slang")
+        self._queue = compute(f"{_FOLDER}/surfel_queue.slang")
+        module = f"{_FOLDER}/surfel_rays.slang"
+        self._trace = ray_effect(device, module, "SurfelRays", "surface", tracer, simplified=True)
+        self._update = compute(f"{_FOLDER}/surfel_update.slang")
+        self._apply = programs(device).compute(f"{_FOLDER}/surfel_apply.slang")
+        self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
+        self._allocate(size)
+
+    def _allocate(self, size: Size) -> None:
+        light = spy.Format.rgba32_float
+        self._arriving = self._device.texture("light of surfels", light, size)
+        self._indirect = self._device.texture("indirect light", light, size)
+
+    def resize(self, size: Size) -> None:
+        """As Effect."""
+        self._device.give_back(self._arriving, self._indirect)
+        self._allocate(size)
+
+    def reset(self) -> None:
+        """Forget all surfels."""
+        self._pool.clear()
+
+    def aovs(self) -> dict[str, Aov]:
+        """indirect: (height, width, 3) the light that surfaces reflect diffusely of others, in nits."""
+        return {"indirect": Aov((self._indirect,), color)}
+
+    def debug_aovs(self) -> dict[str, Aov]:
+        """accumulated: (height, width, 3) the light that arrives, over pi, in nits; coverage: (height, width)."""
+        return {
+            "accumulated": Aov((self._arriving,), color),
+            "coverage": Aov((self._arriving,), lambda values: values[..., 3]),
+        }
+
+    def reference(self) -> Reference:
+        """The same by many paths."""
+        inputs = "frame", "gbuffer", "scene"
+        layers = {"indirect": ReferenceLayer(self.aovs()["indirect"], {"bounces": 16})}
+        return Reference("path_tracer/indirect_light.slang", "IndirectLight", "surface", inputs, layers, is_light=True)
+
+    def ray_counts(self) -> dict[str, int]:
+        """Rays from surfels; those to lights are as many at most."""
+        return {"surfel_rays": int(self._pool.ray_count.to_numpy().view(np.uint32)[0])}
+
+    def __call__(
+        self,
+        frame: FrameContext,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        light: LightSamples,
+        reprojection: Reprojection,
+        occlusion: spy.Texture | None,
+        exposure: spy.Buffer,
+        radiance: spy.Texture,
+    ) -> None:
+        """Add what this frame's surfaces reflect diffusely of others to `radiance`. `occlusion`: of the screen, for
+        detail finer than surfels; `exposure`: a float, of the frame before."""
+        assert light.pool is not None, "LightSampler.expect_hits comes first"
+        pool = self._pool
+        each = (pool.capacity, 1, 1)
+        slots = {"freeSlots": pool.free_slots, "freeCount": pool.free_count}
+        for buffer in (pool.shared["keys"], pool.shared["counts"], pool.ray_count):
+            frame.encoder.clear_buffer(buffer)
+        self._place(
+            frame, each, frame=frame, scene=scene, surfels=pool, anchors=pool.anchors, capacity=pool.capacity, **slots
+        )
+        self._spawn(
+            frame,
+            frame.grid,
+            frame=frame,
+            gbuffer=gbuffer,
+            scene=scene,
+            surfels=pool,
+            anchors=pool.anchors,
+            estimators=pool.estimators,
+            born=pool.born,
+            **slots,
+        )
+        self._queue(
+            frame,
+            each,
+            frame=frame,
+            surfels=pool,
+            estimators=pool.estimators,
+            surfelOfRay=pool.surfel_of_ray,
+            rayCount=pool.ray_count,
+            turns=pool.turns,
+            capacity=pool.capacity,
+            budget=pool.rays,
+        )
+        self._trace(
+            frame,
+            (_RAYS_ACROSS, pool.rays // _RAYS_ACROSS),
+            frame=frame,
+            scene=scene,
+            lightSlots=light.slots,
+            pool=light.pool.buffer,
+            entries=light.pool.entries if light.slots.every else 0,
+            bounces=_BOUNCES,
+            leastRoughness=_LEAST_ROUGHNESS,
+            surfels=pool,
+            surfelOfRay=pool.surfel_of_ray,
+            rayCount=pool.ray_count,
+            turns=pool.turns,
+            born=pool.born,
+            arrived=pool.arrived,
+            width=_RAYS_ACROSS,
+        )
+        self._update(
+            frame,
+            each,
+            frame=frame,
+            surfels=pool,
+            turns=pool.turns,
+            arrived=pool.arrived,
+            exposure=exposure,
+            estimators=pool.estimators,
+            capacity=pool.capacity,
+            **slots,
+        )
+        self._apply(scene.material_types)(
+            frame,
+            frame.grid,
+            frame=frame,
+            gbuffer=gbuffer,
+            scene=scene,
+            surfels=pool,
+            occlusion=occlusion or self._no_occlusion,
+            occluded=int(occlusion is not None),
+            arriving=self._arriving,
+            indirect=self._indirect,
+            radiance=radiance,
+        )
