@@ -60,10 +60,11 @@ class ShadowMaps(Effect):
             self._device.give_back(self.filtered)
             self.filtered = self._shares(max(len(slots.denoised), 1))
         self.maps.update(frame, scene)
-        width, height, layers = frame.grid
+        # Groups of 64 threads for 8 x 8 pixels; one pixel more each way, by which squares of pixels are moved.
+        columns, rows = frame.size[0] // 8 + 1, frame.size[1] // 8 + 1
         self._lookup(
             frame,
-            (width + 1, height + 1, layers),  # one more, by which squares of pixels are moved
+            (64 * columns, rows, 1),
             frame=frame,
             gbuffer=gbuffer,
             scene=scene,
