@@ -342,7 +342,7 @@ class GlobalIlluminationSettings(Group):
         "How it is found.",
         off="Not at all: what no light reaches directly is black.",
         path_traced="A quarter of a path a pixel, and a filter.",
-        surfels="Discs on surfaces remember it; a ray from each in every frame. With global_illumination.surfels of them.",
+        surfels="Discs on surfaces remember it, with a few rays from each in every frame.",
     )
     bounces: int = number(
         2,
@@ -362,7 +362,8 @@ class GlobalIlluminationSettings(Group):
     )
     filter: bool = switch(
         True,
-        "Smooth over neighbours' rays and earlier frames; false: this frame's paths alone, one for four pixels. For path_traced.",
+        "Smooth path_traced light over neighbours' rays and earlier frames; false: this frame's paths alone, one for"
+        " four pixels.",
     )
 
 
