@@ -50,7 +50,7 @@ class SurfelPool:
         self.block.bind(**self.shared)
         self.anchors = make("surfel anchors", size=_ANCHOR * capacity, struct_size=_ANCHOR)
         self.estimators = make("surfel estimators", size=_ESTIMATOR * capacity, struct_size=_ESTIMATOR)
-        self.born = make("surfel births", size=4 * capacity, struct_size=4)
+        self.taken = make("surfel rays so far", size=4 * capacity, struct_size=4)
         self.turns = make("surfel turns", size=8 * capacity, struct_size=8)
         self.surfel_of_ray = make("surfel rays", size=4 * self.rays, struct_size=4)
         self.arrived = make("light of surfel rays", size=12 * self.rays, struct_size=12)
@@ -150,7 +150,7 @@ class SurfelIndirect(Effect):
             surfels=pool,
             anchors=pool.anchors,
             estimators=pool.estimators,
-            born=pool.born,
+            taken=pool.taken,
             **slots,
         )
         self._queue(
@@ -162,6 +162,7 @@ class SurfelIndirect(Effect):
             surfelOfRay=pool.surfel_of_ray,
             rayCount=pool.ray_count,
             turns=pool.turns,
+            taken=pool.taken,
             capacity=pool.capacity,
             budget=pool.rays,
         )
@@ -179,7 +180,7 @@ class SurfelIndirect(Effect):
             surfelOfRay=pool.surfel_of_ray,
             rayCount=pool.ray_count,
             turns=pool.turns,
-            born=pool.born,
+            taken=pool.taken,
             arrived=pool.arrived,
             width=_RAYS_ACROSS,
         )
