@@ -93,7 +93,7 @@ class StochasticLightDenoiser(Effect):
         textures = self._history.turn(frame)
         self._accumulate(scene.material_types)(
             frame,
-            accumulate_grid(frame.size),
+            accumulate_grid(frame.size, _PARTS),
             frame=frame,
             gbuffer=gbuffer,
             scene=scene,
