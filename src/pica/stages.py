@@ -70,7 +70,7 @@ class Stages(Closing):
         if changed & {"rays", "reflections"}:
             off = settings.reflections.mode == "off"
             self.reflections = None if off else Reflections(device.part(), size, settings.reflections, self.tracer)
-            self._light_sampler.expect_hits(not off)
+            self._light_sampler.expect_hits(settings.reflections.mode == "ray_traced")
         if "lighting" in changed:
             self.lighting = DirectLighting(device.part(), size, view, settings.lighting)
         if "antialiasing" in changed:

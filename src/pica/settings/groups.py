@@ -311,10 +311,11 @@ class LightingSettings(Group):
 class ReflectionsSettings(Group):
     """What surfaces mirror of others, of what shines and of the surroundings."""
 
-    mode: Literal["off", "ray_traced"] = choice(
+    mode: Literal["off", "screen_space", "ray_traced"] = choice(
         "ray_traced",
         "How it is found.",
         off="Not at all, but for what direct light's own samples find of emissive triangles and the environment.",
+        screen_space="A quarter of a ray a pixel over the depth buffer: what the picture shows of others. Without rays.",
         ray_traced="A quarter of a ray a pixel along the lobe that the surface mirrors, and as many from there to a"
         " light.",
     )
@@ -326,6 +327,11 @@ class ReflectionsSettings(Group):
         " what mirrors well rays go on, and one looks for what shines beyond the last.",
         higher="mirrors in mirrors, more rays",
         lower="less time",
+    )
+    area_lights: bool = switch(
+        False,
+        "Rays meet rectangle, disk, sphere and tube lights as shapes that shine, with all that hides them; false: direct"
+        " light brings what surfaces mirror of them, without noise, and dims it as a whole where they are hidden in part.",
     )
     filter: bool = switch(
         True,

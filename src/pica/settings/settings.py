@@ -122,7 +122,7 @@ PRESETS = {
             "shadows.method": "maps",
             "ambient_occlusion.mode": "ground_truth",
             "lighting.environment": "prefiltered",
-            "reflections.mode": "off",
+            "reflections.mode": "screen_space",
         },
     ),
     "low": Level("hybrid with every group at its low level: faster.", _at_level("low")),

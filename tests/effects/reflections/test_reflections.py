@@ -7,7 +7,7 @@ import pica
 from pica.quality.effects import MeasuredEffect, compare_effect
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
-from pica.scene.light import PointLight, RectangleLight
+from pica.scene.light import DiskLight, PointLight, RectangleLight, SphereLight, TubeLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, turn
@@ -62,14 +62,35 @@ def glossy_room():
     )
 
 
-SCENES = {"furnace": furnace, "cornell": lambda: (pica.scenes.cornell(), None), "glossy room": glossy_room}
+def lamps():
+    """A glossy floor, walls and a ball below lamps of all shapes, one behind a board."""
+    floor, wall = metal(0.55), Material(base_color=(0.7, 0.6, 0.5, 1), metallic=0.0, roughness=0.5)
+    return (
+        scene_of(
+            placed(plane(4, 4, floor)),
+            placed(plane(4, 3, wall), move(0, 1.5, -2) @ turn("x", 90)),
+            placed(sphere(0.4, metal(0.4)), move(0.4, 0.4, -0.4)),
+            placed(box((0.8, 0.8, 0.05), wall), move(-0.7, 0.4, -1.2)),
+            shining(RectangleLight(radiance=3.0, width=1.4, height=1.0), move(0.8, 1.7, -1.2) @ turn("x", -30)),
+            shining(DiskLight(radiance=3.0, radius=0.7), move(-0.7, 0.9, -1.0)),
+            shining(SphereLight(radiance=2.0, radius=0.45), move(-0.9, 1.5, 0)),
+            shining(TubeLight(radiance=2.0, radius=0.2, length=1.0), move(0.3, 1.7, -0.6) @ turn("z", 20)),
+        ),
+        VIEW,
+    )
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_every_path_counts_once(device, name):
+SCENES = {"furnace": furnace, "cornell": lambda: (pica.scenes.cornell(), None), "glossy room": glossy_room, "lamps": lamps}
+SHAPES = {"reflections.area_lights": "true"}
+
+
+@pytest.mark.parametrize(
+    ("name", "values"), [*((name, {}) for name in SCENES), ("glossy room", SHAPES), ("lamps", SHAPES)]
+)
+def test_every_path_counts_once(device, name, values):
     """What each owner brings adds up to what the path tracer finds along the same paths (docs/light-paths.md)."""
     scene, camera = SCENES[name]()
-    renderer = pica.Renderer(scene, SIZE, settings(UNFILTERED), device)
+    renderer = pica.Renderer(scene, SIZE, settings(UNFILTERED | values), device)
     frame = renderer.render(192, camera)
     expected = pica.PathTracer(scene, SIZE, 3, settings(), device, indirect_diffuse=False).render(256, camera).color
     assert frame.color.mean() == pytest.approx(expected.mean(), rel=0.01)
