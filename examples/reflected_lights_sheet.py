@@ -59,7 +59,9 @@ def main() -> None:
         settings = pica.Settings().with_values({"reflections.area_lights": shapes})
         found = pica.Renderer(scene, (width, height), settings).render(arguments.frames, camera).color
         shown = quality.exposed(found, exposure)
-        panels[f"{title}: {decibels(shown, panels['path traced']):.1f} dB, light {found.mean() / truth.mean():.3f}"] = shown
+        panels[f"{title}: {decibels(shown, panels['path traced']):.1f} dB, light {found.mean() / truth.mean():.3f}"] = (
+            shown
+        )
     print(*panels, sep="\n")
     errors = {
         f"error x 5 of {title.split(':')[0]}": np.clip(5 * np.abs(shown - panels["path traced"]), 0, 1)

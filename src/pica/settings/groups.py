@@ -328,6 +328,14 @@ class ReflectionsSettings(Group):
         higher="mirrors in mirrors, more rays",
         lower="less time",
     )
+    reconstruction: Literal["ratio", "radiance"] = choice(
+        "ratio",
+        "How a pixel is rebuilt from neighbours' rays, where it is filtered.",
+        ratio="From a few neighbours, whose rays follow the lobe, by what its own surface mirrors of where they ended over"
+        " the chance that they went there (RTG 25, 25.2.2).",
+        radiance="Up to a squared roughness of 0.25 rays are those of perfect mirrors, and the lobe is drawn over the picture"
+        " of what they brought (RTG 19, 19.3.2.2); wider lobes as ratio.",
+    )
     area_lights: bool = switch(
         False,
         "Rays meet rectangle, disk, sphere and tube lights as shapes that shine, with all that hides them; false: direct"

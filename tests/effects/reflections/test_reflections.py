@@ -80,7 +80,12 @@ def lamps():
     )
 
 
-SCENES = {"furnace": furnace, "cornell": lambda: (pica.scenes.cornell(), None), "glossy room": glossy_room, "lamps": lamps}
+SCENES = {
+    "furnace": furnace,
+    "cornell": lambda: (pica.scenes.cornell(), None),
+    "glossy room": glossy_room,
+    "lamps": lamps,
+}
 SHAPES = {"reflections.area_lights": "true"}
 
 
@@ -154,12 +159,23 @@ def mirrored_board():
     return scene_of(placed(plane(12, 12, metal(0.02))), *stripes, environment=uniform(0.2, 0.2, 0.2))
 
 
-def test_what_a_flat_mirror_shows_moves_with_what_is_mirrored(device, monkeypatch):
-    """Its history is found where the mirrored point was, not where the mirror was."""
+def ball_before_stripes():
+    """A mirror that bulges, and behind the camera stripes that shine."""
+    light = lambert(0, emission=(4.0, 4.0, 4.0))
+    stripes = [placed(box((0.25, 4, 0.1), light), move(x, 1, 6)) for x in range(-6, 7)]
+    return scene_of(placed(sphere(4.0, metal(0.05)), move(0, 1, -4)), *stripes, environment=uniform(0.2, 0.2, 0.2))
+
+
+FLAT = mirrored_board, Camera.look_at((0, 0.8, 3), (0, 0.2, 0), fov=50)
+CURVED = ball_before_stripes, Camera.look_at((0, 1.2, 4), (0, 1, 0), fov=32)
+
+
+@pytest.mark.parametrize(("scene", "camera"), [FLAT, CURVED], ids=["flat", "curved"])
+def test_what_a_mirror_shows_moves_with_its_image(device, monkeypatch, scene, camera):
+    """Its history is found where the image of the mirrored point was, not where the mirror was."""
     errors = []
     for follows in (True, False):
-        scene = mirrored_board()
-        renderer = pica.Renderer(scene, SIZE, settings({"reflections.mode": "ray_traced"}), device)
+        renderer = pica.Renderer(scene(), SIZE, settings({"reflections.mode": "ray_traced"}), device)
         if not follows:
             accumulate = renderer.reflections._accumulate
             blank = device.texture("nowhere", renderer.reflections._textures["distances"].format, SIZE)
@@ -168,9 +184,8 @@ def test_what_a_flat_mirror_shows_moves_with_what_is_mirrored(device, monkeypatc
                 return accumulate(*arguments, **(values | {"distances": blank}))
 
             monkeypatch.setattr(renderer.reflections, "_accumulate", without_distances)
-        camera = Camera.look_at((0, 0.8, 3), (0, 0.2, 0), fov=50)
         errors.append(np.mean(compare_effect(renderer, "reflections", "camera", 10, 32, camera).psnr[4:]))
-    assert errors[0] > errors[1] + 0.5
+    assert errors[0] > errors[1] + 1.5
 
 
 def test_off_traces_nothing_and_leaves_what_shines_to_the_samples(device):
@@ -187,3 +202,32 @@ def test_an_environment_that_is_off_is_not_mirrored(device):
     values = {"reflections.mode": "ray_traced", "lighting.environment": "off"}
     frame = pica.Renderer(scene, SIZE, settings(values), device).render(1, camera)
     assert frame.color[frame.aov("instance") > 0].max() == 0
+
+
+def striped_floor(alpha):
+    """A metal floor before boxes that shine and a board as wide as the picture."""
+    shapes = ((0.6, 1.0, 0.3), (-0.6, 0.5, -0.6), (3.0, 0.4, 0.3)), ((0.2, 0.8, 0.2), (0.5, 0.4, -0.3), (0.4, 2.0, 2.0))
+    boxes = [placed(box(size, lambert(0, emission=light)), move(*place)) for size, place, light in shapes]
+    board = placed(box((40, 30, 0.1), lambert(0, emission=(0.3, 0.4, 0.5))), move(0, 0, -4))
+    return scene_of(placed(plane(12, 12, metal(alpha**0.5))), *boxes, board), VIEW
+
+
+@pytest.mark.parametrize(("alpha", "bias", "better"), [(0.05, 0.03, 0.6), (0.15, 0.1, 1.0)])
+def test_mirror_rays_draw_a_glossy_floor(device, alpha, bias, better):
+    """RTG 19, 19.3.2.2: a lobe from rays of perfect mirrors, in one frame. The wider the lobe the more of it is beyond the
+    picture's edge."""
+    scene, camera = striped_floor(alpha)
+    errors = {}
+    for way in ("ratio", "radiance"):
+        values = {"reflections.mode": "ray_traced", "reflections.reconstruction": way}
+        renderer = pica.Renderer(scene, (96, 72), settings(values), device)
+        measured = MeasuredEffect(renderer, "reflections")
+        renderer.advance(camera, jittered=False)
+        found = np.nan_to_num(measured.result()["reflections"])
+        densities = renderer.reflections._textures["ends"].to_numpy()[..., 3]
+        assert (densities < 0).any() == (way == "radiance"), "mirror rays have none"
+        truth = truth if errors else np.nan_to_num(measured.reference(512)["reflections"])
+        there = truth.max(-1) > 0
+        errors[way] = np.abs(found - truth)[there].mean() / truth[there].mean()
+    assert found[there].mean() == pytest.approx(truth[there].mean(), rel=bias)
+    assert errors["radiance"] < better * errors["ratio"]

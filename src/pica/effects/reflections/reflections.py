@@ -30,7 +30,9 @@ class Reflections(Effect):
         self._device, self._settings = device, settings
         self._traced = TracedRays(device, settings, tracer) if settings.mode == "ray_traced" else None
         self._screen = ScreenRays(device, size) if settings.mode == "screen_space" else None
-        self._reconstruct = programs(device).compute(f"{_FOLDER}/reconstruct.slang")
+        self._mirrors = settings.reconstruction == "radiance" and settings.filter
+        step = "reconstruct_radiance" if self._mirrors else "reconstruct"
+        self._reconstruct = programs(device).compute(f"{_FOLDER}/{step}.slang")
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
         self._allocate(size)
@@ -96,7 +98,7 @@ class Reflections(Effect):
     ) -> None:
         """Add what this frame's surfaces mirror to `radiance`."""
         textures, filtered = self._textures, self._settings.filter
-        found = {"ends": textures["ends"], "light": textures["light"]}
+        found = {"ends": textures["ends"], "light": textures["light"], "mirrors": int(self._mirrors)}
         if self._traced is not None:
             self._traced(frame, gbuffer, scene, light, **found)
         if self._screen is not None:
@@ -113,7 +115,7 @@ class Reflections(Effect):
             light=textures["light"],
             reconstructed=textures["reconstructed"],
             distances=textures["distances"],
-            filtered=int(filtered),
+            **({} if self._mirrors else {"filtered": int(filtered)}),
         )
         if filtered:
             self._accumulate(
