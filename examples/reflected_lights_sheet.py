@@ -1,6 +1,8 @@
-"""What a glossy floor shows of two lights behind an object, as figure 19-13 of Liu et al. 2019, "Cinematic Rendering in UE4
-with Real-Time Ray Tracing and Denoising", has it: by linearly transformed cosines times the filtered shadow, and by reflection
-rays that meet the lights; with the errors of both against the path tracer.
+"""What a glossy floor shows of two lights behind an object, by two ways.
+
+As figure 19-13 of Liu et al. 2019, "Cinematic Rendering in UE4 with Real-Time Ray Tracing and Denoising", has it: by
+linearly transformed cosines times the filtered shadow, and by reflection rays that meet the lights; with the errors of
+both against the path tracer.
 
     python examples/reflected_lights_sheet.py sheet.png
 """

@@ -79,7 +79,11 @@ def test_a_frame_without_rays_is_that_of_the_raster_preset(device, raster_only, 
         for name in ("BuildDesc", "InstanceDesc", "QueryDesc"):
             patch.delattr(spy, f"AccelerationStructure{name}")
         renderer, picture = two_frames(None, raster_only)
-    assert told() == ["shadows.method is maps", "lighting.environment is prefiltered", "reflections.mode is screen_space"]
+    assert told() == [
+        "shadows.method is maps",
+        "lighting.environment is prefiltered",
+        "reflections.mode is screen_space",
+    ]
     assert renderer.settings.shadows.method == "maps"
     _, expected = two_frames(pica.Settings.preset("raster").with_values({"ambient_occlusion.mode": "off"}), device)
     assert expected.color.mean() > 0.1

@@ -315,7 +315,8 @@ class ReflectionsSettings(Group):
         "ray_traced",
         "How it is found.",
         off="Not at all, but for what direct light's own samples find of emissive triangles and the environment.",
-        screen_space="A quarter of a ray a pixel over the depth buffer: what the picture shows of others. Without rays.",
+        screen_space="A quarter of a ray a pixel over the depth buffer: what the picture shows of others. Without"
+        " rays.",
         ray_traced="A quarter of a ray a pixel along the lobe that the surface mirrors, and as many from there to a"
         " light.",
     )
@@ -331,15 +332,16 @@ class ReflectionsSettings(Group):
     reconstruction: Literal["ratio", "radiance"] = choice(
         "ratio",
         "How a pixel is rebuilt from neighbours' rays, where it is filtered.",
-        ratio="From a few neighbours, whose rays follow the lobe, by what its own surface mirrors of where they ended over"
-        " the chance that they went there (RTG 25, 25.2.2).",
-        radiance="Up to a squared roughness of 0.25 rays are those of perfect mirrors, and the lobe is drawn over the picture"
-        " of what they brought (RTG 19, 19.3.2.2); wider lobes as ratio.",
+        ratio="From a few neighbours, whose rays follow the lobe, by what its own surface mirrors of where they ended"
+        " over the chance that they went there (RTG 25, 25.2.2).",
+        radiance="Up to a squared roughness of 0.16 rays are those of perfect mirrors, and the lobe is drawn over the"
+        " picture of what they brought (RTG 19, 19.3.2.2); wider lobes as ratio.",
     )
     area_lights: bool = switch(
         False,
-        "Rays meet rectangle, disk, sphere and tube lights as shapes that shine, with all that hides them; false: direct"
-        " light brings what surfaces mirror of them, without noise, and dims it as a whole where they are hidden in part.",
+        "Rays meet rectangle, disk, sphere and tube lights as shapes that shine, with all that hides them; false:"
+        " direct light brings what surfaces mirror of them, without noise, and dims it as a whole where they are hidden"
+        " in part.",
     )
     filter: bool = switch(
         True,

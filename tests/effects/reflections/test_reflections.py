@@ -214,10 +214,9 @@ def striped_floor(alpha):
 
 @pytest.mark.parametrize(("alpha", "bias", "better"), [(0.05, 0.03, 0.6), (0.15, 0.1, 1.0)])
 def test_mirror_rays_draw_a_glossy_floor(device, alpha, bias, better):
-    """RTG 19, 19.3.2.2: a lobe from rays of perfect mirrors, in one frame. The wider the lobe the more of it is beyond the
-    picture's edge."""
+    """RTG 19, 19.3.2.2: a lobe from rays of perfect mirrors, in one frame. Of a wide one much is beyond the edge."""
     scene, camera = striped_floor(alpha)
-    errors = {}
+    errors, truth = {}, None
     for way in ("ratio", "radiance"):
         values = {"reflections.mode": "ray_traced", "reflections.reconstruction": way}
         renderer = pica.Renderer(scene, (96, 72), settings(values), device)
@@ -226,7 +225,8 @@ def test_mirror_rays_draw_a_glossy_floor(device, alpha, bias, better):
         found = np.nan_to_num(measured.result()["reflections"])
         densities = renderer.reflections._textures["ends"].to_numpy()[..., 3]
         assert (densities < 0).any() == (way == "radiance"), "mirror rays have none"
-        truth = truth if errors else np.nan_to_num(measured.reference(512)["reflections"])
+        if truth is None:
+            truth = np.nan_to_num(measured.reference(512)["reflections"])
         there = truth.max(-1) > 0
         errors[way] = np.abs(found - truth)[there].mean() / truth[there].mean()
     assert found[there].mean() == pytest.approx(truth[there].mean(), rel=bias)

@@ -61,7 +61,7 @@ class Reflections(Effect):
     def surroundings(self) -> spy.Texture | None:
         """Where the next call looks for what surfaces mirror of the prefiltered environment, (width, height,
         rgba32_float) over albedo; None: that is not for reflections to bring."""
-        return self._screen and self._screen.surroundings
+        return None if self._screen is None else self._screen.surroundings
 
     def reset(self) -> None:
         """Drop the history."""
