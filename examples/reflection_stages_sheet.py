@@ -1,7 +1,7 @@
 """How reflections come about from a quarter of a ray a pixel, in the first frame, so that no history helps.
 
-As figures 25-13 to 25-15 of Barré-Brisebois et al. 2019, "Hybrid Rendering for Real-Time Ray Tracing", have it: what the
-rays bring at half size, that rebuilt at full size, its deviation, what is left after the filters, and many rays.
+As figures 25-13 to 25-15 of Barré-Brisebois et al. 2019, "Hybrid Rendering for Real-Time Ray Tracing", have it: what
+the rays bring at half size, that rebuilt at full size, its deviation, what is left after the filters, and many rays.
 
     python examples/reflection_stages_sheet.py sheet.png --scene corridor
 """

@@ -85,6 +85,8 @@ class Reflections(Effect):
 
     def ray_counts(self) -> dict[str, int]:
         """Rays that followed a surface's lobe; those from what they met to a light are as many at most."""
+        if self._traced is None:
+            return {}
         return {"reflection_rays": int(np.count_nonzero(self._textures["ends"].to_numpy()[..., 3]))}
 
     def __call__(

@@ -20,7 +20,7 @@ class ScreenRays:
     def __init__(self, device: Device, size: Size) -> None:
         self._device = device
         self._build = device.compute(f"{_FOLDER}/depth_pyramid.slang")
-        self._march = programs(device).compute(f"{_FOLDER}/screen_rays.slang")
+        self._march = programs(device).compute(f"{_FOLDER}/screen_space.slang")
         self.resize(size)
 
     def resize(self, size: Size) -> None:
@@ -44,7 +44,7 @@ class ScreenRays:
         reprojection: Reprojection,
         **pictures: object,
     ) -> None:
-        """March. `pictures`: the parameters of screen_rays.slang beyond that."""
+        """March. `pictures`: the parameters of screen_space.slang beyond that."""
         width, height = half_size(frame.size)
         threads = (-(-width // 8) * 8, -(-height // 8) * 8, 1)
         self._build(frame, threads, frame=frame, gbuffer=gbuffer, pyramid=self._pyramid)
