@@ -101,7 +101,8 @@ class Renderer(Stages):
         shadows = self.shadows(frame, gbuffer, scene, light, reprojection) if self.shadows else None
         occlusion = self.ambient_occlusion(frame, gbuffer, scene, reprojection) if self.ambient_occlusion else None
         noisy = self.stochastic_light.samples() if slots.noisy else None
-        radiance = self.lighting(frame, gbuffer, scene, light, shadows, occlusion, noisy)
+        mirrored = self.reflections.surroundings() if self.reflections else None
+        radiance = self.lighting(frame, gbuffer, scene, light, shadows, occlusion, noisy, mirrored)
         if noisy is not None:
             self.stochastic_light(frame, gbuffer, scene, radiance, reprojection)
         if self.global_illumination is not None:

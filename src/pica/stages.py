@@ -6,8 +6,7 @@ from dataclasses import fields
 from pica.effects.ambient_occlusion.ambient_occlusion import AmbientOcclusion
 from pica.effects.antialiasing.antialiasing import Antialiasing
 from pica.effects.gbuffer.gbuffer import GBufferEffect
-from pica.effects.global_illumination.path_traced import PathTracedIndirect
-from pica.effects.global_illumination.surfels import SurfelIndirect
+from pica.effects.global_illumination.global_illumination import GlobalIllumination
 from pica.effects.lighting.lighting import DirectLighting
 from pica.effects.post.post import Post
 from pica.effects.reflections.reflections import Reflections
@@ -73,8 +72,11 @@ class Stages(Closing):
             off = settings.reflections.mode == "off"
             self.reflections = None if off else Reflections(device.part(), size, settings.reflections, self.tracer)
         if changed & {"rays", "global_illumination"}:
-            self.global_illumination = self._global_illumination()
-        self._light_sampler.expect_hits(bool(self.reflections or self.global_illumination))
+            indirect = settings.global_illumination
+            off = indirect.mode == "off"
+            self.global_illumination = None if off else GlobalIllumination(device.part(), size, indirect, self.tracer)
+        by_rays = settings.reflections.mode == "ray_traced"
+        self._light_sampler.expect_hits(by_rays or settings.global_illumination.mode != "off")
         if "lighting" in changed:
             self.lighting = DirectLighting(device.part(), size, view, settings.lighting)
         if "antialiasing" in changed:
@@ -98,13 +100,6 @@ class Stages(Closing):
         if settings.shadows.method == "maps":
             return ShadowMaps(self.device.part(), self.render_size, settings)
         return Shadows(self.device.part(), self.render_size, settings.shadows, self.tracer)
-
-    def _global_illumination(self) -> PathTracedIndirect | SurfelIndirect | None:
-        settings = self.settings.global_illumination
-        if settings.mode == "off":
-            return None
-        made = PathTracedIndirect if settings.mode == "path_traced" else SurfelIndirect
-        return made(self.device.part(), self.render_size, settings, self.tracer)
 
     @property
     def effects(self) -> list[Effect]:

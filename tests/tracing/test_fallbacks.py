@@ -87,7 +87,7 @@ def test_a_frame_without_rays_is_that_of_the_raster_preset(device, raster_only, 
     assert told() == [
         "shadows.method is maps",
         "lighting.environment is prefiltered",
-        "reflections.mode is off",
+        "reflections.mode is screen_space",
         "global_illumination.mode is off",
     ]
     assert renderer.settings.shadows.method == "maps"

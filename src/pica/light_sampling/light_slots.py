@@ -85,6 +85,7 @@ class LightSlots:
         whole = self._settings.lighting.area_lights == "ltc"
         self.first_sampled = len(denoised) if whole and not by_rays else 0
         candidates = self._settings.lighting.candidates
+        by_reflection_rays = self._settings.reflections.mode == "ray_traced"
         ratio = bool(denoised) and self._settings.lighting.area_shadows == "ratio"
         self.block.bind(
             ranges=self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
@@ -100,7 +101,8 @@ class LightSlots:
             candidates=candidates if environment else min(candidates, sources),
             byBrdf=int(environment),
             reflections=int(self._settings.reflections.mode != "off"),
-            surroundings=int(self._settings.lighting.environment != "off"),
+            shapes=int(by_reflection_rays and self._settings.reflections.area_lights),
+            surroundings=int(by_reflection_rays and self._settings.lighting.environment != "off"),
         )
 
     def _denoiser(self, light: Light | None) -> str:

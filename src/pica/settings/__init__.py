@@ -4,15 +4,14 @@ from pica.settings.groups import (
     AmbientOcclusionSettings,
     AntialiasingSettings,
     GeometrySettings,
-    GlobalIlluminationSettings,
     LightingSettings,
     PostSettings,
     RaysSettings,
-    ReflectionsSettings,
     ShadowMapsSettings,
     ShadowsSettings,
     VisibilitySettings,
 )
+from pica.settings.indirect_groups import GlobalIlluminationSettings, ReflectionsSettings
 from pica.settings.settings import PRESETS, Settings
 
 __all__ = [

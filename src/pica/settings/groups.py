@@ -308,66 +308,6 @@ class LightingSettings(Group):
 
 
 @dataclass(frozen=True)
-class ReflectionsSettings(Group):
-    """What surfaces mirror of others, of what shines and of the surroundings."""
-
-    mode: Literal["off", "ray_traced"] = choice(
-        "ray_traced",
-        "How it is found.",
-        off="Not at all, but for what direct light's own samples find of emissive triangles and the environment.",
-        ray_traced="A quarter of a ray a pixel along the lobe that the surface mirrors, and as many from there to a"
-        " light.",
-    )
-    bounces: int = number(
-        1,
-        range=(1, 4),
-        unit="surfaces",
-        text="That a reflection shows lit: with 2, lit surfaces are seen in mirrors that are seen in mirrors. Only from"
-        " what mirrors well rays go on, and one looks for what shines beyond the last.",
-        higher="mirrors in mirrors, more rays",
-        lower="less time",
-    )
-    filter: bool = switch(
-        True,
-        "Rebuild each pixel from neighbours and earlier frames; false: this frame's rays alone, one for four pixels.",
-    )
-
-
-@dataclass(frozen=True)
-class GlobalIlluminationSettings(Group):
-    """Light that surfaces reflect diffusely of other surfaces."""
-
-    mode: Literal["off", "path_traced", "surfels"] = choice(
-        "path_traced",
-        "How it is found.",
-        off="Not at all: what no light reaches directly is black.",
-        path_traced="A quarter of a path a pixel, and a filter.",
-        surfels="Discs on surfaces remember it, with a few rays from each in every frame.",
-    )
-    bounces: int = number(
-        2,
-        range=(1, 8),
-        unit="surfaces",
-        text="That light may meet between a lamp and what the camera sees, path_traced; surfels have no limit.",
-        higher="brighter rooms, more rays",
-        lower="less time",
-    )
-    surfels: int = number(
-        250_000,
-        range=(1_000, 4_000_000),
-        unit="surfels",
-        text="Room for so many.",
-        higher="larger worlds without gaps",
-        lower="less memory and time",
-    )
-    filter: bool = switch(
-        True,
-        "Smooth path_traced light over neighbours' rays and earlier frames; false: this frame's paths alone, one for"
-        " four pixels.",
-    )
-
-
-@dataclass(frozen=True)
 class AntialiasingSettings(Group):
     """How jittered frames make one picture."""
 

@@ -9,15 +9,14 @@ from pica.settings.groups import (
     AmbientOcclusionSettings,
     AntialiasingSettings,
     GeometrySettings,
-    GlobalIlluminationSettings,
     LightingSettings,
     PostSettings,
     RaysSettings,
-    ReflectionsSettings,
     ShadowMapsSettings,
     ShadowsSettings,
     VisibilitySettings,
 )
+from pica.settings.indirect_groups import GlobalIlluminationSettings, ReflectionsSettings
 from pica.settings.setting import Group, Level, Value, declared, dotted, number
 
 
@@ -124,7 +123,7 @@ PRESETS = {
             "shadows.method": "maps",
             "ambient_occlusion.mode": "ground_truth",
             "lighting.environment": "prefiltered",
-            "reflections.mode": "off",
+            "reflections.mode": "screen_space",
             "global_illumination.mode": "off",
         },
     ),

@@ -13,7 +13,7 @@ WITHOUT_RAYS = {
     "shadows.method": "maps",
     "ambient_occlusion.mode": "ground_truth",
     "lighting.environment": "prefiltered",
-    "reflections.mode": "off",
+    "reflections.mode": "screen_space",
     "global_illumination.mode": "off",
 }
 """By setting, what each stage does without rays; the preset "raster" is all of these."""

@@ -1,11 +1,13 @@
 """Indirect light by paths from the pixels, a quarter a pixel, and a filter (RTG 19, 19.3.3.3 and 19.3.3.4)."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import slangpy as spy
 
-from pica.effects.global_illumination.views import color, indirect_views
+from pica.effects.global_illumination.views import indirect_views
 from pica.frame.context import FrameContext, Size, half_size
-from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
+from pica.frame.effect import Aov
 from pica.frame.gbuffer import GBuffer
 from pica.frame.history import History, accumulate_grid
 from pica.frame.reprojection import Reprojection
@@ -22,13 +24,12 @@ _LEAST_ROUGHNESS = 0.3
 """Of what paths meet, in the light of lamps (indirect_path.slang)."""
 
 
-class PathTracedIndirect(Effect):
-    """Adds the light that surfaces reflect diffusely of other lit surfaces."""
-
-    name = "global_illumination"
+class PathTracedIndirect:
+    """Indirect light by paths from the pixels."""
 
     def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
         self._device, self._settings = device, settings
+        self.bounces = settings.bounces
         module = f"{_FOLDER}/indirect_rays.slang"
         self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, simplified=True)
         self._gather = device.compute(f"{_FOLDER}/irradiance_gather.slang")
@@ -44,13 +45,12 @@ class PathTracedIndirect(Effect):
             "gathered": make("indirect light gathered", light, half),
             "nearness": make("nearness of indirect light", spy.Format.r32_float, half),
             "signal": make("indirect light accumulated", light, size),
-            "indirect": make("indirect light", light, size),
         }
         formats = {"history": light, "moments": light}
         self._history = History(self._device, "indirect light", formats, size, layers=1)
 
     def resize(self, size: Size) -> None:
-        """As Effect."""
+        """Work at another size."""
         self._device.give_back(*self._textures.values())
         self._history.give_back()
         self._allocate(size)
@@ -59,19 +59,9 @@ class PathTracedIndirect(Effect):
         """Drop the history."""
         self._history.reset()
 
-    def aovs(self) -> dict[str, Aov]:
-        """indirect: (height, width, 3) the light that surfaces reflect diffusely of others, in nits."""
-        return {"indirect": Aov((self._textures["indirect"],), color)}
-
     def debug_aovs(self) -> dict[str, Aov]:
         """See views.py."""
         return indirect_views({**self._textures, **self._history.current})
-
-    def reference(self) -> Reference:
-        """The same by many paths."""
-        inputs = "frame", "gbuffer", "scene"
-        layers = {"indirect": ReferenceLayer(self.aovs()["indirect"], {"bounces": self._settings.bounces})}
-        return Reference("path_tracer/indirect_light.slang", "IndirectLight", "surface", inputs, layers, is_light=True)
 
     def ray_counts(self) -> dict[str, int]:
         """First rays of the paths; those to lights and further on are as many at most, for each bounce."""
@@ -84,12 +74,10 @@ class PathTracedIndirect(Effect):
         scene: SceneView,
         light: LightSamples,
         reprojection: Reprojection,
-        occlusion: spy.Texture | None,
-        exposure: spy.Buffer,
-        radiance: spy.Texture,
+        pictures: Mapping[str, spy.Texture],
     ) -> None:
-        """Add what this frame's surfaces reflect diffusely of others to `radiance`."""
-        assert light.pool is not None, "LightSampler.expect_hits comes first"
+        """Write this frame's to the picture `indirect` and add it to `radiance`."""
+        assert light.pool is not None
         textures, settings, half = self._textures, self._settings, frame.at_half()
         self._trace(
             half,
@@ -116,8 +104,7 @@ class PathTracedIndirect(Effect):
             signal=textures["signal"],
             nearness=textures["nearness"],
             smooth=int(settings.filter),
-            indirect=textures["indirect"],
-            radiance=radiance,
+            **pictures,
         )
 
     def _smooth(self, frame: FrameContext, gbuffer: GBuffer, reprojection: Reprojection) -> None:

@@ -1,13 +1,14 @@
 """Indirect light from surfels: discs on surfaces that remember it (RTG 25, 25.2.6)."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import slangpy as spy
 
-from pica.effects.global_illumination.views import color
+from pica.effects.global_illumination.views import surfel_views
 from pica.frame.context import FrameContext, Size
-from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
+from pica.frame.effect import Aov
 from pica.frame.gbuffer import GBuffer
-from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
@@ -65,10 +66,11 @@ class SurfelPool:
         self.free_count.copy_from_numpy(np.array([self.capacity], np.int32))
 
 
-class SurfelIndirect(Effect):
-    """Adds the light that surfaces reflect diffusely of other lit surfaces."""
+class SurfelIndirect:
+    """Indirect light that surfels remember."""
 
-    name = "global_illumination"
+    bounces = 16
+    """No limit, about."""
 
     def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
         self._device = device
@@ -85,35 +87,20 @@ class SurfelIndirect(Effect):
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:
-        light = spy.Format.rgba32_float
-        self._arriving = self._device.texture("light of surfels", light, size)
-        self._indirect = self._device.texture("indirect light", light, size)
+        self._arriving = self._device.texture("light of surfels", spy.Format.rgba32_float, size)
 
     def resize(self, size: Size) -> None:
-        """As Effect."""
-        self._device.give_back(self._arriving, self._indirect)
+        """Work at another size."""
+        self._device.give_back(self._arriving)
         self._allocate(size)
 
     def reset(self) -> None:
         """Forget all surfels."""
         self._pool.clear()
 
-    def aovs(self) -> dict[str, Aov]:
-        """indirect: (height, width, 3) the light that surfaces reflect diffusely of others, in nits."""
-        return {"indirect": Aov((self._indirect,), color)}
-
     def debug_aovs(self) -> dict[str, Aov]:
-        """accumulated: (height, width, 3) the light that arrives, over pi, in nits; coverage: (height, width)."""
-        return {
-            "accumulated": Aov((self._arriving,), color),
-            "coverage": Aov((self._arriving,), lambda values: values[..., 3]),
-        }
-
-    def reference(self) -> Reference:
-        """The same by many paths."""
-        inputs = "frame", "gbuffer", "scene"
-        layers = {"indirect": ReferenceLayer(self.aovs()["indirect"], {"bounces": 16})}
-        return Reference("path_tracer/indirect_light.slang", "IndirectLight", "surface", inputs, layers, is_light=True)
+        """See views.py."""
+        return surfel_views(self._arriving)
 
     def ray_counts(self) -> dict[str, int]:
         """Rays from surfels; those to lights are as many at most."""
@@ -125,14 +112,12 @@ class SurfelIndirect(Effect):
         gbuffer: GBuffer,
         scene: SceneView,
         light: LightSamples,
-        reprojection: Reprojection,
         occlusion: spy.Texture | None,
         exposure: spy.Buffer,
-        radiance: spy.Texture,
+        pictures: Mapping[str, spy.Texture],
     ) -> None:
-        """Add what this frame's surfaces reflect diffusely of others to `radiance`. `occlusion`: of the screen, for
-        detail finer than surfels; `exposure`: a float, of the frame before."""
-        assert light.pool is not None, "LightSampler.expect_hits comes first"
+        """Write this frame's to the picture `indirect` and add it to `radiance`."""
+        assert light.pool is not None
         pool = self._pool
         each = (pool.capacity, 1, 1)
         slots = {"freeSlots": pool.free_slots, "freeCount": pool.free_count}
@@ -206,6 +191,5 @@ class SurfelIndirect(Effect):
             occlusion=occlusion or self._no_occlusion,
             occluded=int(occlusion is not None),
             arriving=self._arriving,
-            indirect=self._indirect,
-            radiance=radiance,
+            **pictures,
         )

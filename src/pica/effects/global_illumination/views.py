@@ -33,3 +33,11 @@ def indirect_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
         "variance": Aov((textures["signal"],), lambda values: values[..., 3]),
         "history": Aov((textures["moments"],), lambda layers: layers[0, ..., 1]),
     }
+
+
+def surfel_views(arriving: spy.Texture) -> dict[str, Aov]:
+    """What surfels tell each pixel, (height, width[, 3]).
+
+    accumulated: the light that arrives, over pi, in nits; coverage: the sum of the weights of their discs.
+    """
+    return {"accumulated": Aov((arriving,), color), "coverage": Aov((arriving,), lambda values: values[..., 3])}

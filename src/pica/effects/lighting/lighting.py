@@ -28,6 +28,7 @@ class DirectLighting(Effect):
         self._whole_lights = settings.area_lights == "ltc"
         self._ltc_tables = LtcTables(device)
         self._no_noisy = device.texture("no noisy light", spy.Format.rgba32_float, (1, 1), layers=2)
+        self._nothing_mirrored = device.texture("no mirrored surroundings", spy.Format.rgba32_float, (1, 1))
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
         self._use_prefiltered = settings.environment == "prefiltered"
         self._prefiltered = PrefilteredEnvironment(device, scene, wanted=self._use_prefiltered)
@@ -47,11 +48,14 @@ class DirectLighting(Effect):
         shadows: ShadowTextures | None,
         occlusion: spy.Texture | None,
         noisy: spy.Texture | None,
+        mirrored: spy.Texture | None,
     ) -> spy.Texture:
         """The lit picture of this frame; without `shadows` nothing casts any.
 
         `noisy`: where the light of noisy slots goes (StochasticLightDenoiser.samples); it is not in the picture then.
         None where there are none.
+
+        `mirrored`: where what surfaces mirror of the prefiltered environment goes, likewise (Reflections.surroundings).
 
         `occlusion`: the open share of each pixel's surroundings, which dims the prefiltered environment, the only light
         here that has no shadows of its own.
@@ -75,6 +79,8 @@ class DirectLighting(Effect):
             occluded=int(occlusion is not None),
             prefiltered=self._prefiltered,
             radiance=self._radiance,
+            mirroredSurroundings=mirrored or self._nothing_mirrored,
+            keepsMirrored=int(mirrored is not None),
             noisyLight=noisy or self._no_noisy,
         )
         return self._radiance

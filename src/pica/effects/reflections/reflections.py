@@ -3,6 +3,8 @@
 import numpy as np
 import slangpy as spy
 
+from pica.effects.reflections.screen_rays import ScreenRays
+from pica.effects.reflections.traced_rays import TracedRays
 from pica.effects.reflections.views import color, reflection_views
 from pica.frame.context import FrameContext, Size, half_size
 from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
@@ -15,11 +17,8 @@ from pica.programs.library import programs
 from pica.rhi.device import Device
 from pica.settings import ReflectionsSettings
 from pica.tracing.ray_buffers import Tracer
-from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/reflections"
-_LEAST_ROUGHNESS = 0.3
-"""Of what is mirrored, in the light of lamps (reflection_rays.slang)."""
 
 
 class Reflections(Effect):
@@ -29,9 +28,11 @@ class Reflections(Effect):
 
     def __init__(self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None) -> None:
         self._device, self._settings = device, settings
-        module = f"{_FOLDER}/reflection_rays.slang"
-        self._trace = ray_effect(device, module, "ReflectionRays", "surface", tracer, simplified=True)
-        self._reconstruct = programs(device).compute(f"{_FOLDER}/reconstruct.slang")
+        self._traced = TracedRays(device, settings, tracer) if settings.mode == "ray_traced" else None
+        self._screen = ScreenRays(device, size) if settings.mode == "screen_space" else None
+        self._mirrors = settings.reconstruction == "radiance" and settings.filter
+        step = "reconstruct_radiance" if self._mirrors else "reconstruct"
+        self._reconstruct = programs(device).compute(f"{_FOLDER}/{step}.slang")
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
         self._allocate(size)
@@ -54,6 +55,13 @@ class Reflections(Effect):
         self._device.give_back(*self._textures.values())
         self._history.give_back()
         self._allocate(size)
+        if self._screen is not None:
+            self._screen.resize(size)
+
+    def surroundings(self) -> spy.Texture | None:
+        """Where the next call looks for what surfaces mirror of the prefiltered environment, (width, height,
+        rgba32_float) over albedo; None: that is not for reflections to bring."""
+        return None if self._screen is None else self._screen.surroundings
 
     def reset(self) -> None:
         """Drop the history."""
@@ -63,8 +71,10 @@ class Reflections(Effect):
         """reflections: (height, width, 3) the light that surfaces mirror, in nits."""
         return {"reflections": Aov((self._textures["reflected"],), color)}
 
-    def reference(self) -> Reference:
-        """The same by many rays."""
+    def reference(self) -> Reference | None:
+        """The same by many rays; None where the picture alone is mirrored."""
+        if self._traced is None:
+            return None
         inputs = "frame", "gbuffer", "scene", "lightSlots"
         layers = {"reflections": ReferenceLayer(self.aovs()["reflections"], {"bounces": self._settings.bounces})}
         return Reference("path_tracer/mirrored_light.slang", "MirroredLight", "surface", inputs, layers, is_light=True)
@@ -75,6 +85,8 @@ class Reflections(Effect):
 
     def ray_counts(self) -> dict[str, int]:
         """Rays that followed a surface's lobe; those from what they met to a light are as many at most."""
+        if self._traced is None:
+            return {}
         return {"reflection_rays": int(np.count_nonzero(self._textures["ends"].to_numpy()[..., 3]))}
 
     def __call__(
@@ -87,22 +99,14 @@ class Reflections(Effect):
         radiance: spy.Texture,
     ) -> None:
         """Add what this frame's surfaces mirror to `radiance`."""
-        assert light.pool is not None, "LightSampler.expect_hits comes first"
-        textures, half = self._textures, frame.at_half()
-        self._trace(
-            half,
-            half.size,
-            frame=half,
-            gbuffer=gbuffer.at_half(frame),
-            scene=scene,
-            lightSlots=light.slots,
-            pool=light.pool.buffer,
-            entries=light.pool.entries if light.slots.every else 0,
-            bounces=self._settings.bounces,
-            leastRoughness=_LEAST_ROUGHNESS if self._settings.filter else 0.0,
-            ends=textures["ends"],
-            light=textures["light"],
-        )
+        textures, filtered = self._textures, self._settings.filter
+        found = {"ends": textures["ends"], "light": textures["light"], "mirrors": int(self._mirrors)}
+        if self._traced is not None:
+            self._traced(frame, gbuffer, scene, light, **found)
+        if self._screen is not None:
+            known = int(filtered and self._history.length > 0)
+            shown = {"radiance": radiance, "reflected": textures["reflected"]}
+            self._screen(frame, gbuffer, scene, reprojection, known=known, **shown, **found)
         self._reconstruct(scene.material_types)(
             frame,
             frame.grid,
@@ -113,9 +117,9 @@ class Reflections(Effect):
             light=textures["light"],
             reconstructed=textures["reconstructed"],
             distances=textures["distances"],
-            filtered=int(self._settings.filter),
+            **({} if self._mirrors else {"filtered": int(filtered)}),
         )
-        if self._settings.filter:
+        if filtered:
             self._accumulate(
                 frame,
                 frame.grid,
@@ -134,7 +138,7 @@ class Reflections(Effect):
             frame=frame,
             gbuffer=gbuffer,
             scene=scene,
-            signal=textures["signal" if self._settings.filter else "reconstructed"],
+            signal=textures["signal" if filtered else "reconstructed"],
             reflected=textures["reflected"],
             radiance=radiance,
         )

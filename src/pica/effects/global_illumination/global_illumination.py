@@ -1,0 +1,82 @@
+"""Diffuse global illumination: one effect, two ways to the same buffer."""
+
+import slangpy as spy
+
+from pica.effects.global_illumination.path_traced import PathTracedIndirect
+from pica.effects.global_illumination.surfels import SurfelIndirect
+from pica.effects.global_illumination.views import color
+from pica.frame.context import FrameContext, Size
+from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
+from pica.frame.gbuffer import GBuffer
+from pica.frame.reprojection import Reprojection
+from pica.gpu_scene.view import SceneView
+from pica.light_sampling.light_sampler import LightSamples
+from pica.rhi.device import Device
+from pica.settings import GlobalIlluminationSettings
+from pica.tracing.ray_buffers import Tracer
+
+
+class GlobalIllumination(Effect):
+    """Adds the light that surfaces reflect diffusely of other lit surfaces."""
+
+    name = "global_illumination"
+
+    def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
+        self._device = device
+        way = PathTracedIndirect if settings.mode == "path_traced" else SurfelIndirect
+        self._way = way(device, size, settings, tracer)
+        self._allocate(size)
+
+    def _allocate(self, size: Size) -> None:
+        self._indirect = self._device.texture("indirect light", spy.Format.rgba32_float, size)
+
+    def resize(self, size: Size) -> None:
+        """As Effect."""
+        self._device.give_back(self._indirect)
+        self._allocate(size)
+        self._way.resize(size)
+
+    def reset(self) -> None:
+        """Drop the history, or the surfels."""
+        self._way.reset()
+
+    def aovs(self) -> dict[str, Aov]:
+        """indirect: (height, width, 3) the light that surfaces reflect diffusely of others, in nits."""
+        return {"indirect": Aov((self._indirect,), color)}
+
+    def debug_aovs(self) -> dict[str, Aov]:
+        """See views.py."""
+        return self._way.debug_aovs()
+
+    def reference(self) -> Reference:
+        """The same by many paths."""
+        inputs = "frame", "gbuffer", "scene"
+        layers = {"indirect": ReferenceLayer(self.aovs()["indirect"], {"bounces": self._way.bounces})}
+        return Reference("path_tracer/indirect_light.slang", "IndirectLight", "surface", inputs, layers, is_light=True)
+
+    def ray_counts(self) -> dict[str, int]:
+        """First rays of the paths; those to lights are as many at most, and more where paths go on."""
+        return self._way.ray_counts()
+
+    def __call__(
+        self,
+        frame: FrameContext,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        light: LightSamples,
+        reprojection: Reprojection,
+        occlusion: spy.Texture | None,
+        exposure: spy.Buffer,
+        radiance: spy.Texture,
+    ) -> None:
+        """Add what this frame's surfaces reflect diffusely of others to `radiance`.
+
+        For surfels, `occlusion`: of the screen, None or detail finer than they are; `exposure`: a float, what one nit
+        was shown as in the frame before.
+        """
+        assert light.pool is not None, "LightSampler.expect_hits comes first"
+        pictures = {"indirect": self._indirect, "radiance": radiance}
+        if isinstance(self._way, SurfelIndirect):
+            self._way(frame, gbuffer, scene, light, occlusion, exposure, pictures)
+        else:
+            self._way(frame, gbuffer, scene, light, reprojection, pictures)

@@ -1,0 +1,89 @@
+"""The settings of light that reaches surfaces over other surfaces; as groups.py."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from pica.settings.setting import Group, Level, choice, number, switch
+
+
+@dataclass(frozen=True)
+class ReflectionsSettings(Group):
+    """What surfaces mirror of others, of what shines and of the surroundings."""
+
+    mode: Literal["off", "screen_space", "ray_traced"] = choice(
+        "ray_traced",
+        "How it is found.",
+        off="Not at all, but for what direct light's own samples find of emissive triangles and the environment.",
+        screen_space="A quarter of a ray a pixel over the depth buffer: what the picture shows of others. Without"
+        " rays.",
+        ray_traced="A quarter of a ray a pixel along the lobe that the surface mirrors, and as many from there to a"
+        " light.",
+    )
+    bounces: int = number(
+        1,
+        range=(1, 4),
+        unit="surfaces",
+        text="That a reflection shows lit: with 2, lit surfaces are seen in mirrors that are seen in mirrors. Only from"
+        " what mirrors well rays go on, and one looks for what shines beyond the last.",
+        higher="mirrors in mirrors, more rays",
+        lower="less time",
+    )
+    reconstruction: Literal["ratio", "radiance"] = choice(
+        "ratio",
+        "How a pixel is rebuilt from neighbours' rays, where it is filtered.",
+        ratio="From a few neighbours, whose rays follow the lobe, by what its own surface mirrors of where they ended"
+        " over the chance that they went there (RTG 25, 25.2.2).",
+        radiance="Up to a squared roughness of 0.16 rays are those of perfect mirrors, and the lobe is drawn over the"
+        " picture of what they brought (RTG 19, 19.3.2.2); wider lobes as ratio.",
+    )
+    area_lights: bool = switch(
+        False,
+        "Rays meet rectangle, disk, sphere and tube lights as shapes that shine, with all that hides them; false:"
+        " direct light brings what surfaces mirror of them, without noise, and dims it as a whole where they are hidden"
+        " in part.",
+    )
+    filter: bool = switch(
+        True,
+        "Rebuild each pixel from neighbours and earlier frames; false: this frame's rays alone, one for four pixels.",
+    )
+
+
+@dataclass(frozen=True)
+class GlobalIlluminationSettings(Group):
+    """Light that surfaces reflect diffusely of other surfaces."""
+
+    levels: ClassVar = {
+        "low": Level("At most two surfaces on the way: closed rooms are darker.", {"bounces": 2}),
+        "medium": Level("Up to 8 surfaces on the way."),
+        "high": Level("Up to 16.", {"bounces": 16}),
+    }
+
+    mode: Literal["off", "path_traced", "surfels"] = choice(
+        "path_traced",
+        "How it is found.",
+        off="Not at all: what no light reaches directly is black.",
+        path_traced="A quarter of a path a pixel, and a filter.",
+        surfels="Discs on surfaces remember it, with a few rays from each in every frame.",
+    )
+    bounces: int = number(
+        8,
+        range=(1, 16),
+        unit="surfaces",
+        text="That light may meet between a lamp and what the camera sees, if path_traced; by chance a path ends"
+        " before, the sooner the darker they are. Surfels have no limit.",
+        higher="brighter rooms, more rays",
+        lower="less time",
+    )
+    surfels: int = number(
+        250_000,
+        range=(1_000, 4_000_000),
+        unit="surfels",
+        text="Room for so many.",
+        higher="larger worlds without gaps",
+        lower="less memory and time",
+    )
+    filter: bool = switch(
+        True,
+        "Smooth path_traced light over neighbours' rays and earlier frames; false: this frame's paths alone, one for"
+        " four pixels.",
+    )
