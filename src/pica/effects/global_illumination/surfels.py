@@ -18,7 +18,7 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/global_illumination"
-_CELLS, _PER_CELL = 1 << 16, 32
+_CELLS, _PER_CELL = 1 << 16, 64
 """surfel_grid.slang: CELLS, PER_CELL."""
 _ANCHOR, _ESTIMATOR = 32, 48
 """Bytes: surfel_anchor.slang, multiscale_mean.slang."""
