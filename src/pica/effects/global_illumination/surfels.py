@@ -25,7 +25,7 @@ _ANCHOR, _ESTIMATOR = 32, 48
 _TILE = 16
 """surfel_spawn.slang: TILE."""
 _RAYS_ACROSS = 512
-_BOUNCES = 8
+_BOUNCES = 12
 """Surfaces on a path that meets no surfels."""
 _LEAST_ROUGHNESS = 0.3
 """Of what rays meet, in the light of lamps (indirect_path.slang)."""
