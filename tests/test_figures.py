@@ -9,6 +9,7 @@ from tests.assets import ASSETS, needs_assets
 
 FRAMES = 256
 HIGHEST_FLIP = 0.02
+DIRECT = pica.Settings().with_values({"global_illumination.mode": "off"})
 
 
 def helmet() -> pica.Scene:
@@ -21,7 +22,7 @@ SCENES = [pytest.param(pica.scenes.cornell, id="cornell"), pytest.param(helmet, 
 def check(device, make, size, samples, folder):
     """Mean FLIP of 256 frames against the path tracer at two edges; pictures stay in `folder` for a look."""
     scene = make()
-    hybrid = pica.Renderer(scene, size, device=device).render(FRAMES)
+    hybrid = pica.Renderer(scene, size, DIRECT, device).render(FRAMES)
     reference = pica.PathTracer(scene, size, max_depth=2, device=device).render(samples)
     hybrid.save(folder / "hybrid.exr", aovs=())
     reference.save(folder / "reference.exr", aovs=())

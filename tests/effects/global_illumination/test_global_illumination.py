@@ -13,6 +13,7 @@ from tests.building import settings
 
 SIZE = (96, 64)
 ON = {"global_illumination.mode": "path_traced"}
+SURFELS = {"global_illumination.mode": "surfels", "global_illumination.surfels": "20000"}
 
 
 def reflected(frame):
@@ -24,10 +25,19 @@ def direct_and_indirect(device, scene, frames, values=ON):
     return renderer, renderer.render(frames)
 
 
-@pytest.mark.parametrize("name", ["cornell", "court", "rooms"])
-def test_a_still_picture_is_that_of_many_paths(device, name):
+@pytest.mark.parametrize(
+    ("name", "values", "tolerance"),
+    [
+        ("cornell", ON, 0.02),
+        ("court", ON, 0.02),
+        ("rooms", ON, 0.02),
+        ("cornell", SURFELS, 0.05),
+        ("court", SURFELS, 0.05),
+    ],
+)
+def test_a_still_picture_is_that_of_many_paths(device, name, values, tolerance):
     """Light of a lamp made of triangles, of a sun, and of a lamp in another room."""
-    renderer = pica.Renderer(getattr(pica.scenes, name)(), SIZE, settings(ON), device)
+    renderer = pica.Renderer(getattr(pica.scenes, name)(), SIZE, settings(values), device)
     camera = renderer.scene.default_camera(1.5)
     camera = replace(camera, transform=move(0.013, 0.007, 0) @ camera.transform)  # no pixel's centre is on an edge
     for _ in range(96):
@@ -35,17 +45,18 @@ def test_a_still_picture_is_that_of_many_paths(device, name):
     measured = MeasuredEffect(renderer, "global_illumination")
     found, expected = measured.result()["indirect"], measured.reference(512)["indirect"]
     there = np.isfinite(expected)
-    assert found[there].mean() == pytest.approx(expected[there].mean(), rel=0.02)
+    assert found[there].mean() == pytest.approx(expected[there].mean(), rel=tolerance)
     white = np.percentile(expected[there], 95)
     error = np.clip(found[there] / white, 0, 1) - np.clip(expected[there] / white, 0, 1)
     assert -10 * np.log10(np.mean(error**2)) > 25  # dB
 
 
-def test_a_closed_door_keeps_the_light_out(device):
+@pytest.mark.parametrize("values", [ON, SURFELS])
+def test_a_closed_door_keeps_the_light_out(device, values):
     scene = pica.scenes.rooms(door=0.0)
-    _, dark = direct_and_indirect(device, scene, 16)
+    _, dark = direct_and_indirect(device, scene, 16, values)
     beside = pica.Camera.look_at((-1.2, 1.5, 1.8), (-2.4, 1.0, -1.2), fov=75)
-    lit = pica.Renderer(scene, SIZE, settings(ON), device).render(16, beside)
+    lit = pica.Renderer(scene, SIZE, settings(values), device).render(16, beside)
     assert lit.color.mean() > 0.1
     assert dark.color.mean() < 0.01 * lit.color.mean()
 
@@ -78,3 +89,31 @@ def test_the_first_frame_has_its_light(device):
     # And what its filter leaves is no noise to speak of: neighbours are alike where the light is.
     inside = np.s_[20:44, 30:66]
     assert np.abs(reflected(first) - reflected(later))[inside].mean() < 0.25 * reflected(later)[inside].mean()
+
+
+def test_surfels_ride_what_moves(device):
+    """What has moved keeps its surfels, and so its light, in the very next frame; what is gone gives them back."""
+    scene = pica.scenes.court()
+    renderer, before = direct_and_indirect(device, scene, 24, SURFELS)
+    ball = next(node for node in scene.nodes() if node.name == "ball 3")
+    coverage = "debug.global_illumination.coverage"
+    renderer.debug = True
+    ball.transform = move(0.4, 0, 0) @ ball.transform
+    after = renderer.render(1)
+    number = [node.name for node in scene.nodes()].index("ball 3") + 1
+    there = after.aov("instance") == number
+    assert there.sum() > 20 and after.aov(coverage)[there].mean() > 0.5
+    was = before.aov("instance") == number
+    assert reflected(after)[there].mean() == pytest.approx(reflected(before)[was].mean(), rel=0.3)
+
+
+def test_the_pool_of_surfels_never_runs_over(device):
+    """A camera that looks elsewhere all the time, and room for few."""
+    values = {**SURFELS, "global_illumination.surfels": "1000"}
+    renderer = pica.Renderer(pica.scenes.court(), SIZE, settings(values), device)
+    for turn in range(40):
+        angle = turn * 0.7
+        target = (np.cos(angle), 1.2, np.sin(angle))
+        frame = renderer.render(1, pica.Camera.look_at((0, 1.5, 0), target, fov=70))
+        assert renderer.global_illumination.ray_counts()["surfel_rays"] <= 1024 and np.isfinite(frame.color).all()
+    assert reflected(frame).mean() > 0.05

@@ -104,7 +104,8 @@ class SurfelIndirect:
 
     def ray_counts(self) -> dict[str, int]:
         """Rays from surfels; those to lights are as many at most."""
-        return {"surfel_rays": int(self._pool.ray_count.to_numpy().view(np.uint32)[0])}
+        wanted = int(self._pool.ray_count.to_numpy().view(np.uint32)[0])
+        return {"surfel_rays": min(wanted, self._pool.rays)}
 
     def __call__(
         self,
