@@ -19,6 +19,8 @@ _PRESAMPLED = 1 << 14
 """Points of lights that are drawn ahead for all pixels, 32 bytes each."""
 _PRESAMPLED_AT_HITS = 1 << 12
 """The same for what rays meet."""
+_LEAST_ROUGHNESS = 0.3
+"""Of what rays meet, in the light of lamps: a narrower highlight there is a rare spike (light_at_hits.slang)."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,16 @@ class LightSamples:
     """(width, height, denoised slots, r16_float) what they count in the share of their light that arrives."""
     pool: "LightPool | None"
     """Points of all that shines, for what rays meet; None where nobody asks for it."""
+
+    def at_hits(self, regularized: bool) -> dict[str, Any]:
+        """What ray effects need to light what they meet. `regularized`: with highlights wider than surfaces have."""
+        assert self.pool is not None, "LightSampler.expect_hits comes first"
+        return {
+            "lightSlots": self.slots,
+            "pool": self.pool.buffer,
+            "entries": self.pool.entries if self.slots.every else 0,
+            "leastRoughness": _LEAST_ROUGHNESS if regularized else 0.0,
+        }
 
 
 class LightPool:

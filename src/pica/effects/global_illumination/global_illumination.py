@@ -74,7 +74,6 @@ class GlobalIllumination(Effect):
         For surfels, `occlusion`: of the screen, None or detail finer than they are; `exposure`: a float, what one nit
         was shown as in the frame before.
         """
-        assert light.pool is not None, "LightSampler.expect_hits comes first"
         pictures = {"indirect": self._indirect, "radiance": radiance}
         if isinstance(self._way, SurfelIndirect):
             self._way(frame, gbuffer, scene, light, occlusion, exposure, pictures)

@@ -20,8 +20,6 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/global_illumination"
-_LEAST_ROUGHNESS = 0.3
-"""Of what paths meet, in the light of lamps (indirect_path.slang)."""
 
 
 class PathTracedIndirect:
@@ -77,7 +75,6 @@ class PathTracedIndirect:
         pictures: Mapping[str, spy.Texture],
     ) -> None:
         """Write this frame's to the picture `indirect` and add it to `radiance`."""
-        assert light.pool is not None
         textures, settings, half = self._textures, self._settings, frame.at_half()
         self._trace(
             half,
@@ -85,11 +82,8 @@ class PathTracedIndirect:
             frame=half,
             gbuffer=gbuffer.at_half(frame),
             scene=scene,
-            lightSlots=light.slots,
-            pool=light.pool.buffer,
-            entries=light.pool.entries if light.slots.every else 0,
             bounces=settings.bounces,
-            leastRoughness=_LEAST_ROUGHNESS if settings.filter else 0.0,
+            **light.at_hits(regularized=settings.filter),
             found=textures["found"],
         )
         if settings.filter:

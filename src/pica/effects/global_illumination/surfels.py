@@ -27,8 +27,6 @@ _TILE = 16
 _RAYS_ACROSS = 512
 _BOUNCES = 12
 """Surfaces on a path that meets no surfels."""
-_LEAST_ROUGHNESS = 0.3
-"""Of what rays meet, in the light of lamps (indirect_path.slang)."""
 
 
 class SurfelPool:
@@ -118,7 +116,6 @@ class SurfelIndirect:
         pictures: Mapping[str, spy.Texture],
     ) -> None:
         """Write this frame's to the picture `indirect` and add it to `radiance`."""
-        assert light.pool is not None
         pool = self._pool
         each = (pool.capacity, 1, 1)
         slots = {"freeSlots": pool.free_slots, "freeCount": pool.free_count}
@@ -157,11 +154,8 @@ class SurfelIndirect:
             (_RAYS_ACROSS, pool.rays // _RAYS_ACROSS),
             frame=frame,
             scene=scene,
-            lightSlots=light.slots,
-            pool=light.pool.buffer,
-            entries=light.pool.entries if light.slots.every else 0,
             bounces=_BOUNCES,
-            leastRoughness=_LEAST_ROUGHNESS,
+            **light.at_hits(regularized=True),
             surfels=pool,
             surfelOfRay=pool.surfel_of_ray,
             rayCount=pool.ray_count,

@@ -9,9 +9,6 @@ from pica.settings import ReflectionsSettings
 from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
-_LEAST_ROUGHNESS = 0.3
-"""Of what is mirrored, in the light of lamps (reflection_rays.slang)."""
-
 
 class TracedRays:
     """A ray for 2x2 pixels along the lobe that the surface mirrors, and one from what it meets to a light."""
@@ -25,7 +22,6 @@ class TracedRays:
         self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, samples: LightSamples, **found: object
     ) -> None:
         """Trace. `found`: `ends` and `light`, textures of half size, as reflected.slang has them."""
-        assert samples.pool is not None, "LightSampler.expect_hits comes first"
         half = frame.at_half()
         self._trace(
             half,
@@ -33,10 +29,7 @@ class TracedRays:
             frame=half,
             gbuffer=gbuffer.at_half(frame),
             scene=scene,
-            lightSlots=samples.slots,
-            pool=samples.pool.buffer,
-            entries=samples.pool.entries if samples.slots.every else 0,
             bounces=self._settings.bounces,
-            leastRoughness=_LEAST_ROUGHNESS if self._settings.filter else 0.0,
+            **samples.at_hits(regularized=self._settings.filter),
             **found,
         )
