@@ -31,6 +31,7 @@ class PathTracedIndirect:
         module = f"{_FOLDER}/indirect_rays.slang"
         self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, simplified=True)
         self._gather = device.compute(f"{_FOLDER}/irradiance_gather.slang")
+        self._widen = device.compute(f"{_FOLDER}/irradiance_atrous.slang")
         self._accumulate = device.compute(f"{_FOLDER}/irradiance_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/irradiance_filter.slang")
         self._allocate(size)
@@ -41,6 +42,7 @@ class PathTracedIndirect:
         self._textures = {
             "found": make("indirect light of rays", light, half),
             "gathered": make("indirect light gathered", light, half),
+            "widened": make("indirect light gathered widely", light, half),
             "nearness": make("nearness of indirect light", spy.Format.r32_float, half),
             "signal": make("indirect light accumulated", light, size),
         }
@@ -113,13 +115,22 @@ class PathTracedIndirect:
             gathered=textures["gathered"],
             nearness=textures["nearness"],
         )
+        self._widen(
+            half,
+            half.grid,
+            frame=half,
+            gbuffer=gbuffer.at_half(frame),
+            gathered=textures["gathered"],
+            nearness=textures["nearness"],
+            widened=textures["widened"],
+        )
         self._accumulate(
             frame,
             accumulate_grid(frame.size),
             frame=frame,
             gbuffer=gbuffer,
             reprojection=reprojection,
-            gathered=textures["gathered"],
+            gathered=textures["widened"],
             signal=textures["signal"],
             **self._history.turn(frame),
             known=int(not self._history.empty),
