@@ -105,11 +105,13 @@ class Renderer(Stages):
         radiance = self.lighting(frame, gbuffer, scene, light, shadows, occlusion, noisy, mirrored)
         if noisy is not None:
             self.stochastic_light(frame, gbuffer, scene, radiance, reprojection)
+        indirect = None
         if self.global_illumination is not None:
             exposure = self.post.exposure
-            self.global_illumination(frame, gbuffer, scene, light, reprojection, occlusion, exposure, radiance)
+            inputs = light, reprojection, occlusion, exposure
+            indirect = self.global_illumination(frame, gbuffer, scene, *inputs, radiance)
         if self.reflections is not None:
-            self.reflections(frame, gbuffer, scene, light, reprojection, radiance)
+            self.reflections(frame, gbuffer, scene, light, reprojection, indirect, radiance)
         picture = self.antialiasing(frame, gbuffer, radiance, self.post.exposure)
         if denoiser is not None and last:
             picture = denoiser(frame, picture)

@@ -40,6 +40,10 @@ class History:
         """Whether the previous frame left nothing."""
         return self.length <= 1
 
+    def precedes(self, frame: FrameContext) -> bool:
+        """Whether `current` is what the frame before this one left; to be asked before `turn`."""
+        return self.length > 0 and frame.index == self._newest + 1
+
     def turn(self, frame: FrameContext) -> dict[str, spy.Texture]:
         """Begin a frame. Returns what its pass reads and writes: `name` and `previousName` of each texture.
 

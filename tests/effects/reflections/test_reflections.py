@@ -90,17 +90,25 @@ SCENES = {
     "lamps": lamps,
 }
 SHAPES = {"reflections.area_lights": "true"}
+LONGER = {"global_illumination.bounces": "2", "reflections.bounces": "2"}
 
 
 @pytest.mark.parametrize(
-    ("name", "values"), [*((name, {}) for name in SCENES), ("glossy room", SHAPES), ("lamps", SHAPES)]
+    ("name", "values", "edges"),
+    [
+        *((name, {}, 3) for name in SCENES),
+        ("glossy room", SHAPES, 3),
+        ("lamps", SHAPES, 3),
+        ("cornell", LONGER, 4),
+        ("glossy room", LONGER, 4),
+    ],
 )
-def test_every_path_counts_once(device, name, values):
-    """What each owner brings adds up to what the path tracer finds along paths of three edges (docs/light-paths.md)."""
+def test_every_path_counts_once(device, name, values, edges):
+    """What each owner brings adds up to what the path tracer finds along paths of so many edges (docs/light-paths.md)."""
     scene, camera = SCENES[name]()
     renderer = pica.Renderer(scene, SIZE, settings(UNFILTERED | values), device)
     frame = renderer.render(192, camera)
-    expected = pica.PathTracer(scene, SIZE, 3, settings(), device).render(256, camera).color
+    expected = pica.PathTracer(scene, SIZE, edges, settings(), device).render(256, camera).color
     assert frame.color.mean() == pytest.approx(expected.mean(), rel=0.01)
     shares = {
         effect: frame.aov(effect).mean() / expected.mean() for effect in ("reflections", "indirect")

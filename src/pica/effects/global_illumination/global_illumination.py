@@ -8,6 +8,7 @@ from pica.effects.global_illumination.views import color
 from pica.frame.context import FrameContext, Size
 from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
+from pica.frame.indirect import IndirectLight
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_sampler import LightSamples
@@ -68,7 +69,7 @@ class GlobalIllumination(Effect):
         occlusion: spy.Texture | None,
         exposure: spy.Buffer,
         radiance: spy.Texture,
-    ) -> None:
+    ) -> IndirectLight:
         """Add what this frame's surfaces reflect diffusely of others to `radiance`.
 
         For surfels, `occlusion`: of the screen, None or detail finer than they are; `exposure`: a float, what one nit
@@ -79,3 +80,4 @@ class GlobalIllumination(Effect):
             self._way(frame, gbuffer, scene, light, occlusion, exposure, pictures)
         else:
             self._way(frame, gbuffer, scene, light, reprojection, pictures)
+        return IndirectLight(self._way.arriving, self._way.is_smooth, self._way.bounces)

@@ -20,6 +20,8 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/global_illumination"
+_ENDLESS = 32
+"""Surfaces on the way, of many times reflected light."""
 
 
 class PathTracedIndirect:
@@ -27,7 +29,8 @@ class PathTracedIndirect:
 
     def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
         self._device, self._settings = device, settings
-        self.bounces = settings.bounces
+        self._asks_picture = settings.filter and settings.bounces > 1
+        self.bounces = _ENDLESS if self._asks_picture else settings.bounces
         module = f"{_FOLDER}/indirect_rays.slang"
         self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, simplified=True)
         self._gather = device.compute(f"{_FOLDER}/irradiance_gather.slang")
@@ -44,6 +47,7 @@ class PathTracedIndirect:
             "gathered": make("indirect light gathered", light, half),
             "widened": make("indirect light gathered widely", light, half),
             "nearness": make("nearness of indirect light", spy.Format.r32_float, half),
+            "arriving": make("indirect light of pixels", light, size),
             "signal": make("indirect light accumulated", light, size),
         }
         formats = {"history": light, "moments": light}
@@ -54,6 +58,16 @@ class PathTracedIndirect:
         self._device.give_back(*self._textures.values())
         self._history.give_back()
         self._allocate(size)
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether the light in each pixel is the mean of many rays."""
+        return self._settings.filter
+
+    @property
+    def arriving(self) -> spy.Texture:
+        """(width, height, rgba32_float) light that arrives in each pixel, over albedo in nits; alpha 0: not known."""
+        return self._textures["arriving"]
 
     def reset(self) -> None:
         """Drop the history."""
@@ -84,7 +98,10 @@ class PathTracedIndirect:
             frame=half,
             gbuffer=gbuffer.at_half(frame),
             scene=scene,
+            reprojection=reprojection,
             bounces=settings.bounces,
+            previousHistory=self._history.current["history"],
+            known=int(self._asks_picture and self._history.precedes(frame)),
             **light.at_hits(regularized=settings.filter),
             found=textures["found"],
         )
@@ -100,6 +117,7 @@ class PathTracedIndirect:
             signal=textures["signal"],
             nearness=textures["nearness"],
             smooth=int(settings.filter),
+            arriving=textures["arriving"],
             **pictures,
         )
 

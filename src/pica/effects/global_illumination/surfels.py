@@ -69,6 +69,8 @@ class SurfelIndirect:
 
     bounces = 16
     """No limit, about."""
+    is_smooth = True
+    """The light in each pixel is the mean of many rays."""
 
     def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
         self._device = device
@@ -91,6 +93,11 @@ class SurfelIndirect:
         """Work at another size."""
         self._device.give_back(self._arriving)
         self._allocate(size)
+
+    @property
+    def arriving(self) -> spy.Texture:
+        """(width, height, rgba32_float) light that arrives in each pixel, over albedo in nits; alpha 0: not known."""
+        return self._arriving
 
     def reset(self) -> None:
         """Forget all surfels."""

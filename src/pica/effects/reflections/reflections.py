@@ -10,6 +10,7 @@ from pica.frame.context import FrameContext, Size, half_size
 from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.history import History
+from pica.frame.indirect import IndirectLight
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_sampler import LightSamples
@@ -28,7 +29,7 @@ class Reflections(Effect):
 
     def __init__(self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None) -> None:
         self._device, self._settings = device, settings
-        self._traced = TracedRays(device, settings, tracer) if settings.mode == "ray_traced" else None
+        self._traced = TracedRays(device, size, settings, tracer) if settings.mode == "ray_traced" else None
         self._screen = ScreenRays(device, size) if settings.mode == "screen_space" else None
         self._mirrors = settings.reconstruction == "radiance" and settings.filter
         step = "reconstruct_radiance" if self._mirrors else "reconstruct"
@@ -55,8 +56,9 @@ class Reflections(Effect):
         self._device.give_back(*self._textures.values())
         self._history.give_back()
         self._allocate(size)
-        if self._screen is not None:
-            self._screen.resize(size)
+        for rays in (self._traced, self._screen):
+            if rays is not None:
+                rays.resize(size)
 
     def surroundings(self) -> spy.Texture | None:
         """Where the next call looks for what surfaces mirror of the prefiltered environment, (width, height,
@@ -76,7 +78,7 @@ class Reflections(Effect):
         if self._traced is None:
             return None
         inputs = "frame", "gbuffer", "scene", "lightSlots"
-        layers = {"reflections": ReferenceLayer(self.aovs()["reflections"], {"bounces": self._settings.bounces})}
+        layers = {"reflections": ReferenceLayer(self.aovs()["reflections"], dict(self._traced.bounces))}
         return Reference("path_tracer/mirrored_light.slang", "MirroredLight", "surface", inputs, layers, is_light=True)
 
     def debug_aovs(self) -> dict[str, Aov]:
@@ -96,17 +98,19 @@ class Reflections(Effect):
         scene: SceneView,
         light: LightSamples,
         reprojection: Reprojection,
+        indirect: IndirectLight | None,
         radiance: spy.Texture,
     ) -> None:
-        """Add what this frame's surfaces mirror to `radiance`."""
+        """Add what this frame's surfaces mirror to `radiance`. `indirect`: what else lights that; None: nothing."""
         textures, filtered = self._textures, self._settings.filter
-        found = {"ends": textures["ends"], "light": textures["light"], "mirrors": int(self._mirrors)}
+        mirrors = int(self._mirrors)
         if self._traced is not None:
-            self._traced(frame, gbuffer, scene, light, **found)
+            self._traced(frame, gbuffer, scene, light, indirect, textures["ends"], textures["light"], mirrors)
         if self._screen is not None:
-            known = int(filtered and self._history.length > 0)
+            known = int(filtered and self._history.precedes(frame))
             shown = {"radiance": radiance, "reflected": textures["reflected"]}
-            self._screen(frame, gbuffer, scene, reprojection, known=known, **shown, **found)
+            shown |= {"ends": textures["ends"], "light": textures["light"]}
+            self._screen(frame, gbuffer, scene, reprojection, known=known, mirrors=mirrors, **shown)
         self._reconstruct(scene.material_types)(
             frame,
             frame.grid,

@@ -1,7 +1,10 @@
 """Reflections' rays through the scene, and what lights what they meet."""
 
-from pica.frame.context import FrameContext
+import slangpy as spy
+
+from pica.frame.context import FrameContext, Size, half_size
 from pica.frame.gbuffer import GBuffer
+from pica.frame.indirect import IndirectLight
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_sampler import LightSamples
 from pica.rhi.device import Device
@@ -13,23 +16,66 @@ from pica.tracing.ray_effect import ray_effect
 class TracedRays:
     """A ray for 2x2 pixels along the lobe that the surface mirrors, and one from what it meets to a light."""
 
-    def __init__(self, device: Device, settings: ReflectionsSettings, tracer: Tracer | None) -> None:
-        self._settings = settings
+    def __init__(self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None) -> None:
+        self._device, self._settings = device, settings
+        self.bounces = {"bounces": settings.bounces, "indirectBounces": 0}
+        """Surfaces that paths may meet, by the names that shaders have for these limits."""
         module = "effects/reflections/reflection_rays.slang"
         self._trace = ray_effect(device, module, "ReflectionRays", "surface", tracer, simplified=True)
+        self._gather = device.compute("effects/reflections/gather_lighting.slang")
+        self._nothing = device.texture("no indirect light", spy.Format.rgba32_float, (1, 1))
+        self._allocate(size)
+
+    def _allocate(self, size: Size) -> None:
+        half = half_size(size)
+        self._met = self._device.texture("what reflection rays met", spy.Format.rg32_uint, half)
+        self._single = self._device.texture("light of single reflection rays", spy.Format.rgba32_uint, half)
+
+    def resize(self, size: Size) -> None:
+        """Work at another size."""
+        self._device.give_back(self._met, self._single)
+        self._allocate(size)
 
     def __call__(
-        self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, samples: LightSamples, **found: object
+        self,
+        frame: FrameContext,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        samples: LightSamples,
+        indirect: IndirectLight | None,
+        ends: spy.Texture,
+        light: spy.Texture,
+        mirrors: int,
     ) -> None:
-        """Trace. `found`: `ends` and `light`, textures of half size, as reflected.slang has them."""
-        half = frame.at_half()
+        """Trace, and write `ends` and `light`, textures of half size, as reflected.slang has them; `mirrors` as there.
+
+        `indirect`: None where there is no global illumination.
+        """
+        self.bounces["indirectBounces"] = min(indirect.bounces, self._settings.bounces + 1) if indirect else 0
+        half, smooth = frame.at_half(), self._settings.filter
         self._trace(
             half,
             half.size,
             frame=half,
             gbuffer=gbuffer.at_half(frame),
             scene=scene,
-            bounces=self._settings.bounces,
-            **samples.at_hits(regularized=self._settings.filter),
-            **found,
+            **self.bounces,
+            arriving=indirect.arriving if indirect else self._nothing,
+            arrivingKnown=int(indirect is not None and indirect.known),
+            **samples.at_hits(regularized=smooth),
+            ends=ends,
+            light=self._single if smooth else light,
+            met=self._met,
+            mirrors=mirrors,
         )
+        if smooth:
+            self._gather(
+                half,
+                half.grid,
+                frame=half,
+                gbuffer=gbuffer.at_half(frame),
+                ends=ends,
+                met=self._met,
+                light=self._single,
+                gathered=light,
+            )
