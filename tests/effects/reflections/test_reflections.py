@@ -104,7 +104,7 @@ LONGER = {"global_illumination.bounces": "2", "reflections.bounces": "2"}
     ],
 )
 def test_every_path_counts_once(device, name, values, edges):
-    """What each owner brings adds up to what the path tracer finds along paths of so many edges (docs/light-paths.md)."""
+    """What each owner brings adds up to what the path tracer finds on paths of so many edges (docs/light-paths.md)."""
     scene, camera = SCENES[name]()
     renderer = pica.Renderer(scene, SIZE, settings(UNFILTERED | values), device)
     frame = renderer.render(192, camera)
