@@ -53,8 +53,8 @@ class GlobalIlluminationSettings(Group):
     """Light that surfaces reflect diffusely of other surfaces."""
 
     levels: ClassVar = {
-        "low": Level("At most two surfaces on the way: closed rooms are darker.", {"bounces": 2}),
-        "medium": Level("Up to 8 surfaces on the way."),
+        "low": Level("At most two surfaces on the way out of sight: closed rooms are darker.", {"bounces": 2}),
+        "medium": Level("Up to 8 surfaces on the way out of sight."),
         "high": Level("Up to 16.", {"bounces": 16}),
     }
 
@@ -69,8 +69,9 @@ class GlobalIlluminationSettings(Group):
         8,
         range=(1, 16),
         unit="surfaces",
-        text="That light may meet between a lamp and what the camera sees, if path_traced; by chance a path ends"
-        " before, the sooner the darker they are. Surfels have no limit.",
+        text="That light may meet between a lamp and what the camera sees, if path_traced, where the picture does not"
+        " show them; what it shows is as bright as all its light makes it. By chance a path ends before, the sooner the"
+        " darker they are. Surfels have no limit.",
         higher="brighter rooms, more rays",
         lower="less time",
     )
