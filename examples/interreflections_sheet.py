@@ -28,7 +28,7 @@ def main() -> None:
     head = next(node for node in scene.nodes() if node.name == "head").world[:3, 3]
     x, y, z = (float(metres) for metres in head)
     camera = Camera.look_at((x + 0.5, y, z + 1.3), (x, y - 0.25, z), fov=35.0)
-    truth = pica.PathTracer(scene, (width, height), 6, indirect_diffuse=False).render(arguments.samples, camera).color
+    truth = pica.PathTracer(scene, (width, height)).render(arguments.samples, camera).color
     exposure = quality.exposure_for(truth)
     shown = {"path traced": quality.exposed(truth, exposure)}
     for bounces in (1, 2, 4):
