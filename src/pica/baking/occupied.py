@@ -1,0 +1,72 @@
+"""Which places of a light map's box have surfaces."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.light_map.bricks import CELLS, box_of
+from pica.scene.model import Node, Scene
+from pica.scene.skin import deformed_positions
+
+_MOST_POINTS = 1 << 21
+"""Looked at in one go."""
+_CORNERS = np.stack(np.meshgrid((0, 1), (0, 1), (0, 1), indexing="ij"), -1).reshape(8, 3)
+
+
+def occupied_places(
+    scene: Scene, low: NDArray[np.float64], high: NDArray[np.float64], spacing: float
+) -> NDArray[np.bool_]:
+    """(x, y, z) which finest bricks of the box low to high (3,) are within a spacing of a surface, or in a primitive's
+    box. Raises SceneError as `box_of`."""
+    origin, size = box_of(low, high, spacing)
+    found = np.zeros(size, bool)
+    brick = spacing * CELLS
+
+    def mark(points: NDArray[np.float64]) -> None:
+        for corner in 2 * _CORNERS - 1:
+            places = np.floor((points + spacing * corner - origin) / brick).astype(np.int64)
+            x, y, z = np.clip(places, 0, size - 1).T
+            found[x, y, z] = True
+
+    for node in scene.nodes():
+        if node.mesh is None:
+            continue
+        world = node.instance_transforms()
+        for triangles in _triangles(node, world):
+            for points in _points_on(triangles, spacing):
+                mark(points)
+        for primitives in node.mesh.primitives:
+            for bounds in primitives.bounds.astype(np.float64):
+                corners = np.where(_CORNERS, bounds[1], bounds[0])
+                for placed in np.einsum("nij,pj->npi", world[:, :3, :3], corners) + world[:, None, :3, 3]:
+                    first, last = (
+                        np.clip((edge - origin) // brick, 0, size - 1).astype(int)
+                        for edge in (placed.min(0) - spacing, placed.max(0) + spacing)
+                    )
+                    found[tuple(slice(a, b + 1) for a, b in zip(first, last, strict=True))] = True
+    return found
+
+
+def _triangles(node: Node, world: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
+    """(count, 3, 3) corners in the world, metres."""
+    assert node.mesh is not None
+    for section in node.mesh.sections:
+        positions = deformed_positions(section, node) if node.deforms else section.positions
+        corners = positions[section.indices].astype(np.float64)
+        for chunk in np.array_split(world, max(len(world) * len(corners) * 3 // _MOST_POINTS, 1)):
+            placed = np.einsum("nij,tcj->ntci", chunk[:, :3, :3], corners) + chunk[:, None, None, :3, 3]
+            yield placed.reshape(-1, 3, 3)
+
+
+def _points_on(triangles: NDArray[np.float64], apart: float) -> Iterator[NDArray[np.float64]]:
+    """(count, 3) points of triangles (count, 3, 3), so close that every point of these is within `apart` of one."""
+    longest = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=-1).max(1, initial=0)
+    # Powers of two, so that there are few different ones.
+    steps = np.exp2(np.ceil(np.log2(np.maximum(longest / apart, 1)))).astype(np.int64)
+    for count in np.unique(steps):
+        i, j = np.nonzero(np.add.outer(np.arange(count + 1), np.arange(count + 1)) <= count)
+        weights = np.stack([i, j, count - i - j], -1) / count
+        alike = triangles[steps == count]
+        for chunk in np.array_split(alike, len(alike) * len(weights) // _MOST_POINTS + 1):
+            yield np.einsum("wc,tci->twi", weights, chunk).reshape(-1, 3)
