@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.baking.neighbours import Neighbours
 from pica.baking.occupied import occupied_places
 from pica.baking.probe_passes import BRICKS, ProbePasses
 from pica.errors import PicaError, SceneError
 from pica.frame.arguments import Progress, check_made_with, check_progress
 from pica.light_map.arrays_file import Wanted, read_arrays, write_arrays
-from pica.light_map.bricks import CELLS, Bricks, bricks_around
+from pica.light_map.bricks import Bricks, bricks_around
 from pica.light_map.fingerprint import content_of, layout_of
 from pica.light_map.light_map import HARMONICS, MOST_BRICKS, SEEN_PER_BRICK, LightMap
 from pica.rhi.device import Device, open_device
@@ -27,8 +28,6 @@ PROBES = 50_000
 _MOST_SAMPLES = 1 << 16
 _INSIDE = 0.25
 """Share of a probe's rays that meet back faces from which on it counts as inside of something."""
-_ROUNDS = 4
-"""So many probes far the light of those in the open reaches into what is inside."""
 _KEEP_EVERY = 20.0
 """Seconds."""
 _TOP = 16384.0
@@ -107,7 +106,7 @@ def _run(passes: ProbePasses, done: "_Done", progress: Progress | None, file: Pa
     try:
         while done.probes < len(done.light) or done.bricks < len(done.seen):
             if done.probes < len(done.light):
-                done.add_light(passes.light(done.probes))
+                done.add_light(*passes.light(done.probes))
             else:
                 done.add_seen(passes.visibility(done.bricks))
             if progress is not None:
@@ -128,61 +127,48 @@ class _Done:
         """`key`: what must be the same for a bake to go on."""
         self._brick_layout, self._key = bricks, key.astype("<U96")
         self.light = np.zeros((len(bricks.probes), HARMONICS, 4), np.float32)
+        self.inside = np.zeros(len(bricks.probes), np.float32)
         self.seen = np.zeros((len(bricks.places), SEEN_PER_BRICK), np.uint8)
         self.probes = self.bricks = 0
 
-    def add_light(self, found: NDArray[np.float32]) -> None:
-        self.light[self.probes : self.probes + len(found)] = found
-        self.probes += len(found)
+    def add_light(self, light: NDArray[np.float32], inside: NDArray[np.float32]) -> None:
+        come = slice(self.probes, self.probes + len(light))
+        self.light[come], self.inside[come] = light, inside
+        self.probes += len(light)
 
     def add_seen(self, found: NDArray[np.uint8]) -> None:
         self.seen[self.bricks : self.bricks + len(found)] = found
         self.bricks += len(found)
 
     def write(self, file: Path) -> None:
-        write_arrays(file, {"key": self._key, "light": self.light[: self.probes], "seen": self.seen[: self.bricks]})
+        probes = {"light": self.light[: self.probes], "inside": self.inside[: self.probes]}
+        write_arrays(file, {"key": self._key, **probes, "seen": self.seen[: self.bricks]})
 
     def read(self, file: Path) -> None:
         """Go on where the file ends, if it is one of the same bake."""
         wanted = {
             "key": Wanted((3,), "<U96"),
             "light": Wanted((-1, HARMONICS, 4), "<f4"),
+            "inside": Wanted((-1,), "<f4"),
             "seen": Wanted((-1, SEEN_PER_BRICK), "|u1"),
         }
         try:
             found = read_arrays(file, wanted)
         except PicaError:
             return
-        fits = len(found["light"]) <= len(self.light) and len(found["seen"]) <= len(self.seen)
+        fits = len(found["light"]) == len(found["inside"]) <= len(self.light) and len(found["seen"]) <= len(self.seen)
         if fits and np.array_equal(found["key"], self._key):
-            self.add_light(found["light"])
+            self.add_light(found["light"], found["inside"])
             self.add_seen(found["seen"])
 
     def light_map(self) -> LightMap:
         bricks, (content, layout, _) = self._brick_layout, self._key
-        in_the_open = self.light[:, 0, 3] < _INSIDE
-        light = _spread(bricks, self.light[..., :3].copy(), in_the_open)
+        in_the_open = self.inside < _INSIDE
+        neighbours = Neighbours(bricks, self.seen)
+        light, variance = self.light[..., :3], self.light[..., 3].sum(-1)
+        light = neighbours.spread(neighbours.smooth(light, variance, in_the_open), in_the_open)
         scale = float(np.abs(light).max(initial=0)) / _TOP or 1.0
         return LightMap(
             bricks, scale, (light / scale).astype(np.float16), in_the_open, self.seen, str(content), str(layout)
         )
 
-
-def _spread(bricks: Bricks, light: NDArray[np.float32], in_the_open: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Probes inside of something get the mean of those beside them in their bricks, from the open inwards."""
-    known = in_the_open.copy()
-    light[~known] = 0
-    side = CELLS + 1
-    numbers = bricks.probe_of.reshape(-1, side, side, side)
-    for _ in range(_ROUNDS):
-        sums, counts = np.zeros_like(light), np.zeros(len(light))
-        for axis in (1, 2, 3):
-            low, high = (np.take(numbers, range(a, a + side - 1), axis).reshape(-1) for a in (0, 1))
-            for to, by in ((low, high), (high, low)):
-                useful = known[by] & ~known[to]
-                np.add.at(sums, to[useful], light[by[useful]])
-                np.add.at(counts, to[useful], 1)
-        came = counts > 0
-        light[came] = sums[came] / counts[came, None, None]
-        known |= came
-    return light

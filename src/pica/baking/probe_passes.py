@@ -45,10 +45,12 @@ class ProbePasses:
         make = device.buffer
         self._found = make("probe samples", size=self.probes * samples * _SAMPLE, struct_size=_SAMPLE)
         self._sums = make("probe harmonics", size=self.probes * HARMONICS * 16, struct_size=16)
+        self._inside = make("probes inside", size=self.probes * 4, struct_size=4)
         self._seen = make("probe visibility", size=BRICKS * SEEN_PER_BRICK * 4, struct_size=4)
 
-    def light(self, first: int) -> NDArray[np.float32]:
-        """(probes, 9, 4) from probe `first` on: irradiance over pi, and the share of rays that met back faces."""
+    def light(self, first: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Of probes from `first` on: (probes, 9, 4) irradiance over pi, and the variance of each coefficient, the mean of
+        its colours'; (probes,) the share of rays that met back faces."""
         with self._device.turn:
             frame = self._begin()
             shared = {"samples": self._found, "across": self._samples}
@@ -65,10 +67,12 @@ class ProbePasses:
                 **shared,
             )
             grid = 16, self.probes, 1
-            self._harmonics(frame, grid, probeCount=self.probes, harmonics=self._sums, **shared)
+            self._harmonics(frame, grid, probeCount=self.probes, harmonics=self._sums, inside=self._inside, **shared)
             self._frames.end(frame)
             found = self._sums.to_numpy().view(np.float32).reshape(self.probes, HARMONICS, 4)
-        return found[: self._probe_count - first]
+            inside = self._inside.to_numpy().view(np.float32)
+        left = self._probe_count - first
+        return found[:left], inside[:left]
 
     def visibility(self, first: int) -> NDArray[np.uint8]:
         """(bricks, 4096) from brick `first` on, as LightMap.seen."""
