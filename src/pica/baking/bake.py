@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pica.baking.neighbours import Neighbours
 from pica.baking.occupied import occupied_places
-from pica.baking.probe_passes import BRICKS, ProbePasses
+from pica.baking.probe_passes import ProbePasses
 from pica.errors import PicaError, SceneError
 from pica.frame.arguments import Progress, check_made_with, check_progress
 from pica.light_map.arrays_file import Wanted, read_arrays, write_arrays
@@ -57,7 +57,9 @@ def bake(
     check_traces(found, "baking")
     settings = runnable(found, settings or Settings())
     bricks = _bricks(scene, spacing)
-    done = _Done(bricks, np.array([content_of(scene), layout_of(scene), f"{bricks.spacing!r} {samples} {settings.seed}"]))
+    done = _Done(
+        bricks, np.array([content_of(scene), layout_of(scene), f"{bricks.spacing!r} {samples} {settings.seed}"])
+    )
     file = None if partial is None else Path(partial)
     if file is not None:
         done.read(file)
@@ -82,9 +84,8 @@ def _bricks(scene: Scene, spacing: float | None) -> Bricks:
     def at(spacing: float) -> Bricks:
         found = bricks_around(low, high, spacing, occupied_places(scene, low, high, spacing))
         if len(found.places) > MOST_BRICKS:
-            raise SceneError(
-                f"bake: {spacing:g} m between probes make {len(found.places):,} bricks; a light map has {MOST_BRICKS:,} at most"
-            )
+            fault = f"{spacing:g} m between probes make {len(found.places):,} bricks"
+            raise SceneError(f"bake: {fault}; a light map has {MOST_BRICKS:,} at most")
         return found
 
     if spacing is not None:
@@ -171,4 +172,3 @@ class _Done:
         return LightMap(
             bricks, scale, (light / scale).astype(np.float16), in_the_open, self.seen, str(content), str(layout)
         )
-

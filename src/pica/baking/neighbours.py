@@ -7,7 +7,7 @@ from pica.light_map.bricks import CELLS, Bricks
 from pica.light_map.light_map import PARTS
 
 _Floats = NDArray[np.float32]
-_ROUNDS = 4
+_SHARING, _SPREADING = 2, 4
 """So many probes far."""
 
 
@@ -33,15 +33,15 @@ class Neighbours:
         """Light (probes, 9, 3) without most of its noise, whose variance (probes,) is known.
 
         Probes share with those that they see, the less the more they differ beyond what noise would explain: so light
-        that changes from place to place stays as it is where enough is known about it (non-local means, Buades, Coll and
-        Morel 2005, with the variance of the estimates as Rousselle, Knaus and Zwicker 2012 take it).
+        that changes from place to place stays as it is where enough is known about it (non-local means, Buades, Coll
+        and Morel 2005, with the variance of the estimates as Rousselle, Knaus and Zwicker 2012 take it).
         """
         useful = self._sighted & in_the_open[self._first] & in_the_open[self._second]
         first, second = self._first[useful], self._second[useful]
-        for _ in range(_ROUNDS):
+        for _ in range(_SHARING):
             expected = variance[first] + variance[second]
             apart = np.square(light[first] - light[second]).mean(-1).sum(-1)
-            weight = np.exp(-apart / (2 * expected + 1e-30)).astype(np.float32)
+            weight = np.exp(-apart / np.maximum(expected, 1e-30)).astype(np.float32)
             sums, weights, spreads = light.copy(), np.ones_like(variance), variance.copy()
             for to, by in ((first, second), (second, first)):
                 np.add.at(sums, to, weight[:, None, None] * light[by])
@@ -54,7 +54,7 @@ class Neighbours:
         """Light (probes, 9, 3), where it is inside of something the mean of those beside, from the open inwards."""
         known = in_the_open.copy()
         light = np.where(known[:, None, None], light, 0)
-        for _ in range(_ROUNDS):
+        for _ in range(_SPREADING):
             sums, counts = np.zeros_like(light), np.zeros(len(light), np.float32)
             for to, by in ((self._first, self._second), (self._second, self._first)):
                 useful = known[by] & ~known[to]

@@ -49,8 +49,8 @@ class ProbePasses:
         self._seen = make("probe visibility", size=BRICKS * SEEN_PER_BRICK * 4, struct_size=4)
 
     def light(self, first: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Of probes from `first` on: (probes, 9, 4) irradiance over pi, and the variance of each coefficient, the mean of
-        its colours'; (probes,) the share of rays that met back faces."""
+        """Of probes from `first` on: (probes, 9, 4) irradiance over pi, and the variance of each coefficient, the mean
+        of its colours'; (probes,) the share of rays that met back faces."""
         with self._device.turn:
             frame = self._begin()
             shared = {"samples": self._found, "across": self._samples}

@@ -14,9 +14,7 @@ from pica.cli.view import View, takes_view
 @takes_view
 def bake(
     view: View,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE", help="The .lightmap to write.")
-    ],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The .lightmap to write.")],
     spacing: Annotated[
         float | None,
         typer.Option(metavar="M", help="Metres between probes beside surfaces; without it, for about 50,000 probes."),

@@ -1,4 +1,4 @@
-"""Named arrays in a file as NumPy's .npz: a ZIP archive of .npy members. Nothing in it is run, nothing is read unchecked."""
+"""Named arrays in a file as NumPy's .npz: a ZIP archive of .npy members. Nothing in it is run or taken unchecked."""
 
 import zipfile
 import zlib
@@ -46,7 +46,7 @@ def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
 
 
 def read_arrays(path: Path, wanted: Mapping[str, Wanted]) -> dict[str, NDArray[Any]]:
-    """Those arrays of a file by name. Raises PicaError, which names the file, where one is missing or is something else."""
+    """Those arrays of a file by name. Raises PicaError, which names the file, where one is missing or does not fit."""
     with open_file(path, str(path)) as file:
         try:
             with zipfile.ZipFile(file) as archive:

@@ -17,9 +17,9 @@ MOST_PLACES = 1 << 24
 NOWHERE = 0xFFFFFFFF
 """light_map.slang: NOWHERE."""
 _CORNERS = CELLS + 1
-_MARGIN = 0.37
-"""In finest spacings below the scene's lowest corner: walls tend to stand at round numbers, and no probe should be in
-their plane."""
+_MARGIN = np.array([0.37, 0.31, 0.43])
+"""In finest spacings below the scene's lowest corner: walls tend to stand at round numbers, and neither should a probe
+be in their plane nor a diagonal of cells meet their edge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +69,8 @@ class Bricks:
 
     @cached_property
     def finest_at(self) -> NDArray[np.uint32]:
-        """(z, y, x) of each finest brick's place: 4 times the number of the finest brick that covers it, plus that one's
-        level; NOWHERE for none."""
+        """(z, y, x) of each finest brick's place: 4 times the number of the finest brick that covers it, plus that
+        one's level; NOWHERE for none."""
         found = np.full(self.size[::-1], NOWHERE, np.uint32)
         for level in reversed(range(LEVELS)):
             (numbers,) = np.nonzero(self.places[:, 3] == level)
@@ -100,7 +100,7 @@ def bricks_around(
         inside = np.ones(wanted.shape, bool)
         inside = np.pad(inside, [(0, -length % CELLS) for length in wanted.shape]).reshape(blocks.shape)
         last = level == LEVELS - 1
-        wanted = blocks.any((1, 3, 5)) if not last else np.ones((x, y, z), bool)
+        wanted = np.ones((x, y, z), bool) if last else np.asarray(blocks.any((1, 3, 5)))
         # Where finer ones are everywhere, nobody would ask a coarser one.
         places.append(_at(wanted & ~(blocks | ~inside).all((1, 3, 5)), level))
     return Bricks(origin, spacing, size, np.concatenate(places).astype(np.int32))
@@ -109,7 +109,7 @@ def bricks_around(
 def box_of(
     low: NDArray[np.float64], high: NDArray[np.float64], spacing: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Lowest corner (3,) in metres and size (3,) in finest bricks of the box of a map. Raises SceneError for too many."""
+    """Lowest corner (3,) in metres and size (3,) in finest bricks of a map's box. Raises SceneError for too many."""
     origin = low - _MARGIN * spacing
     size = np.ceil((high - origin + _MARGIN * spacing) / (spacing * CELLS))
     if np.prod(size) > MOST_PLACES:

@@ -27,5 +27,7 @@ class GpuLightMap:
             finestAt=device.structured("light map bricks", bricks.finest_at.reshape(-1)),
             probeOf=device.structured("light map corners", bricks.probe_of.reshape(-1)),
             probes=device.structured("light map probes", probes),
-            seen=device.structured("light map visibility", np.ascontiguousarray(light_map.seen).view(np.uint32).reshape(-1)),
+            seen=device.structured(
+                "light map visibility", np.ascontiguousarray(light_map.seen).view(np.uint32).reshape(-1)
+            ),
         )

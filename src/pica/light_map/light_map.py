@@ -86,16 +86,13 @@ class LightMap:
         except ValueError as error:
             raise PicaError(f"{path}: is damaged: {error}") from None
         texts = str(found["content"]), str(found["layout"])
-        return LightMap(
-            bricks, float(found["scale"]), found["harmonics"], found["in_the_open"], found["seen"], *texts
-        )
+        return LightMap(bricks, float(found["scale"]), found["harmonics"], found["in_the_open"], found["seen"], *texts)
 
     def check_scene(self, scene: Scene) -> None:
         """Raises SceneError for another scene than it was baked for; warns where things have moved since."""
         if content_of(scene) != self.content:
-            raise SceneError(
-                f"light map: it was baked for another scene than {scene.name!r}, or for other meshes, materials or lights"
-            )
+            what = f"another scene than {scene.name!r}, or for other meshes, materials or lights"
+            raise SceneError(f"light map: it was baked for {what}")
         if layout_of(scene) != self.layout:
             warnings.warn(
                 f"light map: things in scene {scene.name!r} stand elsewhere than when it was baked", stacklevel=4
