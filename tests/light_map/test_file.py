@@ -27,7 +27,7 @@ def a_scene(shade=0.5, place=(0, 0, 0), light=3.0, sky=0.5):
 @pytest.fixture(scope="module")
 def light_map():
     random = np.random.default_rng(1)
-    bricks = bricks_around(np.zeros(3), np.ones(3), 0.2, np.array([[[True, False]] * 2] * 2))
+    bricks = bricks_around(np.zeros(3), np.ones(3), 0.2, *[np.array([[[True, False]] * 2] * 2)] * 2)
     count = len(bricks.probes)
     seen = random.integers(0, 256, (len(bricks.places), SEEN_PER_BRICK), np.uint8)
     harmonics = random.normal(size=(count, HARMONICS, 3)).astype(np.float16)

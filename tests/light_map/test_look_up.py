@@ -49,7 +49,7 @@ def bricks():
     """Of all three levels."""
     occupied = np.zeros((9, 4, 7), bool)
     occupied[1:3, 0:2, 0:5] = True
-    found = bricks_around(LOW, HIGH, SPACING, occupied)
+    found = bricks_around(LOW, HIGH, SPACING, occupied, occupied)
     assert set(found.places[:, 3]) == {0, 1, 2}
     return found
 

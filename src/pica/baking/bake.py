@@ -25,6 +25,8 @@ from pica.tracing.fallbacks import check_traces, runnable
 
 PROBES = 50_000
 """About as many as a map has whose spacing nobody tells."""
+_FINER = 2**0.25
+"""By how much spacings that are tried differ."""
 _MOST_SAMPLES = 1 << 16
 _INSIDE = 0.25
 """Share of a probe's rays that meet back faces from which on it counts as inside of something."""
@@ -82,7 +84,7 @@ def _bricks(scene: Scene, spacing: float | None) -> Bricks:
     low, high = scene.bounds()
 
     def at(spacing: float) -> Bricks:
-        found = bricks_around(low, high, spacing, occupied_places(scene, low, high, spacing))
+        found = bricks_around(low, high, spacing, *occupied_places(scene, low, high, spacing))
         if len(found.places) > MOST_BRICKS:
             fault = f"{spacing:g} m between probes make {len(found.places):,} bricks"
             raise SceneError(f"bake: {fault}; a light map has {MOST_BRICKS:,} at most")
@@ -93,7 +95,7 @@ def _bricks(scene: Scene, spacing: float | None) -> Bricks:
     bricks = at(float(max(high - low)) / 8)
     while True:
         with suppress(SceneError):
-            finer = at(bricks.spacing / 2**0.5)
+            finer = at(bricks.spacing / _FINER)
             if len(finer.probes) <= PROBES:
                 bricks = finer
                 continue

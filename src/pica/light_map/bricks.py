@@ -85,24 +85,23 @@ class Bricks:
 
 
 def bricks_around(
-    low: NDArray[np.float64], high: NDArray[np.float64], spacing: float, occupied: NDArray[np.bool_]
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    spacing: float,
+    occupied: NDArray[np.bool_],
+    detailed: NDArray[np.bool_],
 ) -> Bricks:
-    """Bricks for the box (3,) low to high, the finest where `occupied`, of the shape that `box_of` says, is true.
-
-    The next level lies where any finest place nearby is, the coarsest everywhere else.
+    """Bricks for the box (3,) low to high: the finest where `detailed`, of the shape that `box_of` says, is true, those
+    of the next level where `occupied` is, and the coarsest everywhere else.
     """
     origin, size = box_of(low, high, spacing)
-    places, wanted = [_at(occupied, 0)], occupied
+    places, wanted = [_at(detailed, 0)], detailed
     for level in range(1, LEVELS):
-        padded = np.pad(wanted, [(0, -length % CELLS) for length in wanted.shape])
-        x, y, z = (length // CELLS for length in padded.shape)
-        blocks = padded.reshape(x, CELLS, y, CELLS, z, CELLS)
-        inside = np.ones(wanted.shape, bool)
-        inside = np.pad(inside, [(0, -length % CELLS) for length in wanted.shape]).reshape(blocks.shape)
-        last = level == LEVELS - 1
-        wanted = np.ones((x, y, z), bool) if last else np.asarray(blocks.any((1, 3, 5)))
+        finer, inside = _blocks(wanted), _blocks(np.ones_like(wanted))
+        covered = (finer | ~inside).all((1, 3, 5))
+        wanted = np.ones(covered.shape, bool) if level == LEVELS - 1 else np.asarray(_blocks(occupied).any((1, 3, 5)))
         # Where finer ones are everywhere, nobody would ask a coarser one.
-        places.append(_at(wanted & ~(blocks | ~inside).all((1, 3, 5)), level))
+        places.append(_at(wanted & ~covered, level))
     return Bricks(origin, spacing, size, np.concatenate(places).astype(np.int32))
 
 
@@ -121,3 +120,10 @@ def _at(there: NDArray[np.bool_], level: int) -> NDArray[np.int64]:
     """(count, 4) rows of Bricks.places."""
     places = np.argwhere(there) * CELLS**level
     return np.concatenate([places, np.full((len(places), 1), level)], axis=1)
+
+
+def _blocks(there: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(x / 4, 4, y / 4, 4, z / 4, 4) of (x, y, z), False beyond its sides."""
+    padded = np.pad(there, [(0, -length % CELLS) for length in there.shape])
+    x, y, z = (length // CELLS for length in padded.shape)
+    return padded.reshape(x, CELLS, y, CELLS, z, CELLS)
