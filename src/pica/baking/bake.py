@@ -25,8 +25,8 @@ from pica.tracing.fallbacks import check_traces, runnable
 
 PROBES = 50_000
 """About as many as a map has whose spacing nobody tells."""
-_FINER = 2**0.25
-"""By how much spacings that are tried differ."""
+_FINER = 2.0, 2**0.5, 2**0.25
+"""By how much spacings that are tried differ, one after the other."""
 _MOST_SAMPLES = 1 << 16
 _INSIDE = 0.25
 """Share of a probe's rays that meet back faces from which on it counts as inside of something."""
@@ -93,13 +93,11 @@ def _bricks(scene: Scene, spacing: float | None) -> Bricks:
     if spacing is not None:
         return at(spacing)
     bricks = at(float(max(high - low)) / 8)
-    while True:
+    for factor in _FINER:
         with suppress(SceneError):
-            finer = at(bricks.spacing / _FINER)
-            if len(finer.probes) <= PROBES:
+            while len((finer := at(bricks.spacing / factor)).probes) <= PROBES:
                 bricks = finer
-                continue
-        return bricks
+    return bricks
 
 
 def _run(passes: ProbePasses, done: "_Done", progress: Progress | None, file: Path | None) -> None:

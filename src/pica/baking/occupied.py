@@ -26,14 +26,18 @@ def occupied_places(
     """
     origin, size = box_of(low, high, spacing)
     ways = np.zeros(size, np.uint64)
-    brick = spacing * CELLS
+    brick, steps = spacing * CELLS, np.array([size[1] * size[2], size[2], 1], np.int64)
 
     def mark(points: NDArray[np.float64], facing: NDArray[np.uint64]) -> None:
-        for corner in 2 * _CORNERS - 1:
-            places = np.floor((points + spacing * corner - origin) / brick).astype(np.int64)
-            numbers = np.ravel_multi_index(tuple(np.clip(places, 0, size - 1).T), tuple(size))
-            for way in np.unique(facing):
-                ways.reshape(-1)[numbers[facing == way]] |= way
+        first, last = (
+            np.clip(np.floor((points + away - origin) / brick), 0, size - 1).astype(np.int64)
+            for away in (-spacing, spacing)
+        )
+        reaches = (first @ steps) * 8 + (last > first) @ (1, 2, 4)
+        for way in np.unique(facing):
+            numbers, further = np.divmod(np.unique(reaches[facing == way]), 8)
+            for which, corner in enumerate(_CORNERS[:, ::-1]):
+                ways.reshape(-1)[numbers[further & which == which] + corner @ steps] |= way
 
     for node in scene.nodes():
         if node.mesh is None:
