@@ -1,7 +1,7 @@
 """Diffuse global illumination against many paths: converged, in the first frame, and after a step of the light.
 
     python benchmarks/global_illumination.py [SCENE ...] [--mode path_traced] [--size 480x270] [--frames 300]
-        [--samples 1024] [--set NAME=VALUE] [--out FOLDER]
+        [--samples 1024] [--set NAME=VALUE] [--spacing M] [--paths 1024] [--out FOLDER]
 
 Scenes: built-in ones, unless told cornell, machine_world, rooms and court. Of each, as JSON: `mean`, the light that
 surfaces reflect diffusely of others over that of as many paths with the same number of bounces from the same G-buffer,
@@ -10,12 +10,16 @@ without a limit, and `flip_depth` against one that ends where this does; `first`
 converged one; `flicker`, its mean change from frame to frame at rest, as a share; `door`, the light of a room behind a
 closed door over that of the lit one. And after all lamps became three times as bright, the frames until 80 and 95 % of
 the step have come, and by how much it was overshot. With --out a sheet of each scene.
+With --mode light_map each scene is baked first, with SPACING and PATHS as `pica bake` has them: `probes`, `spacing`,
+metres between the nearest, `bake`, seconds, and `megabytes`; such light does not follow the lamps.
 """
 
 import argparse
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -39,6 +43,8 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=300)
     parser.add_argument("--samples", type=int, default=1024)
     parser.add_argument("--set", action="append", default=[], dest="values")
+    parser.add_argument("--spacing", type=float)
+    parser.add_argument("--paths", type=int, default=1024)
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     width, height = (int(length) for length in given.size.split("x"))
@@ -47,14 +53,29 @@ def main() -> None:
     for name in given.scenes:
         scene = getattr(pica.scenes, name)()
         camera = scene.default_camera(width / height)
-        found = _converged(scene, camera, (width, height), settings, given.frames, given.samples)
-        found |= _step(scene, camera, (width, height), settings)
-        found |= _whole(name, (width, height), settings, given.frames, given.samples, given.out)
+        light_map, found = None, {}
+        if given.mode == "light_map":
+            light_map, found = _baked(scene, given.spacing, given.paths)
+        found |= _converged(scene, camera, (width, height), settings, light_map, given.frames, given.samples)
+        if light_map is None:
+            found |= _step(scene, camera, (width, height), settings)
+        found |= _whole(name, (width, height), settings, light_map, given.frames, given.samples, given.out)
         if name == "rooms":
-            found["door"] = _door((width, height), settings)
+            found["door"] = _door((width, height), settings, given.spacing, given.paths)
         print(
             json.dumps({"scene": name, "mode": given.mode, **{key: round(found[key], 4) for key in found}}), flush=True
         )
+
+
+def _baked(scene: Any, spacing: float | None, paths: int) -> tuple[pica.LightMap, dict[str, float]]:
+    began = time.perf_counter()
+    light_map = pica.bake(scene, spacing, paths)
+    found = {"bake": time.perf_counter() - began, "probes": float(len(light_map.harmonics))}
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "scene.lightmap"
+        light_map.save(file)
+        found |= {"spacing": light_map.bricks.spacing, "megabytes": file.stat().st_size / 1e6}
+    return light_map, found
 
 
 def _light(renderer: pica.Renderer) -> NDArray[np.float64]:
@@ -67,9 +88,15 @@ def _light(renderer: pica.Renderer) -> NDArray[np.float64]:
 
 
 def _converged(
-    scene: Any, camera: Camera, size: tuple[int, int], settings: pica.Settings, frames: int, samples: int
+    scene: Any,
+    camera: Camera,
+    size: tuple[int, int],
+    settings: pica.Settings,
+    light_map: pica.LightMap | None,
+    frames: int,
+    samples: int,
 ) -> dict[str, float]:
-    renderer = pica.Renderer(scene, size, settings)
+    renderer = pica.Renderer(scene, size, settings, light_map=light_map)
     changes, first = [], 0.0
     before = None
     for frame in range(frames):
@@ -122,10 +149,16 @@ def _brighter(light: Any) -> Any:
 
 
 def _whole(
-    name: str, size: tuple[int, int], settings: pica.Settings, frames: int, samples: int, out: Path | None
+    name: str,
+    size: tuple[int, int],
+    settings: pica.Settings,
+    light_map: pica.LightMap | None,
+    frames: int,
+    samples: int,
+    out: Path | None,
 ) -> dict[str, float]:
     scene = getattr(pica.scenes, name)()
-    picture = pica.Renderer(scene, size, settings).render(frames).color
+    picture = pica.Renderer(scene, size, settings, light_map=light_map).render(frames).color
     found = {}
     depths = {"flip": None}
     if settings.global_illumination.mode == "path_traced":
@@ -143,9 +176,10 @@ def _whole(
     return found
 
 
-def _door(size: tuple[int, int], settings: pica.Settings) -> float:
+def _door(size: tuple[int, int], settings: pica.Settings, spacing: float | None, paths: int) -> float:
     scene = pica.scenes.rooms(door=0.0)
-    renderer = pica.Renderer(scene, size, settings)
+    light_map = pica.bake(scene, spacing, paths) if settings.global_illumination.mode == "light_map" else None
+    renderer = pica.Renderer(scene, size, settings, light_map=light_map)
     lit = renderer.render(32, Camera.look_at((-1.2, 1.5, 1.8), (-2.4, 1.0, -1.2), fov=75)).color.mean()
     return float(renderer.render(32).color.mean() / lit)
 

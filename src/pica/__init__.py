@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from pica import errors, scenes
+    from pica.baking.bake import bake
     from pica.errors import (
         BindingError,
         DeviceError,
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
         SettingsError,
         ShapeError,
     )
+    from pica.light_map.light_map import LightMap
     from pica.output import Frame
     from pica.path_tracer.path_tracer import PathTracer
     from pica.renderer import Renderer
@@ -47,6 +49,7 @@ __all__ = [
     "DynamicVertices",
     "Environment",
     "Frame",
+    "LightMap",
     "Limits",
     "Material",
     "MaterialTypeError",
@@ -59,6 +62,7 @@ __all__ = [
     "Settings",
     "SettingsError",
     "ShapeError",
+    "bake",
     "errors",
     "load",
     "register_material",
@@ -73,6 +77,7 @@ _HOME = {
     "DynamicVertices": "pica.scene.dynamic_vertices",
     "Environment": "pica.scene.environment",
     "Frame": "pica.output",
+    "LightMap": "pica.light_map.light_map",
     "Limits": "pica.scene.limits",
     "Material": "pica.scene.material",
     "MaterialTypeError": "pica.errors",
@@ -85,6 +90,7 @@ _HOME = {
     "Settings": "pica.settings",
     "SettingsError": "pica.errors",
     "ShapeError": "pica.errors",
+    "bake": "pica.baking.bake",
     "load": "pica.scene.loading",
     "register_material": "pica.scene.material_registry",
     "register_shape": "pica.scene.shape_registry",

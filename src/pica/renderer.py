@@ -10,6 +10,7 @@ from pica.frame.arguments import Progress, check_progress, checked_camera, check
 from pica.frame.closing import alone
 from pica.frame.context import Size
 from pica.frame.effect import Aov, kept
+from pica.light_map.light_map import LightMap
 from pica.output import Frame
 from pica.rhi.device import Device
 from pica.scene.camera import Camera
@@ -23,8 +24,9 @@ class Renderer(Stages):
 
     `size`: (width, height) in pixels. `device`: a Device, part of a device's name, or None for the best there is. On
     one without ray tracing, stages that need it fall back, each with a warning (docs/tiers.md); `settings` tells how.
-    Raises DeviceError without a usable device, SceneError for a scene that cannot be shown and PicaError for an
-    impossible size.
+    `light_map`: for global_illumination.mode "light_map", which the preset "raster" has.
+    Raises DeviceError without a usable device, SceneError for a scene that cannot be shown or that is not the light
+    map's, and PicaError for an impossible size.
     """
 
     def __init__(
@@ -33,8 +35,9 @@ class Renderer(Stages):
         size: Size = (1280, 720),
         settings: Settings | None = None,
         device: Device | str | None = None,
+        light_map: LightMap | None = None,
     ) -> None:
-        super().__init__(scene, size, settings, device)
+        super().__init__(scene, size, settings, device, light_map)
         self.effect_inputs: dict[str, Any] = {}
         """What the effects of the newest frame were given, by the names that shaders have for it."""
         self.debug = False

@@ -21,11 +21,12 @@ from pica.frame.effect import Effect
 from pica.frame.reprojection import Reprojection
 from pica.frame.snapshot import checked_size
 from pica.gpu_scene.view import SceneView
+from pica.light_map.light_map import LightMap
 from pica.light_sampling.light_sampler import LightSampler
 from pica.light_sampling.light_slots import LightSlots
 from pica.rhi.device import Device, open_device
 from pica.scene.model import Scene
-from pica.scene.values import checked, instance
+from pica.scene.values import checked, instance, optional
 from pica.settings import Settings
 from pica.tracing.fallbacks import runnable
 from pica.tracing.tracers import choose_tracer
@@ -36,8 +37,19 @@ _GROUPS = frozenset(field.name for field in fields(Settings))
 class Stages(Closing):
     """All that a renderer calls in a frame, and what goes for all stages alike. Parameters as Renderer's."""
 
-    def __init__(self, scene: Scene, size: Size, settings: Settings | None, device: Device | str | None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        size: Size,
+        settings: Settings | None,
+        device: Device | str | None,
+        light_map: LightMap | None,
+    ) -> None:
         check_made_with(type(self).__name__, scene, settings, device)
+        checked(f"{type(self).__name__}: light_map", optional(instance(LightMap)), light_map)
+        if light_map is not None:
+            light_map.check_scene(scene)
+        self.light_map = light_map
         self.size = checked_size(size)
         super().__init__(open_device(device))
         self.settings = runnable(self.device, settings or Settings())
@@ -73,10 +85,12 @@ class Stages(Closing):
             self.reflections = None if off else Reflections(device.part(), size, settings.reflections, self.tracer)
         if changed & {"rays", "global_illumination"}:
             indirect = settings.global_illumination
-            off = indirect.mode == "off"
-            self.global_illumination = None if off else GlobalIllumination(device.part(), size, indirect, self.tracer)
+            off = indirect.mode == "off" or (indirect.mode == "light_map" and self.light_map is None)
+            self.global_illumination = (
+                None if off else GlobalIllumination(device.part(), size, indirect, self.tracer, self.light_map)
+            )
         by_rays = settings.reflections.mode == "ray_traced"
-        self._light_sampler.expect_hits(by_rays or settings.global_illumination.mode != "off")
+        self._light_sampler.expect_hits(by_rays or settings.global_illumination.mode in ("path_traced", "surfels"))
         if "lighting" in changed:
             self.lighting = DirectLighting(device.part(), size, view, settings.lighting)
         if "antialiasing" in changed:

@@ -40,12 +40,13 @@ class FakeRenderer:
     error: BaseException | None = None
     device_name = "fake device"
 
-    def __init__(self, scene, size, settings=None, device=None, max_depth=None):
+    def __init__(self, scene, size, settings=None, device=None, max_depth=None, light_map=None):
         if device == "nothing":
             raise pica.errors.DeviceError("no device named 'nothing'")
         self.scene, self.size, self.settings = scene, size, settings
         self.device = f"opened {device}"
-        self.asked = SimpleNamespace(scene=scene, size=size, settings=settings, device=device, max_depth=max_depth)
+        asked = {"scene": scene, "size": size, "settings": settings, "device": device, "max_depth": max_depth}
+        self.asked = SimpleNamespace(**asked, light_map=light_map)
 
     def render(self, frames=16, camera=None, progress=None, denoise=False):
         return self._answer(camera, progress, frames, frames=frames, denoise=denoise)

@@ -88,7 +88,7 @@ def test_a_frame_without_rays_is_that_of_the_raster_preset(device, raster_only, 
         "shadows.method is maps",
         "lighting.environment is prefiltered",
         "reflections.mode is screen_space",
-        "global_illumination.mode is off",
+        "global_illumination.mode is light_map",
     ]
     assert renderer.settings.shadows.method == "maps"
     _, expected = two_frames(pica.Settings.preset("raster").with_values({"ambient_occlusion.mode": "off"}), device)

@@ -10,6 +10,7 @@ from typing import Any
 import typer
 
 from pica.cli import streams
+from pica.cli.bake import bake
 from pica.cli.bench import bench
 from pica.cli.compare import compare
 from pica.cli.doctor import doctor
@@ -24,7 +25,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-_COMMANDS: tuple[Callable[..., object], ...] = (render, compare, bench, doctor)
+_COMMANDS: tuple[Callable[..., object], ...] = (render, bake, compare, bench, doctor)
 for command in _COMMANDS:
     app.command(short_help=(inspect.getdoc(command) or "").split("\n\n")[0])(command)
 

@@ -21,6 +21,7 @@ def bench(
     ] = None,
     preset: options.Preset = "hybrid",
     values: options.Values = None,
+    light_map: options.LightMapFile = None,
     device: options.Device = None,
     json: options.Json = False,
 ) -> None:
@@ -33,9 +34,10 @@ def bench(
 
     pixels = options.parse_size(size)
     settings = options.parse_settings(preset, values)
+    baked = options.load_light_map(light_map, settings)
     content = view.load()
     camera = view.camera_in(content)
-    renderer = pica.Renderer(content, size=pixels, settings=settings, device=device)
+    renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked)
     with progress("Measuring", json) as advance:
         measured = benchmark(renderer, camera, frames, warm_up, progress=advance)
     with progress("Path tracing", json) as advance:

@@ -10,7 +10,7 @@ from pica.errors import PicaError
 from pica.saving import check_writable
 
 if TYPE_CHECKING:
-    from pica import Settings
+    from pica import LightMap, Settings
 
 MAX_SIDE = 16384
 """Pixels; what graphics devices allow for one picture."""
@@ -36,6 +36,16 @@ Device = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object; progress as JSON lines on stderr.")]
 
 
+LightMapFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--light-map",
+        metavar="FILE",
+        help="What pica bake has made of SCENE, for --preset raster or --set global_illumination.mode=light_map.",
+    ),
+]
+
+
 def parse_size(text: str) -> tuple[int, int]:
     """(width, height) of "1280x720". Raises PicaError."""
     match = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", text.strip())
@@ -56,6 +66,19 @@ def parse_settings(preset: str, texts: list[str] | None) -> "Settings":
             raise PicaError(f"--set {text!r} is not group.name=value")
     pairs = (text.partition("=") for text in texts or [])
     return pica.Settings.preset(preset).with_values({name.strip(): value.strip() for name, _, value in pairs})
+
+
+def load_light_map(path: Path | None, settings: "Settings") -> "LightMap | None":
+    """The light map of a file. Raises PicaError where the settings have no use for it."""
+    import pica
+
+    if path is None:
+        return None
+    mode = settings.global_illumination.mode
+    if mode != "light_map":
+        way = "--preset raster or --set global_illumination.mode=light_map"
+        raise PicaError(f"--light-map: global_illumination.mode is {mode}, which does not use it; give {way} too")
+    return pica.LightMap.load(path)
 
 
 def check_output(path: Path, suffixes: tuple[str, ...]) -> None:

@@ -59,6 +59,7 @@ def render(
     resume: Annotated[
         bool, typer.Option("--resume", help="Keep the pictures that a run cut short has made; render those missing.")
     ] = False,
+    light_map: options.LightMapFile = None,
     device: options.Device = None,
     json: options.Json = False,
 ) -> None:
@@ -76,6 +77,9 @@ def render(
         if seconds is not None or fps is not None or resume:
             raise PicaError(f"{output}: --seconds, --fps and --resume are for out.mp4 or pictures such as out/%04d.png")
     settings = options.parse_settings(preset, values)
+    if light_map is not None and path_traced:
+        raise PicaError("--light-map is for the hybrid renderer; --path-traced finds all light itself")
+    baked = options.load_light_map(light_map, settings)
     if samples is not None and not path_traced:
         raise PicaError("--samples is for --path-traced; without it, use --frames")
     if denoise and denoise_fast:
@@ -104,7 +108,7 @@ def render(
         renderer = pica.PathTracer(content, pixels, settings=settings, device=device)
         kind, count = "samples", samples or 256
     else:
-        renderer = pica.Renderer(content, pixels, settings=settings, device=device)
+        renderer = pica.Renderer(content, pixels, settings=settings, device=device, light_map=baked)
         renderer.debug = any(name.startswith("debug.") for name in aov or [])
         kind, count = "frames", frames
     result: dict[str, Any] = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), kind: count}

@@ -124,7 +124,7 @@ PRESETS = {
             "ambient_occlusion.mode": "ground_truth",
             "lighting.environment": "prefiltered",
             "reflections.mode": "screen_space",
-            "global_illumination.mode": "off",
+            "global_illumination.mode": "light_map",
         },
     ),
     "low": Level("hybrid with every group at its low level: faster.", _at_level("low")),

@@ -14,7 +14,7 @@ WITHOUT_RAYS = {
     "ambient_occlusion.mode": "ground_truth",
     "lighting.environment": "prefiltered",
     "reflections.mode": "screen_space",
-    "global_illumination.mode": "off",
+    "global_illumination.mode": "light_map",
 }
 """By setting, what each stage does without rays; the preset "raster" is all of these."""
 
@@ -74,6 +74,6 @@ def _without_rays(settings: Settings) -> dict[str, str]:
         # What shadow maps know nothing of.
         "lighting.environment": shadows and settings.lighting.environment == "sampled",
         "reflections.mode": settings.reflections.mode == "ray_traced",
-        "global_illumination.mode": settings.global_illumination.mode != "off",
+        "global_illumination.mode": settings.global_illumination.mode not in ("off", "light_map"),
     }
     return {setting: WITHOUT_RAYS[setting] for setting, traced in needed.items() if traced}

@@ -1,7 +1,8 @@
-"""Diffuse global illumination: one effect, two ways to the same buffer."""
+"""Diffuse global illumination: one effect, three ways to the same buffer."""
 
 import slangpy as spy
 
+from pica.effects.global_illumination.light_map_indirect import LightMapIndirect
 from pica.effects.global_illumination.path_traced import PathTracedIndirect
 from pica.effects.global_illumination.surfels import SurfelIndirect
 from pica.effects.global_illumination.views import color
@@ -11,6 +12,7 @@ from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import IndirectLight
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
+from pica.light_map.light_map import LightMap
 from pica.light_sampling.light_sampler import LightSamples
 from pica.rhi.device import Device
 from pica.settings import GlobalIlluminationSettings
@@ -22,10 +24,22 @@ class GlobalIllumination(Effect):
 
     name = "global_illumination"
 
-    def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
+    def __init__(
+        self,
+        device: Device,
+        size: Size,
+        settings: GlobalIlluminationSettings,
+        tracer: Tracer | None,
+        light_map: LightMap | None,
+    ) -> None:
         self._device = device
-        way = PathTracedIndirect if settings.mode == "path_traced" else SurfelIndirect
-        self._way = way(device, size, settings, tracer)
+        self._way: PathTracedIndirect | SurfelIndirect | LightMapIndirect
+        if settings.mode == "light_map":
+            assert light_map is not None
+            self._way = LightMapIndirect(device, size, light_map)
+        else:
+            way = PathTracedIndirect if settings.mode == "path_traced" else SurfelIndirect
+            self._way = way(device, size, settings, tracer)
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:
@@ -72,12 +86,14 @@ class GlobalIllumination(Effect):
     ) -> IndirectLight:
         """Add what this frame's surfaces reflect diffusely of others to `radiance`.
 
-        For surfels, `occlusion`: of the screen, None or detail finer than they are; `exposure`: a float, what one nit
-        was shown as in the frame before.
+        For surfels and light maps, `occlusion`: of the screen, None or detail finer than they are. For surfels,
+        `exposure`: a float, what one nit was shown as in the frame before.
         """
         pictures = {"indirect": self._indirect, "radiance": radiance}
         if isinstance(self._way, SurfelIndirect):
             self._way(frame, gbuffer, scene, light, occlusion, exposure, pictures)
+        elif isinstance(self._way, LightMapIndirect):
+            self._way(frame, gbuffer, scene, occlusion, pictures)
         else:
             self._way(frame, gbuffer, scene, light, reprojection, pictures)
         return IndirectLight(self._way.arriving, self._way.is_smooth, self._way.bounces)

@@ -35,6 +35,11 @@ def indirect_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
     }
 
 
+def light_map_views(arriving: spy.Texture) -> dict[str, Aov]:
+    """accumulated: (height, width, 3) the light that arrives by the light map, over pi, in nits."""
+    return {"accumulated": Aov((arriving,), color)}
+
+
 def surfel_views(arriving: spy.Texture) -> dict[str, Aov]:
     """What surfels tell each pixel, (height, width[, 3]).
 

@@ -1,0 +1,1 @@
+"""Light maps baked by the path tracer's light transport."""

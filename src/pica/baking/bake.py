@@ -1,0 +1,174 @@
+"""Bakes a volumetric light map: indirect irradiance about the places of a scene."""
+
+import time
+from contextlib import suppress
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.baking.neighbours import Neighbours
+from pica.baking.occupied import occupied_places
+from pica.baking.probe_passes import ProbePasses
+from pica.errors import PicaError, SceneError
+from pica.frame.arguments import Progress, check_made_with, check_progress
+from pica.light_map.arrays_file import Wanted, read_arrays, write_arrays
+from pica.light_map.bricks import Bricks, bricks_around
+from pica.light_map.fingerprint import content_of, layout_of
+from pica.light_map.light_map import HARMONICS, MOST_BRICKS, SEEN_PER_BRICK, LightMap
+from pica.rhi.device import Device, open_device
+from pica.scene.model import Scene
+from pica.scene.values import checked, optional, positive, whole
+from pica.settings import Settings
+from pica.tracing.fallbacks import check_traces, runnable
+
+PROBES = 50_000
+"""About as many as a map has whose spacing nobody tells."""
+_FINER = 2.0, 2**0.5, 2**0.25
+"""By how much spacings that are tried differ, one after the other."""
+_MOST_SAMPLES = 1 << 16
+_INSIDE = 0.25
+"""Share of a probe's rays that meet back faces from which on it counts as inside of something."""
+_KEEP_EVERY = 20.0
+"""Seconds."""
+_TOP = 16384.0
+"""The largest coefficient: 16-bit numbers hold it, and what is 2^28 times darker, to 11 bits."""
+
+
+def bake(
+    scene: Scene,
+    spacing: float | None = None,
+    samples: int = 1024,
+    settings: Settings | None = None,
+    device: Device | str | None = None,
+    progress: Progress | None = None,
+    partial: str | PathLike[str] | None = None,
+) -> LightMap:
+    """The light map of a scene as it stands now, by `samples` light paths a probe without a limit to their length.
+
+    `spacing`: metres between probes beside surfaces, 4 and 16 times that away from them; None: as near as about 50,000
+    probes are. `partial`: a file in which a bake that is cut short is kept, and from which the same bake goes on; it is
+    removed at the end. `progress(done, total)` is called again and again. Raises as PathTracer does.
+    """
+    check_made_with("bake", scene, settings, device)
+    spacing = checked("bake: spacing", optional(positive()), spacing)
+    samples = checked("bake: samples", whole(1, _MOST_SAMPLES), samples)
+    check_progress("bake", progress)
+    found = open_device(device)
+    check_traces(found, "baking")
+    settings = runnable(found, settings or Settings())
+    bricks = _bricks(scene, spacing)
+    done = _Done(
+        bricks, np.array([content_of(scene), layout_of(scene), f"{bricks.spacing!r} {samples} {settings.seed}"])
+    )
+    file = None if partial is None else Path(partial)
+    if file is not None:
+        done.read(file)
+    with found.turn:
+        passes = ProbePasses(found.part(), scene, settings, bricks, samples)
+        passes.view.make_programs()
+    try:
+        _run(passes, done, progress, file)
+    finally:
+        with found.turn:
+            passes.view.close()
+    light_map = done.light_map()
+    if file is not None:
+        file.unlink(missing_ok=True)
+    return light_map
+
+
+def _bricks(scene: Scene, spacing: float | None) -> Bricks:
+    scene.check()
+    low, high = scene.bounds()
+
+    def at(spacing: float) -> Bricks:
+        found = bricks_around(low, high, spacing, *occupied_places(scene, low, high, spacing))
+        if len(found.places) > MOST_BRICKS:
+            fault = f"{spacing:g} m between probes make {len(found.places):,} bricks"
+            raise SceneError(f"bake: {fault}; a light map has {MOST_BRICKS:,} at most")
+        return found
+
+    if spacing is not None:
+        return at(spacing)
+    bricks = at(float(max(high - low)) / 8)
+    for factor in _FINER:
+        with suppress(SceneError):
+            while len((finer := at(bricks.spacing / factor)).probes) <= PROBES:
+                bricks = finer
+    return bricks
+
+
+def _run(passes: ProbePasses, done: "_Done", progress: Progress | None, file: Path | None) -> None:
+    """Bake what is not done. What is done is kept in the file now and then, and when anything cuts it short."""
+    saved = time.monotonic()
+    total = len(done.light) + len(done.seen)
+    try:
+        while done.probes < len(done.light) or done.bricks < len(done.seen):
+            if done.probes < len(done.light):
+                done.add_light(*passes.light(done.probes))
+            else:
+                done.add_seen(passes.visibility(done.bricks))
+            if progress is not None:
+                progress(done.probes + done.bricks, total)
+            if file is not None and time.monotonic() - saved > _KEEP_EVERY:
+                done.write(file)
+                saved = time.monotonic()
+    except BaseException:
+        if file is not None:
+            done.write(file)
+        raise
+
+
+class _Done:
+    """What is baked so far."""
+
+    def __init__(self, bricks: Bricks, key: NDArray[np.str_]) -> None:
+        """`key`: what must be the same for a bake to go on."""
+        self._brick_layout, self._key = bricks, key.astype("<U96")
+        self.light = np.zeros((len(bricks.probes), HARMONICS, 4), np.float32)
+        self.inside = np.zeros(len(bricks.probes), np.float32)
+        self.seen = np.zeros((len(bricks.places), SEEN_PER_BRICK), np.uint8)
+        self.probes = self.bricks = 0
+
+    def add_light(self, light: NDArray[np.float32], inside: NDArray[np.float32]) -> None:
+        come = slice(self.probes, self.probes + len(light))
+        self.light[come], self.inside[come] = light, inside
+        self.probes += len(light)
+
+    def add_seen(self, found: NDArray[np.uint8]) -> None:
+        self.seen[self.bricks : self.bricks + len(found)] = found
+        self.bricks += len(found)
+
+    def write(self, file: Path) -> None:
+        probes = {"light": self.light[: self.probes], "inside": self.inside[: self.probes]}
+        write_arrays(file, {"key": self._key, **probes, "seen": self.seen[: self.bricks]})
+
+    def read(self, file: Path) -> None:
+        """Go on where the file ends, if it is one of the same bake."""
+        wanted = {
+            "key": Wanted((3,), "<U96"),
+            "light": Wanted((-1, HARMONICS, 4), "<f4"),
+            "inside": Wanted((-1,), "<f4"),
+            "seen": Wanted((-1, SEEN_PER_BRICK), "|u1"),
+        }
+        try:
+            found = read_arrays(file, wanted)
+        except PicaError:
+            return
+        fits = len(found["light"]) == len(found["inside"]) <= len(self.light) and len(found["seen"]) <= len(self.seen)
+        if fits and np.array_equal(found["key"], self._key):
+            self.add_light(found["light"], found["inside"])
+            self.add_seen(found["seen"])
+
+    def light_map(self) -> LightMap:
+        bricks, (content, layout, _) = self._brick_layout, self._key
+        in_the_open = self.inside < _INSIDE
+        neighbours = Neighbours(bricks, self.seen)
+        light, variance = self.light[..., :3], self.light[..., 3].sum(-1)
+        light = neighbours.spread(neighbours.smooth(light, variance, in_the_open), in_the_open)
+        scale = float(np.abs(light).max(initial=0)) / _TOP or 1.0
+        return LightMap(
+            bricks, scale, (light / scale).astype(np.float16), in_the_open, self.seen, str(content), str(layout)
+        )

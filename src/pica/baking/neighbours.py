@@ -1,0 +1,66 @@
+"""Light that probes take from those beside them: noise is shared out, and what is inside of something gets some too."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.light_map.bricks import CELLS, Bricks
+from pica.light_map.light_map import PARTS
+
+_Floats = NDArray[np.float32]
+_SHARING, _SPREADING = 2, 4
+"""So many probes far."""
+
+
+class Neighbours:
+    """Probes that are next to each other along an axis."""
+
+    def __init__(self, bricks: Bricks, seen: NDArray[np.uint8]) -> None:
+        """`seen`: as LightMap.seen."""
+        numbers = bricks.probe_of.reshape(-1, *(CELLS + 1,) * 3).astype(np.int64)
+        parts = seen.reshape(-1, *(CELLS,) * 3, *(PARTS,) * 3)
+        firsts, seconds, sighted = [], [], []
+        for axis in range(3):  # x, y, z; arrays have x last
+            ahead = [slice(axis == other, CELLS + (axis == other)) for other in (2, 1, 0)]
+            far = [(PARTS - 1) * (axis == other) for other in (2, 1, 0)]
+            firsts.append(numbers[:, :CELLS, :CELLS, :CELLS].reshape(-1))
+            seconds.append(numbers[:, ahead[0], ahead[1], ahead[2]].reshape(-1))
+            forth = parts[..., 0, 0, 0] >> (1 << axis)
+            back = parts[..., far[0], far[1], far[2]]
+            sighted.append((forth & back & 1).astype(bool).reshape(-1))
+        self._first, self._second, self._sighted = map(np.concatenate, (firsts, seconds, sighted))
+
+    def smooth(self, light: _Floats, variance: _Floats, in_the_open: NDArray[np.bool_]) -> _Floats:
+        """Light (probes, 9, 3) without most of its noise, whose variance (probes,) is known.
+
+        Probes share with those that they see, the less the more they differ beyond what noise would explain: so light
+        that changes from place to place stays as it is where enough is known about it (non-local means, Buades, Coll
+        and Morel 2005, with the variance of the estimates as Rousselle, Knaus and Zwicker 2012 take it).
+        """
+        useful = self._sighted & in_the_open[self._first] & in_the_open[self._second]
+        first, second = self._first[useful], self._second[useful]
+        for _ in range(_SHARING):
+            expected = variance[first] + variance[second]
+            apart = np.square(light[first] - light[second]).mean(-1).sum(-1)
+            weight = np.exp(-apart / np.maximum(expected, 1e-30)).astype(np.float32)
+            sums, weights, spreads = light.copy(), np.ones_like(variance), variance.copy()
+            for to, by in ((first, second), (second, first)):
+                np.add.at(sums, to, weight[:, None, None] * light[by])
+                np.add.at(weights, to, weight)
+                np.add.at(spreads, to, weight**2 * variance[by])
+            light, variance = sums / weights[:, None, None], spreads / weights**2
+        return light
+
+    def spread(self, light: _Floats, in_the_open: NDArray[np.bool_]) -> _Floats:
+        """Light (probes, 9, 3), where it is inside of something the mean of those beside, from the open inwards."""
+        known = in_the_open.copy()
+        light = np.where(known[:, None, None], light, 0)
+        for _ in range(_SPREADING):
+            sums, counts = np.zeros_like(light), np.zeros(len(light), np.float32)
+            for to, by in ((self._first, self._second), (self._second, self._first)):
+                useful = known[by] & ~known[to]
+                np.add.at(sums, to[useful], light[by[useful]])
+                np.add.at(counts, to[useful], 1)
+            came = counts > 0
+            light[came] = sums[came] / counts[came, None, None]
+            known |= came
+        return light

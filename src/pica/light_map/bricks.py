@@ -1,0 +1,129 @@
+"""Where a light map's probes are: bricks of 4x4x4 cells, in levels, each 4 times as coarse as the one below."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.errors import SceneError
+
+CELLS = 4
+"""Along a brick's side; a probe at each corner of each cell. light_map.slang: CELLS."""
+LEVELS = 3
+"""light_map.slang: a brick's level takes 2 bits."""
+MOST_PLACES = 1 << 24
+"""Of finest bricks that the box of a map may have room for."""
+NOWHERE = 0xFFFFFFFF
+"""light_map.slang: NOWHERE."""
+_CORNERS = CELLS + 1
+_MARGIN = np.array([0.37, 0.31, 0.43])
+"""In finest spacings below the scene's lowest corner: walls tend to stand at round numbers, and neither should a probe
+be in their plane nor a diagonal of cells meet their edge."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bricks:
+    """Bricks in a box. Every place of the box is in at least one; where several are, the finest counts."""
+
+    origin: NDArray[np.float64]
+    """(3,) metres, the box's lowest corner."""
+    spacing: float
+    """Metres between the finest probes."""
+    size: NDArray[np.int32]
+    """(3,) of the box, in finest bricks."""
+    places: NDArray[np.int32]
+    """(bricks, 4) lowest corner of each, in finest bricks: multiples of 4 to the power of the level; and the level."""
+
+    @cached_property
+    def corners(self) -> NDArray[np.int64]:
+        """(bricks, 125, 3) the probes of each brick, x fastest, in finest spacings from the origin."""
+        steps = np.indices((_CORNERS,) * 3).reshape(3, -1)[::-1].T
+        scale = CELLS ** self.places[:, 3].astype(np.int64)
+        return self.places[:, None, :3].astype(np.int64) * CELLS + steps * scale[:, None, None]
+
+    @cached_property
+    def _numbered(self) -> tuple[NDArray[np.int64], NDArray[np.uint32]]:
+        """Bricks that touch share probes, whatever their levels."""
+        points = self.corners.reshape(-1, 3)
+        sides = points.max(0, initial=0) + 1
+        keys, number_of = np.unique(np.ravel_multi_index(tuple(points.T), tuple(sides)), return_inverse=True)
+        return np.stack(np.unravel_index(keys, tuple(sides)), -1), number_of.reshape(len(self.places), -1).astype(
+            np.uint32
+        )
+
+    @property
+    def probes(self) -> NDArray[np.int64]:
+        """(probes, 3) where each is, in finest spacings from the origin."""
+        return self._numbered[0]
+
+    @property
+    def probe_of(self) -> NDArray[np.uint32]:
+        """(bricks, 125) number of the probe at each corner, x fastest."""
+        return self._numbered[1]
+
+    @property
+    def positions(self) -> NDArray[np.float32]:
+        """(probes, 3) metres."""
+        return (self.origin + self.spacing * self.probes).astype(np.float32)
+
+    @cached_property
+    def finest_at(self) -> NDArray[np.uint32]:
+        """(z, y, x) of each finest brick's place: 4 times the number of the finest brick that covers it, plus that
+        one's level; NOWHERE for none."""
+        found = np.full(self.size[::-1], NOWHERE, np.uint32)
+        for level in reversed(range(LEVELS)):
+            (numbers,) = np.nonzero(self.places[:, 3] == level)
+            steps = np.indices((CELLS**level,) * 3).reshape(3, -1).T
+            for chunk in np.array_split(numbers, max(len(numbers) * len(steps) >> 22, 1)):
+                covered = (self.places[chunk, None, :3] + steps).reshape(-1, 3)
+                entries = np.repeat(chunk.astype(np.uint32) << 2 | level, len(steps))
+                inside = (covered < self.size).all(-1)
+                x, y, z = covered[inside].T
+                found[z, y, x] = entries[inside]
+        return found
+
+
+def bricks_around(
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    spacing: float,
+    occupied: NDArray[np.bool_],
+    detailed: NDArray[np.bool_],
+) -> Bricks:
+    """Bricks for the box (3,) low to high: the finest where `detailed`, of the shape that `box_of` says, is true, those
+    of the next level where `occupied` is, and the coarsest everywhere else.
+    """
+    origin, size = box_of(low, high, spacing)
+    places, wanted = [_at(detailed, 0)], detailed
+    for level in range(1, LEVELS):
+        finer, inside = _blocks(wanted), _blocks(np.ones_like(wanted))
+        covered = (finer | ~inside).all((1, 3, 5))
+        wanted = np.ones(covered.shape, bool) if level == LEVELS - 1 else np.asarray(_blocks(occupied).any((1, 3, 5)))
+        # Where finer ones are everywhere, nobody would ask a coarser one.
+        places.append(_at(wanted & ~covered, level))
+    return Bricks(origin, spacing, size, np.concatenate(places).astype(np.int32))
+
+
+def box_of(
+    low: NDArray[np.float64], high: NDArray[np.float64], spacing: float
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Lowest corner (3,) in metres and size (3,) in finest bricks of a map's box. Raises SceneError for too many."""
+    origin = low - _MARGIN * spacing
+    size = np.ceil((high - origin + _MARGIN * spacing) / (spacing * CELLS))
+    if np.prod(size) > MOST_PLACES:
+        raise SceneError(f"light map: {spacing:g} m between probes are too few for a scene of {np.max(high - low):g} m")
+    return origin, size.astype(np.int32)
+
+
+def _at(there: NDArray[np.bool_], level: int) -> NDArray[np.int64]:
+    """(count, 4) rows of Bricks.places."""
+    places = np.argwhere(there) * CELLS**level
+    return np.concatenate([places, np.full((len(places), 1), level)], axis=1)
+
+
+def _blocks(there: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(x / 4, 4, y / 4, 4, z / 4, 4) of (x, y, z), False beyond its sides."""
+    padded = np.pad(there, [(0, -length % CELLS) for length in there.shape])
+    x, y, z = (length // CELLS for length in padded.shape)
+    return padded.reshape(x, CELLS, y, CELLS, z, CELLS)

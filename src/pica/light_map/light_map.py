@@ -1,0 +1,131 @@
+"""A baked light map, and its file."""
+
+import warnings
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.errors import PicaError, SceneError
+from pica.light_map.arrays_file import Wanted, read_arrays, write_arrays
+from pica.light_map.bricks import CELLS, LEVELS, MOST_PLACES, Bricks
+from pica.light_map.fingerprint import content_of, layout_of
+from pica.scene.model import Scene
+
+HARMONICS = 9
+"""shaders/spherical_harmonics.slang."""
+PARTS = 4
+"""light_map.slang: PARTS, along a cell's side."""
+SEEN_PER_BRICK = (CELLS * PARTS) ** 3
+MOST_BRICKS = 1 << 17
+"""A brick takes 5 to 12 kB on a device."""
+_FORMAT = 1
+_FILE = {
+    "format": Wanted((), "<i4"),
+    "origin": Wanted((3,), "<f8"),
+    "spacing": Wanted((), "<f8"),
+    "size": Wanted((3,), "<i4"),
+    "places": Wanted((-1, 4), "<i4"),
+    "scale": Wanted((), "<f4"),
+    "harmonics": Wanted((-1, HARMONICS, 3), "<f2"),
+    "in_the_open": Wanted((-1,), "|b1"),
+    "seen": Wanted((-1, SEEN_PER_BRICK), "|u1"),
+    "content": Wanted((), "<U32"),
+    "layout": Wanted((), "<U32"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class LightMap:
+    """Indirect irradiance about the places of a scene; `pica.bake` makes it."""
+
+    bricks: Bricks
+    scale: float
+    """Nits of a coefficient of 1."""
+    harmonics: NDArray[np.float16]
+    """(probes, 9, 3) irradiance over pi as spherical harmonics, red, green and blue."""
+    in_the_open: NDArray[np.bool_]
+    """(probes,) False for those inside of something, which have the light of their neighbours."""
+    seen: NDArray[np.uint8]
+    """(bricks, 4096) of each part of each cell, x fastest: a bit for each of the cell's 8 corners that it sees."""
+    content: str
+    """Digest of what it was baked for (fingerprint.py)."""
+    layout: str
+    """And of where that stood."""
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write a file, whole or not at all. Raises PicaError."""
+        bricks = self.bricks
+        arrays = {
+            "format": np.int32(_FORMAT),
+            "origin": bricks.origin,
+            "spacing": np.float64(bricks.spacing),
+            "size": bricks.size,
+            "places": bricks.places,
+            "scale": np.float32(self.scale),
+            "harmonics": self.harmonics,
+            "in_the_open": self.in_the_open,
+            "seen": self.seen,
+            "content": np.array(self.content, "<U32"),
+            "layout": np.array(self.layout, "<U32"),
+        }
+        write_arrays(Path(path), {name: np.asarray(array, _FILE[name].dtype) for name, array in arrays.items()})
+
+    @staticmethod
+    def load(path: str | PathLike[str]) -> "LightMap":
+        """Read a file, which may come from anybody. Raises PicaError for one that is damaged or none."""
+        found = read_arrays(Path(path), _FILE)
+        bricks = Bricks(found["origin"], float(found["spacing"]), found["size"], found["places"])
+        if found["format"] != _FORMAT:
+            raise PicaError(f"{path}: is a light map of format {found['format']}; this is for {_FORMAT}: bake it again")
+        try:
+            _check_bricks(bricks)
+            _check_light(bricks, float(found["scale"]), found["harmonics"], found["in_the_open"], found["seen"])
+        except ValueError as error:
+            raise PicaError(f"{path}: is damaged: {error}") from None
+        texts = str(found["content"]), str(found["layout"])
+        return LightMap(bricks, float(found["scale"]), found["harmonics"], found["in_the_open"], found["seen"], *texts)
+
+    def check_scene(self, scene: Scene) -> None:
+        """Raises SceneError for another scene than it was baked for; warns where things have moved since."""
+        if content_of(scene) != self.content:
+            what = f"another scene than {scene.name!r}, or for other meshes, materials or lights"
+            raise SceneError(f"light map: it was baked for {what}")
+        if layout_of(scene) != self.layout:
+            warnings.warn(
+                f"light map: things in scene {scene.name!r} stand elsewhere than when it was baked", stacklevel=4
+            )
+
+
+def _check_bricks(bricks: Bricks) -> None:
+    """Raises ValueError for what does not fit together, before anything is made from it."""
+    size, places = bricks.size.astype(np.int64), bricks.places.astype(np.int64)
+    if not (np.isfinite(bricks.origin).all() and 0 < bricks.spacing < np.inf):
+        raise ValueError("its box is nowhere")
+    if not ((size > 0).all() and (size <= MOST_PLACES).all() and np.prod(size) <= MOST_PLACES):
+        raise ValueError(f"its box is {tuple(size)} bricks large")
+    if not 0 < len(places) <= MOST_BRICKS:
+        raise ValueError(f"it has {len(places)} bricks")
+    levels = places[:, 3]
+    if not ((levels >= 0) & (levels < LEVELS)).all():
+        raise ValueError("a brick has an unknown level")
+    if not ((places[:, :3] >= 0) & (places[:, :3] < size) & (places[:, :3] % CELLS ** levels[:, None] == 0)).all():
+        raise ValueError("a brick is not in its place")
+
+
+def _check_light(
+    bricks: Bricks,
+    scale: float,
+    harmonics: NDArray[np.float16],
+    in_the_open: NDArray[np.bool_],
+    seen: NDArray[np.uint8],
+) -> None:
+    count = len(bricks.probes)
+    if len(harmonics) != count or len(in_the_open) != count or len(seen) != len(bricks.places):
+        raise ValueError(f"it has light of {len(harmonics)} probes, but its bricks have {count}")
+    if not (np.isfinite(harmonics).all() and 0 < scale < np.inf):
+        raise ValueError("its light is not finite")
+    if in_the_open.view(np.uint8).max(initial=0) > 1:
+        raise ValueError("what is in the open is neither true nor false")
