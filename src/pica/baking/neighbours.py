@@ -7,8 +7,8 @@ from pica.light_map.bricks import CELLS, Bricks
 from pica.light_map.light_map import PARTS
 
 _Floats = NDArray[np.float32]
-_SHARING, _SPREADING = 2, 4
-"""So many probes far."""
+_REACH = 4
+"""Probes."""
 
 
 class Neighbours:
@@ -38,7 +38,13 @@ class Neighbours:
         """
         useful = self._sighted & in_the_open[self._first] & in_the_open[self._second]
         first, second = self._first[useful], self._second[useful]
-        for _ in range(_SHARING):
+        # That variance is known from two halves of the samples only: a probe's is that of those about it too.
+        sums, counts = variance.copy(), np.ones_like(variance)
+        for to, by in ((first, second), (second, first)):
+            np.add.at(sums, to, variance[by])
+            np.add.at(counts, to, 1)
+        variance = sums / counts
+        for _ in range(_REACH):
             expected = variance[first] + variance[second]
             apart = np.square(light[first] - light[second]).mean(-1).sum(-1)
             weight = np.exp(-apart / np.maximum(expected, 1e-30)).astype(np.float32)
@@ -54,7 +60,7 @@ class Neighbours:
         """Light (probes, 9, 3), where it is inside of something the mean of those beside, from the open inwards."""
         known = in_the_open.copy()
         light = np.where(known[:, None, None], light, 0)
-        for _ in range(_SPREADING):
+        for _ in range(_REACH):
             sums, counts = np.zeros_like(light), np.zeros(len(light), np.float32)
             for to, by in ((self._first, self._second), (self._second, self._first)):
                 useful = known[by] & ~known[to]
