@@ -11,6 +11,7 @@ from pica.scene.coat import Coat
 from pica.scene.gltf import read
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.textures import _matrix
+from pica.scene.iridescence import Iridescence
 from pica.scene.material import AlphaMode, Material, Wrap
 from tests.scene.gltf_files import GltfFile
 
@@ -62,6 +63,10 @@ def test_every_factor(tmp_path: Path) -> None:
             "KHR_materials_specular": {"specularFactor": 0, "specularColorFactor": [1, 0.5, 2]},
             "KHR_materials_transmission": {"transmissionFactor": 0.75},
             "KHR_materials_clearcoat": {"clearcoatFactor": 0.6, "clearcoatRoughnessFactor": 0.3},
+            "KHR_materials_iridescence": {
+                "iridescenceFactor": 0.9, "iridescenceIor": 1.7, "iridescenceThicknessMinimum": 300,
+                "iridescenceThicknessMaximum": 200,
+            },
             "KHR_materials_unlit": {},
         },
     }  # fmt: skip
@@ -73,6 +78,7 @@ def test_every_factor(tmp_path: Path) -> None:
     assert (material.ior, material.specular, material.specular_color) == (1.33, 0, (1, 0.5, 2))
     assert (material.transmission, material.thin_walled, material.unlit) == (0.75, True, True)
     assert material.coats == (Coat(strength=0.6, roughness=0.3, ior=1.5, air_below=True),)
+    assert material.iridescence == Iridescence(0.9, 1.7, 300.0, 200.0)
 
 
 def test_a_clearcoat_of_no_strength_is_none(tmp_path: Path) -> None:
@@ -90,7 +96,7 @@ def test_a_thickness_makes_a_solid(tmp_path: Path, thickness: float, thin: bool)
 
 
 def test_every_texture(tmp_path: Path) -> None:
-    infos = {name: {"index": i, "texCoord": i % 2} for i, name in enumerate("abcdefghijk")}
+    infos = {name: {"index": i, "texCoord": i % 2} for i, name in enumerate("abcdefghijklm")}
     description = {
         "pbrMetallicRoughness": {"baseColorTexture": infos["a"], "metallicRoughnessTexture": infos["b"]},
         "normalTexture": infos["c"] | {"scale": 0.5},
@@ -102,6 +108,9 @@ def test_every_texture(tmp_path: Path) -> None:
             "KHR_materials_clearcoat": {
                 "clearcoatFactor": 1, "clearcoatTexture": infos["i"], "clearcoatRoughnessTexture": infos["j"],
                 "clearcoatNormalTexture": infos["k"] | {"scale": 0.75},
+            },
+            "KHR_materials_iridescence": {
+                "iridescenceFactor": 1, "iridescenceTexture": infos["l"], "iridescenceThicknessTexture": infos["m"],
             },
         },
     }  # fmt: skip
@@ -115,9 +124,10 @@ def test_every_texture(tmp_path: Path) -> None:
         material.occlusion_texture, material.emissive_texture, material.specular_texture,
         material.specular_color_texture, material.transmission_texture,
         material.coat_texture, material.coat_roughness_texture, material.coat_normal_texture,
+        material.iridescence_texture, material.iridescence_thickness_texture,
     ]  # fmt: skip
-    assert [texture and texture.image.pixels[0, 0, 0] for texture in textures] == list(range(11))
-    assert [texture and texture.uv_set for texture in textures] == [i % 2 for i in range(11)]
+    assert [texture and texture.image.pixels[0, 0, 0] for texture in textures] == list(range(len(infos)))
+    assert [texture and texture.uv_set for texture in textures] == [i % 2 for i in range(len(infos))]
     assert (material.normal_scale, material.occlusion_strength) == (0.5, 0.25)
     assert material.coat_normal_scale == 0.75
 
@@ -237,6 +247,10 @@ def test_unreadable_pictures_are_named(image: dict[str, Any], fault: str, tmp_pa
         ({"pbrMetallicRoughness": {"baseColorFactor": [1, 1]}}, "is not a list of 4 numbers"),
         ({"emissiveFactor": [0, -1, 0]}, r"emissiveFactor\[1\]: -1 is not a number of at least 0"),
         ({"extensions": {"KHR_materials_ior": {"ior": 0.5}}}, "ior: 0.5 is not a number of at least 1"),
+        (
+            {"extensions": {"KHR_materials_iridescence": {"iridescenceThicknessMaximum": -1}}},
+            "KHR_materials_iridescence.iridescenceThicknessMaximum: -1 is not a number from 0 to 100000",
+        ),
         ({"normalTexture": {"index": 4}}, r"normalTexture.index: 4 is out of range"),
         ({"normalTexture": {"index": 0, "texCoord": "a"}}, "normalTexture.texCoord: 'a' is not a whole number"),
     ],

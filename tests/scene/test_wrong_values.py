@@ -14,6 +14,7 @@ from pica.scene.checked_field import CheckedField
 from pica.scene.dynamic_vertices import DynamicVertices
 from pica.scene.emitter import Emitter
 from pica.scene.environment import Environment
+from pica.scene.iridescence import Iridescence
 from pica.scene.landscape import Landscape
 from pica.scene.light import (
     DirectionalLight,
@@ -71,6 +72,7 @@ OBJECTS = [
     Mesh([cube()], "mesh"),
     Node("node", mesh=Mesh([figure()]), light=PointLight(), camera=Camera(np.eye(4)), pose=Pose()),
     Material("wood"),
+    Iridescence(),
     Sampler(),
     Image(PIXELS),
     Texture(Image(PIXELS)),

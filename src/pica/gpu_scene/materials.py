@@ -42,6 +42,8 @@ _SLOTS = (
     "coat",
     "coat_roughness",
     "coat_normal",
+    "iridescence",
+    "iridescence_thickness",
 )
 _SRGB = {"base_color", "emissive", "specular_color"}
 COAT = np.dtype(
@@ -66,6 +68,9 @@ MATERIAL = np.dtype(
         ("coat_normal_scale", "f4"),
         ("coat_count", "u4"),
         ("coats", COAT, MOST_COATS),
+        ("film_strength", "f4"),
+        ("film_ior", "f4"),
+        ("film_thickness", "f4", 2),
         ("type", "u4"),
         ("parameters", "u4", MAX_PARAMETERS),
     ],
@@ -227,6 +232,10 @@ class MaterialTable:
                 row[name] = getattr(coat, name)
             row["transmittance"] = coat.transmittance
             row["ior_below"] = 1.0 if coat.air_below else coat.ior
+        if material.iridescence is not None:
+            film = material.iridescence
+            packed["film_strength"], packed["film_ior"] = film.strength, film.ior
+            packed["film_thickness"] = film.thickness_minimum, film.thickness_maximum
         packed["flags"] = (
             _MASK * (material.alpha_mode is AlphaMode.MASK)
             | _BLEND * (material.alpha_mode is AlphaMode.BLEND)

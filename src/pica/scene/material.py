@@ -12,6 +12,7 @@ from pica.errors import shown
 from pica.scene.arrays import integers, picture
 from pica.scene.checked_field import CheckedField
 from pica.scene.coat import Coat, coats
+from pica.scene.iridescence import Iridescence
 from pica.scene.light import COLOR, WHITE, Color
 from pica.scene.material_registry import STANDARD
 from pica.scene.values import BRIGHTEST, UnfitError, flag, instance, number, optional, text, vector, whole
@@ -154,6 +155,12 @@ class Material:
     """Linear, tangent space, +Y up; all coats have its normals, and none those of normal_texture."""
     coat_normal_scale: CheckedField[float] = CheckedField(number(), 1.0)
     """Any number."""
+    iridescence: CheckedField[Iridescence | None] = CheckedField(optional(instance(Iridescence)), None)
+    """A thin film, below all coats."""
+    iridescence_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    """Linear, in red: times its strength (KHR_materials_iridescence)."""
+    iridescence_thickness_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    """Linear, in green: from the smallest to the largest thickness."""
     type: CheckedField[str] = CheckedField(text, STANDARD)
     """"standard", or the name that register_material gave to a type of your own."""
     parameters: CheckedField[dict[str, float | Sequence[float]]] = CheckedField(_parameters, dict)
