@@ -9,6 +9,7 @@ import pytest
 import pica
 from pica.errors import SceneError
 from pica.scene.animation import Animation, Channel, Pose
+from pica.scene.anisotropy import Anisotropy
 from pica.scene.camera import Camera
 from pica.scene.checked_field import CheckedField
 from pica.scene.dynamic_vertices import DynamicVertices
@@ -72,6 +73,7 @@ OBJECTS = [
     Mesh([cube()], "mesh"),
     Node("node", mesh=Mesh([figure()]), light=PointLight(), camera=Camera(np.eye(4)), pose=Pose()),
     Material("wood"),
+    Anisotropy(),
     Iridescence(),
     Sampler(),
     Image(PIXELS),

@@ -44,6 +44,7 @@ _SLOTS = (
     "coat_normal",
     "iridescence",
     "iridescence_thickness",
+    "anisotropy",
 )
 _SRGB = {"base_color", "emissive", "specular_color"}
 COAT = np.dtype(
@@ -71,6 +72,8 @@ MATERIAL = np.dtype(
         ("film_strength", "f4"),
         ("film_ior", "f4"),
         ("film_thickness", "f4", 2),
+        ("anisotropy_strength", "f4"),
+        ("anisotropy_turn", "f4", 2),
         ("type", "u4"),
         ("parameters", "u4", MAX_PARAMETERS),
     ],
@@ -236,6 +239,9 @@ class MaterialTable:
             film = material.iridescence
             packed["film_strength"], packed["film_ior"] = film.strength, film.ior
             packed["film_thickness"] = film.thickness_minimum, film.thickness_maximum
+        if material.anisotropy is not None:
+            packed["anisotropy_strength"] = material.anisotropy.strength
+            packed["anisotropy_turn"] = np.cos(material.anisotropy.rotation), np.sin(material.anisotropy.rotation)
         packed["flags"] = (
             _MASK * (material.alpha_mode is AlphaMode.MASK)
             | _BLEND * (material.alpha_mode is AlphaMode.BLEND)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import shown
+from pica.scene.anisotropy import Anisotropy
 from pica.scene.arrays import integers, picture
 from pica.scene.checked_field import CheckedField
 from pica.scene.coat import Coat, coats
@@ -161,6 +162,10 @@ class Material:
     """Linear, in red: times its strength (KHR_materials_iridescence)."""
     iridescence_thickness_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
     """Linear, in green: from the smallest to the largest thickness."""
+    anisotropy: CheckedField[Anisotropy | None] = CheckedField(optional(instance(Anisotropy)), None)
+    """Of the mirror below all coats."""
+    anisotropy_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    """Linear: direction in red and green, from -1 to 1, strength in blue (KHR_materials_anisotropy)."""
     type: CheckedField[str] = CheckedField(text, STANDARD)
     """"standard", or the name that register_material gave to a type of your own."""
     parameters: CheckedField[dict[str, float | Sequence[float]]] = CheckedField(_parameters, dict)

@@ -9,6 +9,7 @@ SUPPORTED = frozenset(
         "EXT_mesh_gpu_instancing",
         "EXT_texture_webp",
         "KHR_lights_punctual",
+        "KHR_materials_anisotropy",
         "KHR_materials_clearcoat",
         "KHR_materials_emissive_strength",
         "KHR_materials_ior",

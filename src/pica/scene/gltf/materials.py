@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from pica.scene.anisotropy import Anisotropy
 from pica.scene.coat import Coat
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
@@ -64,6 +65,7 @@ class Materials:
             **self._specular(entry.extension("KHR_materials_specular")),
             **self._transmission(entry),
             **self._clearcoat(entry.extension("KHR_materials_clearcoat")),
+            **self._anisotropy(entry.extension("KHR_materials_anisotropy")),
             **self._iridescence(entry.extension("KHR_materials_iridescence")),
         )
 
@@ -96,6 +98,12 @@ class Materials:
         if strength == 0:
             return {}
         return {"coats": (Coat(strength, roughness, air_below=True),), "coat_normal_scale": scale, **textures}
+
+    def _anisotropy(self, extension: Element) -> dict[str, Any]:
+        strength = extension.number("anisotropyStrength", 0, 1, 0.0)
+        anisotropy = Anisotropy(strength, extension.number("anisotropyRotation", default=0.0))
+        texture = self._textures.get(extension, "anisotropyTexture")
+        return {} if strength == 0 else {"anisotropy": anisotropy, "anisotropy_texture": texture}
 
     def _iridescence(self, iridescence: Element) -> dict[str, Any]:
         film = Iridescence(
