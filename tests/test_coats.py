@@ -170,5 +170,5 @@ def test_scenes_without_coats_have_no_room_for_them(device):
         renderer.render(1, FRONT)
         known = COATS in known_features(renderer.view.material_types)
         (gbuffer,) = (effect for effect in renderer.effects if effect.name == "gbuffer")
-        rooms.append((known, gbuffer._buffer.has_coats))
+        rooms.append((known, gbuffer._buffer.has_room_for("coats")))
     assert rooms[1] == (True, True) and rooms[0][0] == rooms[0][1]

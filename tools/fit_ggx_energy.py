@@ -23,8 +23,8 @@ FRESNEL_DEGREES = (3, 4)
 AVERAGE_DEGREE = 7
 
 
-def integrate(mu: float, alpha: float, resolution: int = 256) -> tuple[float, float]:
-    """(A, B) at one cosine and one alpha, by the midpoint rule over visible normals.
+def visible_normals(mu: float, alpha: float, resolution: int) -> tuple[Array, Array]:
+    """(resolution, resolution) cosines of view and visible normals of equal chance, and the share of each that leaves.
 
     Spherical caps: Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps", listing 3.
     Height-correlated masking: Heitz 2014, "Understanding the Masking-Shadowing Function", equation 99.
@@ -45,7 +45,12 @@ def integrate(mu: float, alpha: float, resolution: int = 256) -> tuple[float, fl
     above = np.maximum(light_z, 1e-12)
     view_lambda = 0.5 * (np.sqrt(1 + (alpha * sine / mu) ** 2) - 1)
     light_lambda = 0.5 * (np.sqrt(1 + alpha**2 * (1 / above**2 - 1)) - 1)
-    weight = np.where(light_z > 0, (1 + view_lambda) / (1 + view_lambda + light_lambda), 0)
+    return cosine, np.where(light_z > 0, (1 + view_lambda) / (1 + view_lambda + light_lambda), 0)
+
+
+def integrate(mu: float, alpha: float, resolution: int = 256) -> tuple[float, float]:
+    """(A, B) at one cosine and one alpha, by the midpoint rule over visible normals."""
+    cosine, weight = visible_normals(mu, alpha, resolution)
     fresnel = np.clip(1 - cosine, 0, 1) ** 5
     return float((weight * (1 - fresnel)).mean()), float((weight * fresnel).mean())
 

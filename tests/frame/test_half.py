@@ -109,7 +109,7 @@ def test_the_g_buffer_is_that_of_the_pixel_which_stands_for_four(device):
         for texture in ("visibility", "depth", "normals", "material", "emission"):
             expected = chosen(full.textures[texture].to_numpy(), index)
             np.testing.assert_array_equal(half.textures[texture].to_numpy(), expected)
-        assert half.has_coats
+        assert half.has_room_for("coats")
         seen = chosen(full.textures["material"].to_numpy(), index)[..., 2] >> 24 & 4 != 0
         expected = chosen(full.textures["coats"].to_numpy(), index)[seen]
         np.testing.assert_array_equal(half.textures["coats"].to_numpy()[seen], expected)

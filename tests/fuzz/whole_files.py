@@ -71,6 +71,8 @@ def gltf() -> GltfFile:
             "KHR_materials_specular": {"specularFactor": 0.7, "specularColorFactor": [1, 0.9, 0.8]},
             "KHR_materials_transmission": {"transmissionFactor": 0.2},
             "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatNormalTexture": {"index": 1, "scale": 0.5}},
+            "KHR_materials_anisotropy": {"anisotropyStrength": 0.5, "anisotropyTexture": {"index": 1}},
+            "KHR_materials_iridescence": {"iridescenceFactor": 0.5, "iridescenceThicknessTexture": {"index": 1}},
         },
         extras={"pica": {"simplified": None}, "else": [1]},
     )

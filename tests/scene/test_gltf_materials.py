@@ -7,10 +7,12 @@ import pytest
 from PIL import Image as Picture
 
 from pica.errors import SceneError
+from pica.scene.anisotropy import Anisotropy
 from pica.scene.coat import Coat
 from pica.scene.gltf import read
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.textures import _matrix
+from pica.scene.iridescence import Iridescence
 from pica.scene.material import AlphaMode, Material, Wrap
 from tests.scene.gltf_files import GltfFile
 
@@ -62,6 +64,11 @@ def test_every_factor(tmp_path: Path) -> None:
             "KHR_materials_specular": {"specularFactor": 0, "specularColorFactor": [1, 0.5, 2]},
             "KHR_materials_transmission": {"transmissionFactor": 0.75},
             "KHR_materials_clearcoat": {"clearcoatFactor": 0.6, "clearcoatRoughnessFactor": 0.3},
+            "KHR_materials_anisotropy": {"anisotropyStrength": 0.4, "anisotropyRotation": 0.3},
+            "KHR_materials_iridescence": {
+                "iridescenceFactor": 0.9, "iridescenceIor": 1.7, "iridescenceThicknessMinimum": 300,
+                "iridescenceThicknessMaximum": 200,
+            },
             "KHR_materials_unlit": {},
         },
     }  # fmt: skip
@@ -73,6 +80,8 @@ def test_every_factor(tmp_path: Path) -> None:
     assert (material.ior, material.specular, material.specular_color) == (1.33, 0, (1, 0.5, 2))
     assert (material.transmission, material.thin_walled, material.unlit) == (0.75, True, True)
     assert material.coats == (Coat(strength=0.6, roughness=0.3, ior=1.5, air_below=True),)
+    assert material.anisotropy == Anisotropy(0.4, 0.3)
+    assert material.iridescence == Iridescence(0.9, 1.7, 300.0, 200.0)
 
 
 def test_a_clearcoat_of_no_strength_is_none(tmp_path: Path) -> None:
@@ -90,7 +99,7 @@ def test_a_thickness_makes_a_solid(tmp_path: Path, thickness: float, thin: bool)
 
 
 def test_every_texture(tmp_path: Path) -> None:
-    infos = {name: {"index": i, "texCoord": i % 2} for i, name in enumerate("abcdefghijk")}
+    infos = {name: {"index": i, "texCoord": i % 2} for i, name in enumerate("abcdefghijklmn")}
     description = {
         "pbrMetallicRoughness": {"baseColorTexture": infos["a"], "metallicRoughnessTexture": infos["b"]},
         "normalTexture": infos["c"] | {"scale": 0.5},
@@ -103,6 +112,10 @@ def test_every_texture(tmp_path: Path) -> None:
                 "clearcoatFactor": 1, "clearcoatTexture": infos["i"], "clearcoatRoughnessTexture": infos["j"],
                 "clearcoatNormalTexture": infos["k"] | {"scale": 0.75},
             },
+            "KHR_materials_iridescence": {
+                "iridescenceFactor": 1, "iridescenceTexture": infos["l"], "iridescenceThicknessTexture": infos["m"],
+            },
+            "KHR_materials_anisotropy": {"anisotropyStrength": 1, "anisotropyTexture": infos["n"]},
         },
     }  # fmt: skip
     file = file_with(description, *description["extensions"])
@@ -115,9 +128,10 @@ def test_every_texture(tmp_path: Path) -> None:
         material.occlusion_texture, material.emissive_texture, material.specular_texture,
         material.specular_color_texture, material.transmission_texture,
         material.coat_texture, material.coat_roughness_texture, material.coat_normal_texture,
+        material.iridescence_texture, material.iridescence_thickness_texture, material.anisotropy_texture,
     ]  # fmt: skip
-    assert [texture and texture.image.pixels[0, 0, 0] for texture in textures] == list(range(11))
-    assert [texture and texture.uv_set for texture in textures] == [i % 2 for i in range(11)]
+    assert [texture and texture.image.pixels[0, 0, 0] for texture in textures] == list(range(len(infos)))
+    assert [texture and texture.uv_set for texture in textures] == [i % 2 for i in range(len(infos))]
     assert (material.normal_scale, material.occlusion_strength) == (0.5, 0.25)
     assert material.coat_normal_scale == 0.75
 
@@ -237,6 +251,14 @@ def test_unreadable_pictures_are_named(image: dict[str, Any], fault: str, tmp_pa
         ({"pbrMetallicRoughness": {"baseColorFactor": [1, 1]}}, "is not a list of 4 numbers"),
         ({"emissiveFactor": [0, -1, 0]}, r"emissiveFactor\[1\]: -1 is not a number of at least 0"),
         ({"extensions": {"KHR_materials_ior": {"ior": 0.5}}}, "ior: 0.5 is not a number of at least 1"),
+        (
+            {"extensions": {"KHR_materials_anisotropy": {"anisotropyStrength": 2}}},
+            "anisotropyStrength: 2 is not a number",
+        ),
+        (
+            {"extensions": {"KHR_materials_iridescence": {"iridescenceThicknessMaximum": -1}}},
+            "KHR_materials_iridescence.iridescenceThicknessMaximum: -1 is not a number from 0 to 100000",
+        ),
         ({"normalTexture": {"index": 4}}, r"normalTexture.index: 4 is out of range"),
         ({"normalTexture": {"index": 0, "texCoord": "a"}}, "normalTexture.texCoord: 'a' is not a whole number"),
     ],

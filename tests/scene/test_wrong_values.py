@@ -9,11 +9,13 @@ import pytest
 import pica
 from pica.errors import SceneError
 from pica.scene.animation import Animation, Channel, Pose
+from pica.scene.anisotropy import Anisotropy
 from pica.scene.camera import Camera
 from pica.scene.checked_field import CheckedField
 from pica.scene.dynamic_vertices import DynamicVertices
 from pica.scene.emitter import Emitter
 from pica.scene.environment import Environment
+from pica.scene.iridescence import Iridescence
 from pica.scene.landscape import Landscape
 from pica.scene.light import (
     DirectionalLight,
@@ -71,6 +73,8 @@ OBJECTS = [
     Mesh([cube()], "mesh"),
     Node("node", mesh=Mesh([figure()]), light=PointLight(), camera=Camera(np.eye(4)), pose=Pose()),
     Material("wood"),
+    Anisotropy(),
+    Iridescence(),
     Sampler(),
     Image(PIXELS),
     Texture(Image(PIXELS)),

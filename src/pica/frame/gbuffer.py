@@ -13,7 +13,8 @@ _FORMATS = {
     "emission": spy.Format.rg32_uint,
     "motion": spy.Format.rg32_uint,
 }
-_COATS = spy.Format.rg32_uint
+_FOR_SOME = {"coats": spy.Format.rg32_uint, "lobes": spy.Format.rgba32_uint}
+"""Of a single pixel until a material is seen that has any."""
 _REMEMBERED = ("visibility", "depth", "normals")
 
 
@@ -31,7 +32,7 @@ class GBuffer:
         self._turns = 0
         self._half: _HalfGBuffer | None = None
         self.textures = {name: make(name) for name in _FORMATS}
-        self.textures["coats"] = device.texture("coats", _COATS, (1, 1), usage)
+        self.textures |= {name: device.texture(name, kind, (1, 1), usage) for name, kind in _FOR_SOME.items()}
         self._usage = usage
         self._previous = {name: make(name) for name in _REMEMBERED}
         self.block = device.parameter_block("frame/gbuffer.slang", "gbuffer")
@@ -42,17 +43,16 @@ class GBuffer:
         if self._half is not None:
             self._half.buffer.give_back()
 
-    @property
-    def has_coats(self) -> bool:
-        """Whether there is room for coats, a texture more."""
-        coats = self.textures["coats"]
-        return (coats.width, coats.height) == self._size
+    def has_room_for(self, name: str) -> bool:
+        """Whether there is room for "coats" or for "lobes", a texture more each."""
+        texture = self.textures[name]
+        return (texture.width, texture.height) == self._size
 
-    def make_room_for_coats(self) -> None:
-        """Materials with coats may be seen from this frame on."""
-        if not self.has_coats:
-            self._device.give_back(self.textures["coats"])
-            self.textures["coats"] = self._device.texture("coats", _COATS, self._size, self._usage)
+    def make_room_for(self, name: str) -> None:
+        """Materials that have such may be seen from this frame on."""
+        if not self.has_room_for(name):
+            self._device.give_back(self.textures[name])
+            self.textures[name] = self._device.texture(name, _FOR_SOME[name], self._size, self._usage)
 
     def turn(self) -> None:
         """Begin a frame: what was written so far is the previous frame's."""
@@ -84,12 +84,13 @@ class _HalfGBuffer:
         """`frame`: at half size; `turn`: the number of the frame."""
         if self._filled == turn:
             return self.buffer
-        if full.has_coats:
-            self.buffer.make_room_for_coats()
+        for name in filter(full.has_room_for, _FOR_SOME):
+            self.buffer.make_room_for(name)
         self.buffer.turn()
         if self._filled != turn - 1:
             self.buffer.forget(frame)
         self._filled = turn
         textures = {f"half{name.capitalize()}": texture for name, texture in self.buffer.textures.items()}
-        self._pass(frame, frame.grid, frame=frame, gbuffer=full, coated=full.has_coats, **textures)
+        kept = {"coated": full.has_room_for("coats"), "hasLobes": full.has_room_for("lobes")}
+        self._pass(frame, frame.grid, frame=frame, gbuffer=full, **kept, **textures)
         return self.buffer

@@ -42,6 +42,9 @@ _SLOTS = (
     "coat",
     "coat_roughness",
     "coat_normal",
+    "iridescence",
+    "iridescence_thickness",
+    "anisotropy",
 )
 _SRGB = {"base_color", "emissive", "specular_color"}
 COAT = np.dtype(
@@ -66,6 +69,11 @@ MATERIAL = np.dtype(
         ("coat_normal_scale", "f4"),
         ("coat_count", "u4"),
         ("coats", COAT, MOST_COATS),
+        ("film_strength", "f4"),
+        ("film_ior", "f4"),
+        ("film_thickness", "f4", 2),
+        ("anisotropy_strength", "f4"),
+        ("anisotropy_turn", "f4", 2),
         ("type", "u4"),
         ("parameters", "u4", MAX_PARAMETERS),
     ],
@@ -227,6 +235,13 @@ class MaterialTable:
                 row[name] = getattr(coat, name)
             row["transmittance"] = coat.transmittance
             row["ior_below"] = 1.0 if coat.air_below else coat.ior
+        if material.iridescence is not None:
+            film = material.iridescence
+            packed["film_strength"], packed["film_ior"] = film.strength, film.ior
+            packed["film_thickness"] = film.thickness_minimum, film.thickness_maximum
+        if material.anisotropy is not None:
+            packed["anisotropy_strength"] = material.anisotropy.strength
+            packed["anisotropy_turn"] = np.cos(material.anisotropy.rotation), np.sin(material.anisotropy.rotation)
         packed["flags"] = (
             _MASK * (material.alpha_mode is AlphaMode.MASK)
             | _BLEND * (material.alpha_mode is AlphaMode.BLEND)

@@ -29,6 +29,8 @@ EMISSIVE_TEXTURES = Feature("emissive_textures", "materials.material_type", "EMI
 ALPHA = Feature("alpha", "materials.material_types", "ALPHA_IN_USE")
 TRANSMISSION = Feature("transmission", "gpu_scene.scene", "TRANSMISSION_IN_USE")
 COATS = Feature("coats", "shaders.coats", "COATS_IN_USE")
+LOBES = Feature("lobes", "shaders.brdf_parameters", "LOBES_IN_USE")
+"""Thin films, anisotropy."""
 
 _LIT = LIGHTS, FLAT_LIGHTS
 _TEXTURED = TEXTURES, EMISSIVE_TEXTURES, ALPHA
@@ -42,6 +44,7 @@ BUNDLES = tuple(
             (ENVIRONMENT, *_LIT, *_TEXTURED),
             (ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION),
             (ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION, COATS),
+            (ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION, COATS, LOBES),
         ),
     )
 )
@@ -71,6 +74,8 @@ def features_of(material: Material) -> Features:
         found |= {TRANSMISSION}
     if values["coats"]:
         found |= {COATS}
+    if values["iridescence"] is not None or values["anisotropy"] is not None:
+        found |= {LOBES}
     return found
 
 

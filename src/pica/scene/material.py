@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import shown
+from pica.scene.anisotropy import Anisotropy
 from pica.scene.arrays import integers, picture
 from pica.scene.checked_field import CheckedField
 from pica.scene.coat import Coat, coats
+from pica.scene.iridescence import Iridescence
 from pica.scene.light import COLOR, WHITE, Color
 from pica.scene.material_registry import STANDARD
 from pica.scene.values import BRIGHTEST, UnfitError, flag, instance, number, optional, text, vector, whole
@@ -154,6 +156,16 @@ class Material:
     """Linear, tangent space, +Y up; all coats have its normals, and none those of normal_texture."""
     coat_normal_scale: CheckedField[float] = CheckedField(number(), 1.0)
     """Any number."""
+    iridescence: CheckedField[Iridescence | None] = CheckedField(optional(instance(Iridescence)), None)
+    """A thin film, below all coats."""
+    iridescence_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    """Linear, in red: times its strength (KHR_materials_iridescence)."""
+    iridescence_thickness_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    """Linear, in green: from the smallest to the largest thickness."""
+    anisotropy: CheckedField[Anisotropy | None] = CheckedField(optional(instance(Anisotropy)), None)
+    """Of the mirror below all coats."""
+    anisotropy_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    """Linear: direction in red and green, from -1 to 1, strength in blue (KHR_materials_anisotropy)."""
     type: CheckedField[str] = CheckedField(text, STANDARD)
     """"standard", or the name that register_material gave to a type of your own."""
     parameters: CheckedField[dict[str, float | Sequence[float]]] = CheckedField(_parameters, dict)

@@ -10,12 +10,15 @@ from pica.gpu_scene.view import SceneView
 from pica.programs.library import programs
 from pica.programs.material_types import STANDARD_ONLY, Bundle, MaterialTypeSet
 from pica.programs.recipes import ForTypes
+from pica.programs.scene_features import LOBES, known_features
 from pica.programs.shape_types import modules_for
 from pica.rhi.binding import ProgramParameters
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.tracing.hit_groups import HitDetail, hit_group
 
+_PAYLOAD, _LARGEST_PAYLOAD = 64, 76
+"""Bytes of shaders/surface.slang: PackedSurface, without LOBES_IN_USE and with."""
 _EFFECT_MODULE = "tracing/ray_effect.slang"
 _RAY_GENERATION = """
 import tracing.ray_pipeline;
@@ -47,8 +50,8 @@ class RayRecipe:
 
     def link(
         self, device: Device, variant: MaterialTypeSet
-    ) -> tuple[spy.ShaderProgram, list[spy.HitGroupDesc], list[str]]:
-        """The program, its hit groups and their names. `variant`: the material types."""
+    ) -> tuple[spy.ShaderProgram, list[spy.HitGroupDesc], list[str], int]:
+        """The program, its hit groups and their names, bytes of its payload. `variant`: the material types."""
         generation = self.generation.loaded(device)
         shaders = device.module(_EFFECT_MODULE)
         modules = [generation, shaders, *modules_for(device, variant)]
@@ -64,15 +67,16 @@ class RayRecipe:
             groups.append(made.group)
         # Features have a place in the table too, for places are types' numbers; no ray looks there.
         names = [(variant[0] if isinstance(entry, Bundle) else entry).name for entry in variant]
-        return device.handle.link_program(modules, entries), groups, names
+        payload = _LARGEST_PAYLOAD if LOBES in known_features(variant) else _PAYLOAD
+        return device.handle.link_program(modules, entries), groups, names, payload
 
     def make(
-        self, device: Device, linked: tuple[spy.ShaderProgram, list[spy.HitGroupDesc], list[str]]
+        self, device: Device, linked: tuple[spy.ShaderProgram, list[spy.HitGroupDesc], list[str], int]
     ) -> tuple[spy.ShaderProgram, spy.RayTracingPipeline, spy.ShaderTable]:
         """Program, pipeline and shader table."""
-        program, groups, names = linked
+        program, groups, names, payload = linked
         pipeline = device.handle.create_ray_tracing_pipeline(
-            program=program, hit_groups=groups, max_recursion=1, max_ray_payload_size=64
+            program=program, hit_groups=groups, max_recursion=1, max_ray_payload_size=payload
         )
         table = device.handle.create_shader_table(
             program=program,

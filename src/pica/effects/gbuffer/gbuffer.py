@@ -12,7 +12,7 @@ from pica.gpu_scene.draws import CULL, FRONT, DrawKind, Facing
 from pica.gpu_scene.view import SceneView
 from pica.programs.library import programs
 from pica.programs.recipes import ForTypes
-from pica.programs.scene_features import COATS, known_features
+from pica.programs.scene_features import COATS, LOBES, known_features
 from pica.rhi.device import Device
 from pica.rhi.passes import RasterPass, RasterState
 from pica.scene.camera import Camera
@@ -142,8 +142,9 @@ class GBufferEffect(Effect):
     def __call__(self, frame: FrameContext, scene: SceneView) -> GBuffer:
         """The G-buffer of this frame."""
         self._shown = scene, frame.camera
-        if COATS in known_features(scene.material_types):
-            self._buffer.make_room_for_coats()
+        known = known_features(scene.material_types)
+        for feature in known & {COATS, LOBES}:
+            self._buffer.make_room_for(feature.word)
         self._buffer.turn()
         textures = self._buffer.textures
         if self._raster is not None:

@@ -2,10 +2,12 @@
 
 from typing import Any
 
+from pica.scene.anisotropy import Anisotropy
 from pica.scene.coat import Coat
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.textures import Textures
+from pica.scene.iridescence import Iridescence
 from pica.scene.light import WHITE
 from pica.scene.limits import OBJECT_BYTES
 from pica.scene.material import AlphaMode, Material
@@ -63,6 +65,8 @@ class Materials:
             **self._specular(entry.extension("KHR_materials_specular")),
             **self._transmission(entry),
             **self._clearcoat(entry.extension("KHR_materials_clearcoat")),
+            **self._anisotropy(entry.extension("KHR_materials_anisotropy")),
+            **self._iridescence(entry.extension("KHR_materials_iridescence")),
         )
 
     def _specular(self, specular: Element) -> dict[str, Any]:
@@ -94,6 +98,25 @@ class Materials:
         if strength == 0:
             return {}
         return {"coats": (Coat(strength, roughness, air_below=True),), "coat_normal_scale": scale, **textures}
+
+    def _anisotropy(self, extension: Element) -> dict[str, Any]:
+        strength = extension.number("anisotropyStrength", 0, 1, 0.0)
+        anisotropy = Anisotropy(strength, extension.number("anisotropyRotation", default=0.0))
+        texture = self._textures.get(extension, "anisotropyTexture")
+        return {} if strength == 0 else {"anisotropy": anisotropy, "anisotropy_texture": texture}
+
+    def _iridescence(self, iridescence: Element) -> dict[str, Any]:
+        film = Iridescence(
+            iridescence.number("iridescenceFactor", 0, 1, 0.0),
+            iridescence.number("iridescenceIor", low=1, default=1.3),
+            iridescence.number("iridescenceThicknessMinimum", 0, 1e5, 100.0),
+            iridescence.number("iridescenceThicknessMaximum", 0, 1e5, 400.0),
+        )
+        textures = {
+            "iridescence_texture": self._textures.get(iridescence, "iridescenceTexture"),
+            "iridescence_thickness_texture": self._textures.get(iridescence, "iridescenceThicknessTexture"),
+        }
+        return {} if film.strength == 0 else {"iridescence": film, **textures}
 
 
 def _index_of_refraction(entry: Element) -> float:

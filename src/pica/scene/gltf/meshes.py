@@ -1,5 +1,6 @@
 """Meshes: primitives become sections of indexed triangles with every attribute present (3.7.2)."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from pica.scene.gltf.container import Document
 from pica.scene.gltf.deformation import check_per_vertex, joints_and_weights, morph_offsets
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.materials import Materials
-from pica.scene.material import Material, Texture
+from pica.scene.material import Material
 from pica.scene.model import Mesh, Section
 from pica.scene.normals import face_normals, perpendicular, unit_normals
 from pica.scene.tangents import generate_tangents
@@ -90,7 +91,7 @@ class Meshes:
         material = self._materials.get(primitive)
         shared = "NORMAL" in accessors  # else each triangle gets vertices of its own
         vertices = triangles.size if not shared else vertex_count if used is None else len(used)
-        tangents = _normal_map(material) is not None and not (shared and "TANGENT" in accessors)
+        tangents = _tangent_uvs(material) is not None and not (shared and "TANGENT" in accessors)
         taken = vertices * _VERTEX_BYTES + tangents * triangles.size * _TANGENT_BYTES
         self._document.take(primitive, vertices=vertices, bytes=taken)
         attributes = self._attributes(primitive, accessors, vertex_count, used)
@@ -157,9 +158,14 @@ def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
     return triangles[(a != b) & (b != c) & (c != a)]
 
 
-def _normal_map(material: Material) -> Texture | None:
-    """Whose texture coordinates the tangents follow. Of two normal maps the base's, unless a file brings tangents."""
-    return material.coat_normal_texture if material.normal_texture is None else material.normal_texture
+def _tangent_uvs(material: Material) -> tuple[int, Sequence[float]] | None:
+    """Which texture coordinates the tangents follow, and how they are moved (Texture.transform); None: nobody asks.
+
+    Of several textures' the base's normal map's, unless a file brings tangents."""
+    for texture in (material.normal_texture, material.coat_normal_texture, material.anisotropy_texture):
+        if texture is not None:
+            return texture.uv_set, texture.transform
+    return None if material.anisotropy is None else (0, (1, 0, 0, 0, 1, 0))
 
 
 def _complete(attributes: Attributes, triangles: NDArray[np.uint32], material: Material) -> Section:
@@ -173,9 +179,9 @@ def _complete(attributes: Attributes, triangles: NDArray[np.uint32], material: M
         normals = np.repeat(face_normals(positions, triangles), 3, axis=0)
         attributes = _taken(attributes, triangles.reshape(-1).astype(np.intp)) | {"NORMAL": normals}
         triangles = np.arange(triangles.size, dtype=np.uint32).reshape(-1, 3)
-    normal_map = _normal_map(material)
-    if "TANGENT" not in attributes and normal_map is not None:
-        uvs = _texture_coordinates(attributes, normal_map)
+    follow = _tangent_uvs(material)
+    if "TANGENT" not in attributes and follow is not None:
+        uvs = _texture_coordinates(attributes, *follow)
         tangents, source, triangles = generate_tangents(attributes["POSITION"], attributes["NORMAL"], uvs, triangles)
         attributes = _taken(attributes, source) | {"TANGENT": tangents}
     count = len(attributes["POSITION"])
@@ -206,10 +212,10 @@ def _taken(attributes: Attributes, vertices: NDArray[np.intp]) -> Attributes:
     return {name: values[vertices] for name, values in attributes.items()}
 
 
-def _texture_coordinates(attributes: Attributes, texture: Texture) -> NDArray[np.float32]:
-    """(vertices, 2) where the texture is read."""
-    uvs = attributes.get(f"TEXCOORD_{texture.uv_set}", np.zeros((len(attributes["POSITION"]), 2), np.float32))
-    matrix = np.array(texture.transform).reshape(2, 3)
+def _texture_coordinates(attributes: Attributes, uv_set: int, transform: Sequence[float]) -> NDArray[np.float32]:
+    """(vertices, 2) where a texture is read."""
+    uvs = attributes.get(f"TEXCOORD_{uv_set}", np.zeros((len(attributes["POSITION"]), 2), np.float32))
+    matrix = np.array(transform).reshape(2, 3)
     moved = uvs.astype(np.float64) @ matrix[:, :2].T + matrix[:, 2]
     return np.clip(moved, -LARGEST, LARGEST).astype(np.float32)
 

@@ -1,0 +1,19 @@
+"""Surfaces with grooves that all run one way: brushed metal, hair, vinyl records."""
+
+from dataclasses import dataclass
+
+from pica.scene.checked_field import CheckedField
+from pica.scene.values import number
+
+
+@dataclass(frozen=True)
+class Anisotropy:
+    """Highlights that are drawn out along the tangent (KHR_materials_anisotropy; docs/materials.md, "Anisotropy").
+
+    Raises SceneError for what is out of its range.
+    """
+
+    strength: CheckedField[float] = CheckedField(number(0, 1), 1.0)
+    """0 to 1; GGX's alpha along the tangent goes from that across to 1 with its square."""
+    rotation: CheckedField[float] = CheckedField(number(), 0.0)
+    """Radians, counter-clockwise from the tangent, which follows the texture coordinates."""

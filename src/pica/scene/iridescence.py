@@ -1,0 +1,27 @@
+"""Thin films on a surface: soap, oil, anodized metal, beetles' wings."""
+
+from dataclasses import dataclass
+
+from pica.scene.checked_field import CheckedField
+from pica.scene.values import number
+
+_SHARE = number(0, 1)
+_NANOMETRES = number(0, 1e5)
+
+
+@dataclass(frozen=True)
+class Iridescence:
+    """A film of a thickness near the wavelength of light, whose colour follows thickness and angle
+    (KHR_materials_iridescence; docs/materials.md, "Iridescence").
+
+    Raises SceneError for what is out of its range.
+    """
+
+    strength: CheckedField[float] = CheckedField(_SHARE, 1.0)
+    """Share of the surface that it covers, 0 to 1."""
+    ior: CheckedField[float] = CheckedField(number(1), 1.3)
+    """Index of refraction, 1 or more."""
+    thickness_minimum: CheckedField[float] = CheckedField(_NANOMETRES, 100.0)
+    """Nanometres, 0 to 100,000, where `Material.iridescence_thickness_texture` is 0; may be the larger one."""
+    thickness_maximum: CheckedField[float] = CheckedField(_NANOMETRES, 400.0)
+    """Nanometres, 0 to 100,000, where it is 1 or there is none."""

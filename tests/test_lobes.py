@@ -1,0 +1,166 @@
+"""Thin films and anisotropy through the whole renderer: raster, rays and path tracer show the same."""
+
+import numpy as np
+import pytest
+
+import pica
+from pica.programs.scene_features import LOBES, known_features
+from pica.scene.anisotropy import Anisotropy
+from pica.scene.coat import Coat
+from pica.scene.iridescence import Iridescence
+from pica.scene.light import DirectionalLight, RectangleLight
+from pica.scene.material import Image, Material, Texture
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import aim, move, turn
+from tests.building import (
+    EMBREE,
+    RAYS,
+    assert_schedulers_agree,
+    bumps,
+    lambert,
+    orthographic,
+    placed,
+    render,
+    scene_of,
+    settings,
+    shining,
+    sky,
+    trace,
+    uniform,
+)
+
+METAL = {"base_color": (0.8, 0.75, 0.7, 1.0), "metallic": 1.0, "roughness": 0.4}
+PLASTIC = {"base_color": (0.05, 0.05, 0.06, 1.0), "metallic": 0.0, "roughness": 0.3}
+FILM = Iridescence(ior=1.8, thickness_minimum=150.0, thickness_maximum=500.0)
+BRUSHED = Anisotropy(0.7, 0.5)
+CAMERA = pica.Camera.look_at((0, 1.1, 3.0), (0, 0.4, 0))
+FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
+SIZE = (72, 40)
+
+
+# Programs that know lobes know all else too: to compile them takes minutes. tests/shaders/test_lobes.py has the rest.
+pytestmark = pytest.mark.slow
+
+
+def ramp() -> Texture:
+    pixels = np.full((16, 16, 4), 255, np.uint8)
+    pixels[..., :3] = (np.arange(16) * 17)[:, None, None]
+    return Texture(Image(pixels, "ramp"))
+
+
+def whirl() -> Texture:
+    """Directions that turn from left to right, and strengths from 1 to 0 downwards."""
+    pixels = np.full((16, 16, 4), 255, np.uint8)
+    angles = np.arange(16) / 16 * np.pi
+    pixels[..., :2] = np.rint(np.stack([np.cos(angles), np.sin(angles)], -1) * 127.5 + 127.5)
+    pixels[..., 2] = 255 - np.arange(16)[:, None] * 17
+    return Texture(Image(pixels, "whirl"))
+
+
+def things(light=None, environment=None):
+    materials = (
+        Material(**METAL, iridescence=FILM),
+        Material(**PLASTIC, iridescence=FILM, coats=(Coat(roughness=0.2, strength=0.5, air_below=True),)),
+        Material(**METAL, iridescence=FILM, iridescence_texture=ramp(), iridescence_thickness_texture=ramp()),
+        Material(**METAL, anisotropy=BRUSHED, anisotropy_texture=whirl(), normal_texture=bumps()),
+    )
+    nodes = [
+        placed(sphere(0.35, materials[0]), move(-0.8, 0.35, 0)),
+        placed(sphere(0.35, materials[1]), move(0, 0.35, 0)),
+        placed(box(0.6, materials[2]), move(0.8, 0.3, 0) @ turn("y", 30)),
+        placed(sphere(0.25, materials[3]), move(0.3, 0.25, 0.6) @ turn("x", 40)),
+        placed(plane(5, 5, lambert(0.5))),
+    ]
+    if light is not None:
+        nodes.append(shining(light, aim((0.5, 2.2, 1.6), (0, 0.3, 0))))
+    return scene_of(*nodes, environment=environment)
+
+
+def wall(**values):
+    return placed(plane(2, 2, Material(**values)), turn("x", 90))
+
+
+def test_both_ways_of_tracing_see_the_same(device):
+    assert_schedulers_agree(device, lambda: things(RectangleLight(radiance=8.0), sky()))
+
+
+def test_payloads_carry_all(device):
+    scene = things(RectangleLight(radiance=8.0))
+    pipeline, buffers = (trace(device, scene, 4, CAMERA, SIZE, 2, values).color for values in (RAYS, EMBREE))
+    np.testing.assert_allclose(pipeline, buffers, rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("light", "tolerance"),
+    # Of lights with an area anisotropic surfaces show what isotropic ones of the same mean width do.
+    [(DirectionalLight(illuminance=3.0), 0.06), (RectangleLight(radiance=9.0), 0.13)],
+)
+def test_direct_light_is_that_of_the_path_tracer(device, light, tolerance):
+    hybrid = render(device, things(light), 24, CAMERA, SIZE).color
+    traced = trace(device, things(light), 200, CAMERA, SIZE, max_depth=2).color
+    assert traced.max() > 0.5
+    blurred = [picture.reshape(10, 4, 18, 4, 3).mean((1, 3)) for picture in (hybrid, traced)]
+    np.testing.assert_allclose(blurred[0], blurred[1], rtol=0.1, atol=tolerance)
+    assert hybrid.mean() == pytest.approx(traced.mean(), rel=0.02)
+
+
+@pytest.mark.parametrize("way", ["prefiltered", "sampled"])
+def test_light_from_all_around_is_that_of_the_path_tracer(device, way):
+    values = {"lighting.environment": "prefiltered"} if way == "prefiltered" else {}
+    looks = ({**METAL, "iridescence": FILM}, {**PLASTIC, "iridescence": FILM}, {**METAL, "anisotropy": BRUSHED})
+    balls = [placed(sphere(0.35, Material(**look)), move(n - 1, 0, 0)) for n, look in enumerate(looks)]
+    scene, camera = scene_of(*balls, environment=uniform(1, 1, 1)), orthographic((0, 0, 3), (0, 0, 0), 5 / 3)
+    hybrid = render(device, scene, 48, camera, SIZE, values).color
+    traced = trace(device, scene, 100, camera, SIZE, max_depth=2).color
+    for middle in (15, 36, 57):  # balls of 15 pixels across
+        seen, expected = (picture[14:26, middle - 5 : middle + 6].mean((0, 1)) for picture in (hybrid, traced))
+        np.testing.assert_allclose(seen, expected, rtol=0.1 if way == "prefiltered" else 0.03, atol=0.005)
+
+
+def test_what_travels_is_enough(device):
+    """Strength and thickness by their textures, in stripes of the wall, and as one material has them everywhere."""
+    lamp = shining(DirectionalLight(illuminance=4.0), aim((0, 0, 3), (0, 0, 0)))
+
+    def seen(film=FILM, **values):
+        scene = scene_of(wall(**METAL, iridescence=film, **values), lamp)
+        return render(device, scene, 1, FRONT, (16, 16)).color[:, 8]
+
+    bare, full, thin = seen(None), seen(), seen(Iridescence(ior=1.8, thickness_maximum=150.0))
+    assert np.abs(full - bare).max() > 0.1 * bare.max() < 10 * np.abs(full - thin).max()
+    by_strength, by_thickness = seen(iridescence_texture=ramp()), seen(iridescence_thickness_texture=ramp())
+    shares = np.linspace(0, 1, 16)[:, None]
+    np.testing.assert_allclose(by_strength, bare + (full - bare) * shares, atol=0.02 * bare.max())
+    np.testing.assert_allclose(by_thickness[[0, 15]], [thin[0], full[15]], rtol=0.01)
+
+
+def test_highlights_are_drawn_out_along_the_tangent(device):
+    """Which is the wall's X; a quarter of a turn makes that its Y, as does a texture; mirrored walls mirror it."""
+    lamp = shining(DirectionalLight(illuminance=4.0), aim((0, 0, 3), (0, 0, 0)))
+    camera = pica.Camera.look_at((0, 0, 0.7), (0, 0, 0), fov=110)
+
+    def seen(anisotropy, transform=None, **values):
+        node = wall(**METAL, anisotropy=anisotropy, **values)
+        node.transform = node.transform if transform is None else transform @ node.transform
+        return render(device, scene_of(node, lamp), 1, camera, (33, 33)).color[..., 1]
+
+    along, across, slanting = (seen(Anisotropy(0.8, turned)) for turned in (0.0, np.pi / 2, np.pi / 4))
+    middle, edge = 16, 26
+    assert along[middle, edge] > 3 * along[edge, middle]
+    np.testing.assert_allclose(across, along.T, rtol=0.02, atol=0.005)
+    assert slanting[10, 22] > 2 * slanting[22, 22], "counter-clockwise: up and to the right"
+    mirrored = seen(Anisotropy(0.8, np.pi / 4), np.diag([-1.0, 1, 1, 1]))
+    np.testing.assert_allclose(mirrored, slanting[:, ::-1], rtol=0.02, atol=0.005)
+    pixels = np.full((2, 2, 4), (128, 255, 255, 255), np.uint8)  # direction 0, 1
+    by_texture = seen(Anisotropy(0.8), anisotropy_texture=Texture(Image(pixels)))
+    np.testing.assert_allclose(by_texture, across, rtol=0.02, atol=0.005)
+
+
+def test_scenes_without_have_no_room_for_them(device):
+    rooms = []
+    for film in (None, FILM):
+        renderer = pica.Renderer(scene_of(wall(**METAL, iridescence=film)), (16, 16), settings(), device)
+        renderer.render(1, FRONT)
+        known = LOBES in known_features(renderer.view.material_types)
+        (gbuffer,) = (effect for effect in renderer.effects if effect.name == "gbuffer")
+        rooms.append((known, gbuffer._buffer.has_room_for("lobes")))
+    assert rooms[1] == (True, True) and rooms[0][0] == rooms[0][1]
