@@ -69,7 +69,9 @@ def test_incomplete_block_is_refused(device):
     gbuffer = device.parameter_block("frame/gbuffer.slang", "gbuffer")
     gbuffer.bind(depth=device.texture("depth", spy.Format.r32_float, (4, 4)))
     lighting = device.compute("effects/lighting/direct.slang", name="lighting")
-    with pytest.raises(BindingError, match="block 'gbuffer': not bound: coats, emission, material, motion, normals"):
+    with pytest.raises(
+        BindingError, match="block 'gbuffer': not bound: coats, emission, lobes, material, motion, normals"
+    ):
         lighting.parameters.bind(gbuffer=gbuffer)
 
 

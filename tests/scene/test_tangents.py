@@ -128,7 +128,9 @@ def test_agrees_with_the_tangents_that_flight_helmet_ships(mesh: int) -> None:
     section = [node.mesh for node in nodes if node.mesh][mesh].sections[0]
     texture = section.material.normal_texture
     assert texture is not None
-    uvs = _texture_coordinates({"POSITION": section.positions, "TEXCOORD_0": section.uv0}, texture)
+    uvs = _texture_coordinates(
+        {"POSITION": section.positions, "TEXCOORD_0": section.uv0}, texture.uv_set, texture.transform
+    )
     tangents, source, _ = generate_tangents(section.positions, section.normals, uvs, section.indices)
     shipped = section.tangents[source]
     angles = np.degrees(np.arccos(np.clip((tangents[:, :3] * shipped[:, :3]).sum(1), -1, 1)))
