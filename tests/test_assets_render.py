@@ -32,7 +32,14 @@ def loaded(path: Path) -> pica.Scene:
         return pica.load(path)
 
 
-@pytest.mark.parametrize("path", RENDERABLE, ids=lambda path: str(path.relative_to(ASSETS)))
+def case(path: Path):
+    """Programs with thin films and brushed metal take minutes to compile."""
+    many_lobes = any(name in path.read_bytes() for name in (b"KHR_materials_anisotropy", b"KHR_materials_iridescence"))
+    marks = [pytest.mark.slow] if many_lobes else []
+    return pytest.param(path, id=str(path.relative_to(ASSETS)), marks=marks)
+
+
+@pytest.mark.parametrize("path", [case(path) for path in RENDERABLE])
 def test_asset_renders(device, path):
     scene = loaded(path)
     frame = pica.Renderer(scene, SIZE, device=device).render(2)

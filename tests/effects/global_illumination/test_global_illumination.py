@@ -44,7 +44,7 @@ def test_a_still_picture_is_that_of_many_paths(device, name, values, tolerance):
     for _ in range(96):
         renderer.advance(camera, jittered=False)
     measured = MeasuredEffect(renderer, "global_illumination")
-    found, expected = measured.result()["indirect"], measured.reference(512)["indirect"]
+    found, expected = measured.result()["indirect"], measured.reference(256)["indirect"]
     there = np.isfinite(expected)
     assert found[there].mean() == pytest.approx(expected[there].mean(), rel=tolerance)
     white = np.percentile(expected[there], 95)
