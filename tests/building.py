@@ -73,6 +73,32 @@ def checkered(alpha_low: int = 0, cells: int = 4) -> Image:
     return Image(pixels, "board")
 
 
+def ramp() -> Texture:
+    """Grey that brightens from left to right."""
+    pixels = np.full((16, 16, 4), 255, np.uint8)
+    pixels[..., :3] = (np.arange(16) * 17)[:, None, None]
+    return Texture(Image(pixels, "ramp"))
+
+
+def wall(**values) -> Node:
+    """Two metres of a material, upright."""
+    return placed(plane(2, 2, Material(**values)), turn("x", 90))
+
+
+def shown(materials, *more: Node, light: Light | None = None, environment: Environment | None = None) -> Scene:
+    """Two balls and a box of three materials on a grey floor, below a light."""
+    nodes = [
+        placed(sphere(0.35, materials[0]), move(-0.8, 0.35, 0)),
+        placed(sphere(0.35, materials[1]), move(0, 0.35, 0)),
+        placed(box(0.6, materials[2]), move(0.8, 0.3, 0) @ turn("y", 30)),
+        placed(plane(5, 5, lambert(0.5))),
+        *more,
+    ]
+    if light is not None:
+        nodes.append(shining(light, aim((0.5, 2.2, 1.6), (0, 0.3, 0))))
+    return scene_of(*nodes, environment=environment)
+
+
 def leaves(mode: AlphaMode = AlphaMode.MASK, **more) -> Material:
     """A material with holes: fields of a board, sharp at their edges."""
     return lambert(

@@ -7,21 +7,24 @@ import pica
 from pica.programs.scene_features import COATS, known_features
 from pica.scene.coat import Coat
 from pica.scene.light import DirectionalLight, RectangleLight, SphereLight
-from pica.scene.material import Image, Material, Texture
-from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scene.material import Material
+from pica.scenes.basic_meshes import sphere
+from pica.scenes.placing import aim, move
 from tests.building import (
     assert_schedulers_agree,
     bumps,
     lambert,
     orthographic,
     placed,
+    ramp,
     render,
     scene_of,
     shining,
+    shown,
     sky,
     trace,
     uniform,
+    wall,
 )
 
 RED = {"base_color": (0.6, 0.05, 0.02, 1.0), "metallic": 1.0, "roughness": 0.5}
@@ -35,31 +38,13 @@ FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
 SIZE = (72, 40)
 
 
-def ramp() -> Texture:
-    pixels = np.full((16, 16, 4), 255, np.uint8)
-    pixels[..., :3] = (np.arange(16) * 17)[:, None, None]
-    return Texture(Image(pixels, "ramp"))
-
-
 def coated_things(light=None, environment=None):
     materials = (
         Material(**RED, coats=(Coat(roughness=0.2, air_below=True),)),
         lambert(0.7, specular=1.0, roughness=0.6, coats=STACK),
         Material(**RED, coats=STACK[:1], coat_texture=ramp(), coat_roughness_texture=ramp(), normal_texture=bumps()),
     )
-    nodes = [
-        placed(sphere(0.35, materials[0]), move(-0.8, 0.35, 0)),
-        placed(sphere(0.35, materials[1]), move(0, 0.35, 0)),
-        placed(box(0.6, materials[2]), move(0.8, 0.3, 0) @ turn("y", 30)),
-        placed(plane(5, 5, lambert(0.5))),
-    ]
-    if light is not None:
-        nodes.append(shining(light, aim((0.5, 2.2, 1.6), (0, 0.3, 0))))
-    return scene_of(*nodes, environment=environment)
-
-
-def wall(**values):
-    return placed(plane(2, 2, Material(**values)), turn("x", 90))
+    return shown(materials, light=light, environment=environment)
 
 
 def test_both_ways_of_tracing_see_the_same_coats(device):

@@ -10,23 +10,25 @@ from pica.scene.coat import Coat
 from pica.scene.iridescence import Iridescence
 from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.material import Image, Material, Texture
-from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.basic_meshes import sphere
 from pica.scenes.placing import aim, move, turn
 from tests.building import (
     EMBREE,
     RAYS,
     assert_schedulers_agree,
     bumps,
-    lambert,
     orthographic,
     placed,
+    ramp,
     render,
     scene_of,
     settings,
     shining,
+    shown,
     sky,
     trace,
     uniform,
+    wall,
 )
 
 METAL = {"base_color": (0.8, 0.75, 0.7, 1.0), "metallic": 1.0, "roughness": 0.4}
@@ -40,12 +42,6 @@ SIZE = (72, 40)
 
 # Programs that know lobes know all else too: to compile them takes minutes. tests/shaders/test_lobes.py has the rest.
 pytestmark = pytest.mark.slow
-
-
-def ramp() -> Texture:
-    pixels = np.full((16, 16, 4), 255, np.uint8)
-    pixels[..., :3] = (np.arange(16) * 17)[:, None, None]
-    return Texture(Image(pixels, "ramp"))
 
 
 def whirl() -> Texture:
@@ -64,20 +60,12 @@ def things(light=None, environment=None):
         Material(**METAL, iridescence=FILM, iridescence_texture=ramp(), iridescence_thickness_texture=ramp()),
         Material(**METAL, anisotropy=BRUSHED, anisotropy_texture=whirl(), normal_texture=bumps()),
     )
-    nodes = [
-        placed(sphere(0.35, materials[0]), move(-0.8, 0.35, 0)),
-        placed(sphere(0.35, materials[1]), move(0, 0.35, 0)),
-        placed(box(0.6, materials[2]), move(0.8, 0.3, 0) @ turn("y", 30)),
+    return shown(
+        materials,
         placed(sphere(0.25, materials[3]), move(0.3, 0.25, 0.6) @ turn("x", 40)),
-        placed(plane(5, 5, lambert(0.5))),
-    ]
-    if light is not None:
-        nodes.append(shining(light, aim((0.5, 2.2, 1.6), (0, 0.3, 0))))
-    return scene_of(*nodes, environment=environment)
-
-
-def wall(**values):
-    return placed(plane(2, 2, Material(**values)), turn("x", 90))
+        light=light,
+        environment=environment,
+    )
 
 
 def test_both_ways_of_tracing_see_the_same(device):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
+from tests.shaders.brdf_calls import brdf_calls
 from tests.shaders.chi_squared import assert_fits, integrate
 from tests.shaders.test_brdf import Around, hemisphere, view_at
 
@@ -55,30 +56,6 @@ float4 weight(Layers layers, float3 view, float3 u)
     let s = sampleBrdf(surface(layers), view, u);
     return float4(s.weight, s.pdf);
 }
-float4 direction(Layers layers, float3 view, float3 u)
-{
-    let s = sampleBrdf(surface(layers), view, u);
-    return float4(s.direction, s.pdf);
-}
-float4 mirrored(Layers layers, float3 view, float3 u)
-{
-    let s = BrdfTowards.create(surface(layers), view).sampleSpecular(u);
-    return float4(s.direction, s.pdf);
-}
-float3 mirroredWeight(Layers layers, float3 view, float3 u)
-{
-    return BrdfTowards.create(surface(layers), view).sampleSpecular(u).weight;
-}
-float density(Layers layers, float3 view, float3 light) { return pdfBrdf(surface(layers), view, light); }
-float mirroredDensity(Layers layers, float3 view, float3 light)
-{
-    return BrdfTowards.create(surface(layers), view).pdfSpecular(light);
-}
-float3 value(Layers layers, float3 view, float3 light) { return evaluateBrdf(surface(layers), view, light).total; }
-float3 specular(Layers layers, float3 view, float3 light)
-{
-    return evaluateBrdf(surface(layers), view, light).specular;
-}
 float3 albedo(Layers layers, float viewCosine)
 {
     let a = environmentBrdf(surface(layers), viewCosine);
@@ -89,7 +66,7 @@ float2 between(float above, float below)
 {
     return float2(reflectanceBetween(above, below), grazingReflectanceBetween(above, below));
 }
-"""
+""" + brdf_calls("Layers")
 COSINES = [0.05, 0.3, 0.7, 0.999]
 ROUGHNESSES = [0.0, 0.3, 0.6, 1.0]
 CLEAR = (1.0, 0.0, 1.5, 1.0)

@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import qmc
 
 from tests.shaders import airy
+from tests.shaders.brdf_calls import brdf_calls
 from tests.shaders.chi_squared import assert_fits
 from tests.shaders.test_brdf import Around, hemisphere, view_at
 
@@ -40,28 +41,7 @@ BrdfParameters surface(Given given)
     return p;
 }
 
-float4 direction(Given given, float3 view, float3 u)
-{
-    let s = sampleBrdf(surface(given), view, u);
-    return float4(s.direction, s.pdf);
-}
 float3 weight(Given given, float3 view, float3 u) { return sampleBrdf(surface(given), view, u).weight; }
-float4 mirrored(Given given, float3 view, float3 u)
-{
-    let s = BrdfTowards.create(surface(given), view).sampleSpecular(u);
-    return float4(s.direction, s.pdf);
-}
-float3 mirroredWeight(Given given, float3 view, float3 u)
-{
-    return BrdfTowards.create(surface(given), view).sampleSpecular(u).weight;
-}
-float density(Given given, float3 view, float3 light) { return pdfBrdf(surface(given), view, light); }
-float mirroredDensity(Given given, float3 view, float3 light)
-{
-    return BrdfTowards.create(surface(given), view).pdfSpecular(light);
-}
-float3 value(Given given, float3 view, float3 light) { return evaluateBrdf(surface(given), view, light).total; }
-float3 specular(Given given, float3 view, float3 light) { return evaluateBrdf(surface(given), view, light).specular; }
 float3 albedo(Given given, float3 view)
 {
     BrdfParameters p = surface(given);
@@ -110,7 +90,7 @@ float3 fresnel(Given given, float cosine)
     float3 metal = lerp(film.metalF0, 1, grazing) + term.metal;
     return lerp(dielectric, metal, p.metallic);
 }
-"""
+""" + brdf_calls("Given")
 COSINES = [0.05, 0.3, 0.7, 0.999]
 ROUGHNESSES = [0.0, 0.3, 0.6, 1.0]
 FILMS = [(1.3, 100.0), (1.3, 400.0), (1.33, 900.0), (1.8, 250.0), (2.2, 600.0)]

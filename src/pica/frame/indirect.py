@@ -4,6 +4,9 @@ from dataclasses import dataclass
 
 import slangpy as spy
 
+ENDLESS = 32
+"""Surfaces on the way of light that is reflected without a limit, for references: more bring next to nothing."""
+
 
 @dataclass(frozen=True)
 class IndirectLight:

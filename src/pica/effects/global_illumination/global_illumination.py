@@ -5,7 +5,7 @@ import slangpy as spy
 from pica.effects.global_illumination.light_map_indirect import LightMapIndirect
 from pica.effects.global_illumination.path_traced import PathTracedIndirect
 from pica.effects.global_illumination.surfels import SurfelIndirect
-from pica.effects.global_illumination.views import color
+from pica.effects.global_illumination.views import arriving_views, color
 from pica.frame.context import FrameContext, Size
 from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
@@ -34,20 +34,24 @@ class GlobalIllumination(Effect):
     ) -> None:
         self._device = device
         self._way: PathTracedIndirect | SurfelIndirect | LightMapIndirect
-        if settings.mode == "light_map":
-            assert light_map is not None
-            self._way = LightMapIndirect(device, size, light_map)
+        if settings.mode == "path_traced":
+            self._way = PathTracedIndirect(device, size, settings, tracer)
+        elif settings.mode == "surfels":
+            self._way = SurfelIndirect(device, settings, tracer)
         else:
-            way = PathTracedIndirect if settings.mode == "path_traced" else SurfelIndirect
-            self._way = way(device, size, settings, tracer)
+            assert light_map is not None
+            self._way = LightMapIndirect(device, light_map)
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:
-        self._indirect = self._device.texture("indirect light", spy.Format.rgba32_float, size)
+        made = {"indirect": "indirect light", "arriving": "indirect light over albedo"}
+        self._pictures = {
+            name: self._device.texture(label, spy.Format.rgba32_float, size) for name, label in made.items()
+        }
 
     def resize(self, size: Size) -> None:
         """As Effect."""
-        self._device.give_back(self._indirect)
+        self._device.give_back(*self._pictures.values())
         self._allocate(size)
         self._way.resize(size)
 
@@ -57,11 +61,11 @@ class GlobalIllumination(Effect):
 
     def aovs(self) -> dict[str, Aov]:
         """indirect: (height, width, 3) the light that surfaces reflect diffusely of others, in nits."""
-        return {"indirect": Aov((self._indirect,), color)}
+        return {"indirect": Aov((self._pictures["indirect"],), color)}
 
     def debug_aovs(self) -> dict[str, Aov]:
         """See views.py."""
-        return self._way.debug_aovs()
+        return {**arriving_views(self._pictures["arriving"]), **self._way.debug_aovs()}
 
     def reference(self) -> Reference:
         """The same by many paths."""
@@ -89,11 +93,11 @@ class GlobalIllumination(Effect):
         For surfels and light maps, `occlusion`: of the screen, None or detail finer than they are. For surfels,
         `exposure`: a float, what one nit was shown as in the frame before.
         """
-        pictures = {"indirect": self._indirect, "radiance": radiance}
+        pictures = {**self._pictures, "radiance": radiance}
         if isinstance(self._way, SurfelIndirect):
             self._way(frame, gbuffer, scene, light, occlusion, exposure, pictures)
         elif isinstance(self._way, LightMapIndirect):
             self._way(frame, gbuffer, scene, occlusion, pictures)
         else:
             self._way(frame, gbuffer, scene, light, reprojection, pictures)
-        return IndirectLight(self._way.arriving, self._way.is_smooth, self._way.bounces)
+        return IndirectLight(self._pictures["arriving"], self._way.is_smooth, self._way.bounces)

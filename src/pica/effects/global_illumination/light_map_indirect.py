@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 import slangpy as spy
 
-from pica.effects.global_illumination.views import light_map_views
 from pica.frame.context import FrameContext, Size
 from pica.frame.effect import Aov
 from pica.frame.gbuffer import GBuffer
+from pica.frame.indirect import ENDLESS
 from pica.gpu_scene.view import SceneView
 from pica.light_map.gpu_light_map import GpuLightMap
 from pica.light_map.light_map import LightMap
@@ -18,37 +18,22 @@ from pica.rhi.device import Device
 class LightMapIndirect:
     """Indirect light that a light map has; without any rays or history."""
 
-    bounces = 16
-    """No limit, about."""
-    is_smooth = True
-    """The light in each pixel is the mean of many rays."""
+    bounces, is_smooth = ENDLESS, True
 
-    def __init__(self, device: Device, size: Size, light_map: LightMap) -> None:
-        self._device = device
+    def __init__(self, device: Device, light_map: LightMap) -> None:
         self._light_map = GpuLightMap(device, light_map)
         self._apply = programs(device).compute("effects/global_illumination/light_map_apply.slang")
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
-        self._allocate(size)
-
-    def _allocate(self, size: Size) -> None:
-        self._arriving = self._device.texture("light of the light map", spy.Format.rgba32_float, size)
 
     def resize(self, size: Size) -> None:
-        """Work at another size."""
-        self._device.give_back(self._arriving)
-        self._allocate(size)
-
-    @property
-    def arriving(self) -> spy.Texture:
-        """(width, height, rgba32_float) light that arrives in each pixel, over albedo in nits; alpha 0: not known."""
-        return self._arriving
+        """Nothing depends on it."""
 
     def reset(self) -> None:
         """There is no history."""
 
     def debug_aovs(self) -> dict[str, Aov]:
-        """See views.py."""
-        return light_map_views(self._arriving)
+        """None but what each pixel gets."""
+        return {}
 
     def ray_counts(self) -> dict[str, int]:
         """None."""
@@ -62,7 +47,7 @@ class LightMapIndirect:
         occlusion: spy.Texture | None,
         pictures: Mapping[str, spy.Texture],
     ) -> None:
-        """Write this frame's to the picture `indirect` and add it to `radiance`."""
+        """Write this frame's to the pictures `arriving` and `indirect` and add it to `radiance`."""
         self._apply(scene.material_types)(
             frame,
             frame.grid,
@@ -72,6 +57,5 @@ class LightMapIndirect:
             lightMap=self._light_map,
             occlusion=occlusion or self._no_occlusion,
             occluded=int(occlusion is not None),
-            arriving=self._arriving,
             **pictures,
         )

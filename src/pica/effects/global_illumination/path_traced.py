@@ -10,6 +10,7 @@ from pica.frame.context import FrameContext, Size, half_size
 from pica.frame.effect import Aov
 from pica.frame.gbuffer import GBuffer
 from pica.frame.history import History, accumulate_grid
+from pica.frame.indirect import ENDLESS
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_sampler import LightSamples
@@ -20,8 +21,6 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/global_illumination"
-_ENDLESS = 32
-"""Surfaces on the way, of many times reflected light."""
 
 
 class PathTracedIndirect:
@@ -29,8 +28,10 @@ class PathTracedIndirect:
 
     def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
         self._device, self._settings = device, settings
+        self.is_smooth = settings.filter
+        """Whether the light in each pixel is the mean of many rays."""
         self._asks_picture = settings.filter and settings.bounces > 1
-        self.bounces = _ENDLESS if self._asks_picture else settings.bounces
+        self.bounces = ENDLESS if self._asks_picture else settings.bounces
         module = f"{_FOLDER}/indirect_rays.slang"
         self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, simplified=True)
         self._gather = device.compute(f"{_FOLDER}/irradiance_gather.slang")
@@ -47,7 +48,6 @@ class PathTracedIndirect:
             "gathered": make("indirect light gathered", light, half),
             "widened": make("indirect light gathered widely", light, half),
             "nearness": make("nearness of indirect light", spy.Format.r32_float, half),
-            "arriving": make("indirect light of pixels", light, size),
             "signal": make("indirect light accumulated", light, size),
         }
         formats = {"history": light, "moments": light}
@@ -58,16 +58,6 @@ class PathTracedIndirect:
         self._device.give_back(*self._textures.values())
         self._history.give_back()
         self._allocate(size)
-
-    @property
-    def is_smooth(self) -> bool:
-        """Whether the light in each pixel is the mean of many rays."""
-        return self._settings.filter
-
-    @property
-    def arriving(self) -> spy.Texture:
-        """(width, height, rgba32_float) light that arrives in each pixel, over albedo in nits; alpha 0: not known."""
-        return self._textures["arriving"]
 
     def reset(self) -> None:
         """Drop the history."""
@@ -90,7 +80,7 @@ class PathTracedIndirect:
         reprojection: Reprojection,
         pictures: Mapping[str, spy.Texture],
     ) -> None:
-        """Write this frame's to the picture `indirect` and add it to `radiance`."""
+        """Write this frame's to the pictures `arriving` and `indirect` and add it to `radiance`."""
         textures, settings, half = self._textures, self._settings, frame.at_half()
         self._trace(
             half,
@@ -117,7 +107,6 @@ class PathTracedIndirect:
             signal=textures["signal"],
             nearness=textures["nearness"],
             smooth=int(settings.filter),
-            arriving=textures["arriving"],
             **pictures,
         )
 

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 import slangpy as spy
 
-from pica.effects.global_illumination.views import surfel_views
 from pica.frame.context import FrameContext, Size
 from pica.frame.effect import Aov
 from pica.frame.gbuffer import GBuffer
+from pica.frame.indirect import ENDLESS
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
@@ -67,12 +67,9 @@ class SurfelPool:
 class SurfelIndirect:
     """Indirect light that surfels remember."""
 
-    bounces = 16
-    """No limit, about."""
-    is_smooth = True
-    """The light in each pixel is the mean of many rays."""
+    bounces, is_smooth = ENDLESS, True
 
-    def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
+    def __init__(self, device: Device, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
         self._device = device
         self._pool = SurfelPool(device, settings.surfels)
         compute = device.compute
@@ -84,28 +81,17 @@ class SurfelIndirect:
         self._update = compute(f"{_FOLDER}/surfel_update.slang")
         self._apply = programs(device).compute(f"{_FOLDER}/surfel_apply.slang")
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
-        self._allocate(size)
-
-    def _allocate(self, size: Size) -> None:
-        self._arriving = self._device.texture("light of surfels", spy.Format.rgba32_float, size)
 
     def resize(self, size: Size) -> None:
-        """Work at another size."""
-        self._device.give_back(self._arriving)
-        self._allocate(size)
-
-    @property
-    def arriving(self) -> spy.Texture:
-        """(width, height, rgba32_float) light that arrives in each pixel, over albedo in nits; alpha 0: not known."""
-        return self._arriving
+        """Surfels do not depend on it."""
 
     def reset(self) -> None:
         """Forget all surfels."""
         self._pool.clear()
 
     def debug_aovs(self) -> dict[str, Aov]:
-        """See views.py."""
-        return surfel_views(self._arriving)
+        """None but what each pixel gets."""
+        return {}
 
     def ray_counts(self) -> dict[str, int]:
         """Rays from surfels; those to lights are as many at most."""
@@ -122,7 +108,7 @@ class SurfelIndirect:
         exposure: spy.Buffer,
         pictures: Mapping[str, spy.Texture],
     ) -> None:
-        """Write this frame's to the picture `indirect` and add it to `radiance`."""
+        """Write this frame's to the pictures `arriving` and `indirect` and add it to `radiance`."""
         pool = self._pool
         each = (pool.capacity, 1, 1)
         slots = {"freeSlots": pool.free_slots, "freeCount": pool.free_count}
@@ -192,6 +178,5 @@ class SurfelIndirect:
             surfels=pool,
             occlusion=occlusion or self._no_occlusion,
             occluded=int(occlusion is not None),
-            arriving=self._arriving,
             **pictures,
         )

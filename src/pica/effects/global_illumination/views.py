@@ -35,14 +35,10 @@ def indirect_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
     }
 
 
-def light_map_views(arriving: spy.Texture) -> dict[str, Aov]:
-    """accumulated: (height, width, 3) the light that arrives by the light map, over pi, in nits."""
-    return {"accumulated": Aov((arriving,), color)}
+def arriving_views(arriving: spy.Texture) -> dict[str, Aov]:
+    """What each pixel gets, (height, width[, 3]).
 
-
-def surfel_views(arriving: spy.Texture) -> dict[str, Aov]:
-    """What surfels tell each pixel, (height, width[, 3]).
-
-    accumulated: the light that arrives, over pi, in nits; coverage: the sum of the weights of their discs.
+    arriving: the light over diffuse albedo, in nits; coverage: the sum of the weights of surfels' discs, else 1 where
+    that is known.
     """
-    return {"accumulated": Aov((arriving,), color), "coverage": Aov((arriving,), lambda values: values[..., 3])}
+    return {"arriving": Aov((arriving,), color), "coverage": Aov((arriving,), lambda values: values[..., 3])}
