@@ -12,6 +12,7 @@ from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_slots import LightSlots
 from pica.programs.library import programs
 from pica.programs.recipes import ForTypes
+from pica.programs.scene_features import SPLIT_SUM_ONLY
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
 
@@ -88,7 +89,8 @@ class LightSampler:
     def expect(self, slots: LightSlots) -> None:
         """Have the pass that these slots call for, before their first frame."""
         if self._sample is None and slots.first_sampled < slots.count:
-            self._sample = programs(self._device).compute("light_sampling/sample_lights.slang")
+            features = () if slots.by_ratio else (SPLIT_SUM_ONLY,)
+            self._sample = programs(self._device).compute("light_sampling/sample_lights.slang", features=features)
             self._no_pool = self._device.buffer("no lights", size=32, struct_size=16)
         if self._shared is None and slots.has_shared:
             self._shared = LightPool(self._device, _PRESAMPLED)

@@ -44,6 +44,11 @@ class LightSlots:
         self.block = device.parameter_block("light_sampling/light_slots.slang", "lightSlots")
 
     @property
+    def by_ratio(self) -> bool:
+        """Whether filtered shadows are shares of what surfaces reflect."""
+        return self._settings.lighting.area_shadows == "ratio"
+
+    @property
     def has_shared(self) -> bool:
         """Whether many lights share the last slot."""
         return len(self.shared_lights) > 0
@@ -86,7 +91,7 @@ class LightSlots:
         self.first_sampled = len(denoised) if whole and not by_rays else 0
         candidates = self._settings.lighting.candidates
         by_reflection_rays = self._settings.reflections.mode == "ray_traced"
-        ratio = bool(denoised) and self._settings.lighting.area_shadows == "ratio"
+        ratio = bool(denoised) and self.by_ratio
         self.block.bind(
             ranges=self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
             count=self.count,

@@ -52,14 +52,14 @@ class ProgramLibrary:
             self.device.forget(types)
 
     def compute(
-        self, module: str, entry: str = "main", name: str | None = None
+        self, module: str, entry: str = "main", name: str | None = None, features: tuple[Feature, ...] = ()
     ) -> ForTypes[tuple[spy.ShaderProgram, spy.ComputePipeline], ComputePass]:
         """A compute pass that evaluates materials: call what this gives with the types in use.
 
-        `module`: a file below the package; `name`: what the profiler calls the pass.
+        `module`: a file below the package; `name`: what the profiler calls the pass; `features`: what it knows besides.
         """
         handle, label = self.device.handle, name or Path(module).stem
-        recipe = ForTypesRecipe(ComputeRecipe(module, entry))
+        recipe = ForTypesRecipe(ComputeRecipe(module, entry), features)
         return ForTypes(self, recipe, lambda made: ComputePass(handle, label, lambda: made))
 
     def compute_with(self, feature: Feature, module: str) -> ComputePass:

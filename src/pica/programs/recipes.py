@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import slangpy as spy
 
-from pica.programs.material_types import Bundle, MaterialType, MaterialTypes, MaterialTypeSet, ShapeOn, TypeEntry
+from pica.programs.material_types import Bundle, Feature, MaterialType, MaterialTypes, MaterialTypeSet, ShapeOn, TypeEntry
 from pica.programs.shape_types import ShapeType, ShapeTypes, modules_for
 from pica.rhi.device import Device
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe
@@ -23,10 +23,12 @@ class ForTypesRecipe:
     """A program linked with the material types and shapes in use."""
 
     plain: ComputeRecipe | RasterRecipe
+    features: tuple[Feature, ...] = ()
+    """What it knows besides, whatever the types are."""
 
     def link(self, device: Device, variant: MaterialTypeSet) -> spy.ShaderProgram:
         """`variant`: the types. Raises DeviceError when the file does not compile."""
-        return self.plain.link(device, modules_for(device, variant))
+        return self.plain.link(device, modules_for(device, (*variant, Bundle(self.features))))
 
     def make(self, device: Device, linked: spy.ShaderProgram) -> tuple[spy.ShaderProgram, Any]:
         """Program and pipeline."""

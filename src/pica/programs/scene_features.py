@@ -32,6 +32,9 @@ COATS = Feature("coats", "shaders.coats", "COATS_IN_USE")
 LOBES = Feature("lobes", "shaders.brdf_parameters", "LOBES_IN_USE")
 """Thin films, anisotropy."""
 
+SPLIT_SUM_ONLY = Feature("split_sum_only", "light_sampling.slot_samples", "SPLIT_SUM_ONLY")
+"""Not of scenes, but of settings: `lighting.area_shadows` asks for no ratio."""
+
 _LIT = LIGHTS, FLAT_LIGHTS
 _TEXTURED = TEXTURES, EMISSIVE_TEXTURES, ALPHA
 BUNDLES = tuple(
