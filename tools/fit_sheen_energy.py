@@ -2,7 +2,8 @@
 
     python tools/fit_sheen_energy.py
 
-Directional albedo of the Charlie sheen (Estevez and Kulla 2017), which has no closed form: with x = sqrt(mu / (mu + roughness / 10))
+Directional albedo of the Charlie sheen (Estevez and Kulla 2017), which has no closed form. With
+x = sqrt(mu / (mu + 0.1 roughness)), the shader has
 
     E = exp(P(x, sqrt(roughness)) + slope * mu / roughness)     P of degree 2 in x, 4 in sqrt(roughness)
 
@@ -32,7 +33,7 @@ def shadowing(cosine: Array, alpha: float) -> Array:
 
 
 def albedo(mu: float, roughness: float, resolution: int = 160) -> float:
-    """Light from everywhere that is reflected towards one cosine, by Gauss and Legendre's quadrature, denser at the horizon."""
+    """Share of even light that is reflected to one cosine, by Gauss and Legendre's rule, denser at the horizon."""
     alpha = roughness**2
     nodes, weights = np.polynomial.legendre.leggauss(resolution)
     z = ((nodes[:, None] + 1) / 2) ** 3
@@ -55,7 +56,7 @@ def features(mu: Array, roughness: Array) -> Array:
 
 
 def fit(terms: Array, target: Array) -> Array:
-    """Coefficients that keep the largest error small: Gauss and Newton's method, the worst points weighted up each time."""
+    """Coefficients that keep the largest error small: Gauss and Newton's method, the worst points weighted up."""
     scale, weight = np.maximum(target, 1), np.ones(len(target))
     start = target + 1e-3
     coefficients = np.linalg.lstsq(terms * start[:, None], np.log(target + 1e-9) * start, rcond=1e-12)[0]

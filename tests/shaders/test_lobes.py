@@ -83,7 +83,10 @@ float4 carriedSheen(Given given, float3 normal, float3 tangent)
 }
 // White: directional albedo, and value by the cosines of view, light and half way.
 float sheenAlbedo(float roughness, float cosine) { return SheenLobe.create(roughness).albedo(cosine); }
-float sheen(float roughness, float3 cosines) { return SheenLobe.create(roughness).value(cosines.x, cosines.y, cosines.z, 0, 0); }
+float sheen(float roughness, float3 cosines)
+{
+    return SheenLobe.create(roughness).value(cosines.x, cosines.y, cosines.z, 0, 0);
+}
 // One bounce off the white mirror alone: density of its samples, and value times cosine.
 float2 mirror(Given given, float3 view, float3 light)
 {
@@ -135,9 +138,7 @@ SURFACES = {
     "brushed metal": given((0.9, 0.6, 0.3), 1.0, 0.3, grain=(0.8, 0.4)),
     "film on brushed plastic": given((0.9, 0.6, 0.3), 0.3, 0.4, film=BUBBLE, grain=(0.6, 1.9)),
     "sheen on matter": given((0.5, 0.2, 0.1), 0.0, 0.8, fibres=(0.9, 0.7, 0.5, 0.4)),
-    "sheen on brushed film": given(
-        (0.9, 0.6, 0.3), 0.5, 0.4, film=BUBBLE, grain=(0.6, 1.9), fibres=(0.2, 0.5, 0.8, 0.7)
-    ),
+    "sheen on all": given((0.9, 0.6, 0.3), 0.5, 0.4, film=BUBBLE, grain=(0.6, 1.9), fibres=(0.2, 0.5, 0.8, 0.7)),
 }
 
 
@@ -250,7 +251,7 @@ def test_what_travels_is_enough(shader):
 
 @pytest.mark.parametrize("roughness", [0.07, 0.15, 0.3, 0.5, 0.75, 1.0])
 def test_a_sheen_is_charlies(shader, roughness):
-    """Estevez and Kulla 2017, equations 2 and 3 in double precision, and their integral, of which the albedo is a fit."""
+    """Estevez and Kulla 2017, equations 2 and 3 in double precision; the albedo is a fit of their integral."""
     view, light = (hemisphere(3000, seed).astype(np.float64) for seed in (6, 7))
     half = (view + light)[:, 2] / np.linalg.norm(view + light, axis=1)
     alpha = roughness**2
@@ -281,11 +282,11 @@ def test_masking_is_continuous_and_published():
 
 @pytest.mark.parametrize("roughness", [0.0, 0.15, 0.4, 0.7, 1.0])
 def test_white_furnace_under_a_sheen(shader, roughness):
-    """What lies below is dimmed by the darker of two ways, so white under white loses some; black shows the sheen's albedo."""
+    """What lies below is dimmed by the darker of two ways, so white loses some; over black all is the sheen's."""
     for cosine, metallic, base in itertools.product(COSINES, (0.0, 1.0), (0.1, 0.7)):
         surface = given(metallic=metallic, roughness=base, fibres=(1.0, 1.0, 1.0, roughness))
         reflected = furnace(shader, surface, cosine)
-        assert 0.7 < reflected.min() <= reflected.max() < 1.005, (
+        assert 0.85 < reflected.min() <= reflected.max() < 1.005, (
             f"cosine {cosine} metallic {metallic} base {base}: {reflected}"
         )
     for cosine in COSINES:
