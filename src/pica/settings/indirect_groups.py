@@ -42,6 +42,11 @@ class ReflectionsSettings(Group):
         " direct light brings what surfaces mirror of them, without noise, and dims it as a whole where they are hidden"
         " in part.",
     )
+    screen_space_first: bool = switch(
+        False,
+        "Rays that surely meet what the picture shows are answered from it, over the depth buffer, and not traced; what"
+        " meets mirrors, was hidden on the way or leads out of the picture is, and with area_lights all.",
+    )
     filter: bool = switch(
         True,
         "Rebuild each pixel from neighbours and earlier frames; false: this frame's rays alone, one for four pixels.",

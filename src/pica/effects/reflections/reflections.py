@@ -1,6 +1,5 @@
 """What surfaces mirror: a quarter of a ray a pixel, rebuilt from neighbours and earlier frames (RTG 25, 25.2.2)."""
 
-import numpy as np
 import slangpy as spy
 
 from pica.effects.reflections.screen_rays import ScreenRays
@@ -89,7 +88,7 @@ class Reflections(Effect):
         """Rays that followed a surface's lobe; those from what they met to a light are as many at most."""
         if self._traced is None:
             return {}
-        return {"reflection_rays": int(np.count_nonzero(self._textures["ends"].to_numpy()[..., 3]))}
+        return {"reflection_rays": self._traced.count(self._textures["ends"])}
 
     def __call__(
         self,
@@ -105,7 +104,7 @@ class Reflections(Effect):
         textures, filtered = self._textures, self._settings.filter
         mirrors = int(self._mirrors)
         if self._traced is not None:
-            self._traced(frame, gbuffer, scene, light, indirect, textures["ends"], textures["light"], mirrors)
+            self._traced(frame, gbuffer, scene, light, indirect, textures["ends"], textures["light"], mirrors, radiance)
         if self._screen is not None:
             known = int(filtered and self._history.precedes(frame))
             shown = {"radiance": radiance, "reflected": textures["reflected"]}
