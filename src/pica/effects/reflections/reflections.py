@@ -102,14 +102,14 @@ class Reflections(Effect):
     ) -> None:
         """Add what this frame's surfaces mirror to `radiance`. `indirect`: what else lights that; None: nothing."""
         textures, filtered = self._textures, self._settings.filter
-        mirrors = int(self._mirrors)
+        mirrors, bias = int(self._mirrors), self._settings.mirror_bias
         if self._traced is not None:
             self._traced(frame, gbuffer, scene, light, indirect, textures["ends"], textures["light"], mirrors, radiance)
         if self._screen is not None:
             known = int(filtered and self._history.precedes(frame))
             shown = {"radiance": radiance, "reflected": textures["reflected"]}
             shown |= {"ends": textures["ends"], "light": textures["light"]}
-            self._screen(frame, gbuffer, scene, reprojection, known=known, mirrors=mirrors, **shown)
+            self._screen(frame, gbuffer, scene, reprojection, known=known, mirrors=mirrors, mirrorBias=bias, **shown)
         self._reconstruct(scene.material_types)(
             frame,
             frame.grid,

@@ -76,8 +76,9 @@ class TracedRays:
             "arrivingKnown": int(indirect is not None and indirect.known),
         }
         written = {"ends": ends, "light": self._single if smooth else light, "met": self._met}
+        drawn = {"mirrors": mirrors, "mirrorBias": self._settings.mirror_bias}
         if self._first is not None:
-            self._first(frame, gbuffer, scene, radiance=radiance, mirrors=mirrors, **known, **written)
+            self._first(frame, gbuffer, scene, radiance=radiance, **drawn, **known, **written)
         self._trace(
             half,
             half.size,
@@ -88,7 +89,7 @@ class TracedRays:
             **known,
             **samples.at_hits(regularized=smooth),
             **written,
-            mirrors=mirrors,
+            **drawn,
             screenFirst=int(self._first is not None),
         )
         if smooth:
