@@ -33,8 +33,9 @@ def loaded(path: Path) -> pica.Scene:
 
 
 def case(path: Path):
-    """Programs with thin films and brushed metal take minutes to compile."""
-    many_lobes = any(name in path.read_bytes() for name in (b"KHR_materials_anisotropy", b"KHR_materials_iridescence"))
+    """Programs with thin films, brushed metal and sheen take minutes to compile."""
+    lobes = b"KHR_materials_anisotropy", b"KHR_materials_iridescence", b"KHR_materials_sheen"
+    many_lobes = any(name in path.read_bytes() for name in lobes)
     marks = [pytest.mark.slow] if many_lobes else []
     return pytest.param(path, id=str(path.relative_to(ASSETS)), marks=marks)
 

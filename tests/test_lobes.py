@@ -1,4 +1,4 @@
-"""Thin films and anisotropy through the whole renderer: raster, rays and path tracer show the same."""
+"""Thin films, anisotropy and sheen through the whole renderer: raster, rays and path tracer show the same."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from pica.scene.coat import Coat
 from pica.scene.iridescence import Iridescence
 from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.material import Image, Material, Texture
+from pica.scene.sheen import Sheen
 from pica.scenes.basic_meshes import sphere
 from pica.scenes.placing import aim, move, turn
 from tests.building import (
@@ -35,6 +36,7 @@ METAL = {"base_color": (0.8, 0.75, 0.7, 1.0), "metallic": 1.0, "roughness": 0.4}
 PLASTIC = {"base_color": (0.05, 0.05, 0.06, 1.0), "metallic": 0.0, "roughness": 0.3}
 FILM = Iridescence(ior=1.8, thickness_minimum=150.0, thickness_maximum=500.0)
 BRUSHED = Anisotropy(0.7, 0.5)
+CLOTH = {"base_color": (0.3, 0.05, 0.05, 1.0), "metallic": 0.0, "roughness": 0.9, "sheen": Sheen((0.9, 0.8, 0.7), 0.4)}
 CAMERA = pica.Camera.look_at((0, 1.1, 3.0), (0, 0.4, 0))
 FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
 SIZE = (72, 40)
@@ -59,10 +61,12 @@ def things(light=None, environment=None):
         Material(**PLASTIC, iridescence=FILM, coats=(Coat(roughness=0.2, strength=0.5, air_below=True),)),
         Material(**METAL, iridescence=FILM, iridescence_texture=ramp(), iridescence_thickness_texture=ramp()),
         Material(**METAL, anisotropy=BRUSHED, anisotropy_texture=whirl(), normal_texture=bumps()),
+        Material(**CLOTH, sheen_roughness_texture=ramp(), coats=(Coat(strength=0.4, air_below=True),)),
     )
     return shown(
         materials,
         placed(sphere(0.25, materials[3]), move(0.3, 0.25, 0.6) @ turn("x", 40)),
+        placed(sphere(0.25, materials[4]), move(-0.4, 0.25, 0.6) @ turn("x", 40)),
         light=light,
         environment=environment,
     )
@@ -95,12 +99,12 @@ def test_direct_light_is_that_of_the_path_tracer(device, light, tolerance):
 @pytest.mark.parametrize("way", ["prefiltered", "sampled"])
 def test_light_from_all_around_is_that_of_the_path_tracer(device, way):
     values = {"lighting.environment": "prefiltered"} if way == "prefiltered" else {}
-    looks = ({**METAL, "iridescence": FILM}, {**PLASTIC, "iridescence": FILM}, {**METAL, "anisotropy": BRUSHED})
-    balls = [placed(sphere(0.35, Material(**look)), move(n - 1, 0, 0)) for n, look in enumerate(looks)]
+    looks = ({**METAL, "iridescence": FILM}, {**PLASTIC, "iridescence": FILM}, {**METAL, "anisotropy": BRUSHED}, CLOTH)
+    balls = [placed(sphere(0.35, Material(**look)), move(0.75 * (n - 1.5), 0, 0)) for n, look in enumerate(looks)]
     scene, camera = scene_of(*balls, environment=uniform(1, 1, 1)), orthographic((0, 0, 3), (0, 0, 0), 5 / 3)
     hybrid = render(device, scene, 48, camera, SIZE, values).color
     traced = trace(device, scene, 100, camera, SIZE, max_depth=2).color
-    for middle in (15, 36, 57):  # balls of 15 pixels across
+    for middle in (9, 27, 45, 63):  # balls of 15 pixels across
         seen, expected = (picture[14:26, middle - 5 : middle + 6].mean((0, 1)) for picture in (hybrid, traced))
         np.testing.assert_allclose(seen, expected, rtol=0.1 if way == "prefiltered" else 0.03, atol=0.005)
 
@@ -119,6 +123,26 @@ def test_what_travels_is_enough(device):
     shares = np.linspace(0, 1, 16)[:, None]
     np.testing.assert_allclose(by_strength, bare + (full - bare) * shares, atol=0.02 * bare.max())
     np.testing.assert_allclose(by_thickness[[0, 15]], [thin[0], full[15]], rtol=0.01)
+
+
+def test_a_sheen_is_as_its_textures_say(device):
+    """On a black wall that is seen and lit from one side: colour as sRGB, roughness by alpha."""
+    lamp = shining(DirectionalLight(illuminance=4.0), aim((0.3, -3, 0.8), (0, 0, 0)))
+    camera = pica.Camera.look_at((0, -0.7, 0.2), (0, 0, 0), fov=50)
+
+    def seen(sheen, **values):
+        node = wall(base_color=(0.0, 0.0, 0.0, 1.0), metallic=0.0, specular=0.0, sheen=sheen, **values)
+        return render(device, scene_of(node, lamp), 1, camera, (16, 16)).color[8, 8]
+
+    def flat(*rgba):
+        return Texture(Image(np.full((2, 2, 4), rgba, np.uint8)))
+
+    narrow, wide = seen(Sheen(roughness=0.4)), seen(Sheen(roughness=0.8))
+    assert narrow.min() > 0.05 and (np.abs(narrow - wide) > 0.1 * narrow).all()
+    colored = seen(Sheen(roughness=0.4), sheen_color_texture=flat(188, 0, 255, 255))
+    np.testing.assert_allclose(colored, narrow * [0.503, 0, 1], rtol=0.02, atol=1e-4)
+    by_texture = seen(Sheen(roughness=0.8), sheen_roughness_texture=flat(9, 9, 9, 128))
+    np.testing.assert_allclose(by_texture, narrow, rtol=0.02)
 
 
 def test_highlights_are_drawn_out_along_the_tangent(device):

@@ -73,6 +73,7 @@ def gltf() -> GltfFile:
             "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatNormalTexture": {"index": 1, "scale": 0.5}},
             "KHR_materials_anisotropy": {"anisotropyStrength": 0.5, "anisotropyTexture": {"index": 1}},
             "KHR_materials_iridescence": {"iridescenceFactor": 0.5, "iridescenceThicknessTexture": {"index": 1}},
+            "KHR_materials_sheen": {"sheenColorFactor": [0.5, 0.4, 0.3], "sheenColorTexture": {"index": 1}},
         },
         extras={"pica": {"simplified": None}, "else": [1]},
     )

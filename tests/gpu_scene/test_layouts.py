@@ -57,7 +57,7 @@ def test_structs_agree(elements, buffer, dtype):
 
 def test_texture_slots_agree(elements):
     slots = [field.type_layout for field in elements["materials"].fields if field.name.endswith("Texture")]
-    assert len(slots) == 14
+    assert len(slots) == 16
     for slot in slots:
         assert described(SLOT) == fields_of(slot)
         assert SLOT.itemsize == slot.stride

@@ -34,6 +34,7 @@ from pica.scene.coat import Coat
 from pica.scene.iridescence import Iridescence
 from pica.scene.light import DirectionalLight, DiskLight, PointLight, RectangleLight, SphereLight, SpotLight, TubeLight
 from pica.scene.material import AlphaMode, Image, Material, Texture
+from pica.scene.sheen import Sheen
 from pica.scenes.basic_meshes import box, plane
 from pica.scenes.placing import aim, move, turn
 from tests.building import RASTER, RAYS, lambert, leaves, orthographic, placed, scene_of, settings, shining, uniform
@@ -59,7 +60,8 @@ def test_what_materials_ask_for():
         assert features_of(Material(alpha_mode=mode)) == {ALPHA}
     assert features_of(Material(transmission=0.5)) == {TRANSMISSION}
     assert features_of(Material(coats=(Coat(),))) == {COATS}
-    assert features_of(Material(iridescence=Iridescence())) == features_of(Material(anisotropy=Anisotropy())) == {LOBES}
+    for lobe in ({"iridescence": Iridescence()}, {"anisotropy": Anisotropy()}, {"sheen": Sheen()}):
+        assert features_of(Material(**lobe)) == {LOBES}
 
 
 def test_what_lights_ask_for():

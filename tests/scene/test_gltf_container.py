@@ -172,11 +172,15 @@ def test_a_required_extension_that_is_not_supported_is_an_error(tmp_path: Path) 
 
 def test_used_extensions_that_are_not_supported_are_one_warning(tmp_path: Path) -> None:
     file = triangle()
-    file.json["extensionsUsed"] = ["KHR_materials_sheen", "KHR_texture_transform", "KHR_materials_dispersion"]
+    file.json["extensionsUsed"] = [
+        "KHR_mesh_other",
+        "KHR_texture_transform",
+        "KHR_materials_dispersion",
+    ]
     with pytest.warns(UserWarning) as caught:
         read(file.write(tmp_path))
     assert len(caught) == 1
-    assert str(caught[0].message).endswith("not supported: KHR_materials_sheen, KHR_materials_dispersion")
+    assert str(caught[0].message).endswith("not supported: KHR_mesh_other, KHR_materials_dispersion")
 
 
 def test_a_file_that_shows_nothing_says_so(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from pica.scene.gltf.element import Element
 from pica.scene.gltf.textures import _matrix
 from pica.scene.iridescence import Iridescence
 from pica.scene.material import AlphaMode, Material, Wrap
+from pica.scene.sheen import Sheen
 from tests.scene.gltf_files import GltfFile
 
 
@@ -69,6 +70,7 @@ def test_every_factor(tmp_path: Path) -> None:
                 "iridescenceFactor": 0.9, "iridescenceIor": 1.7, "iridescenceThicknessMinimum": 300,
                 "iridescenceThicknessMaximum": 200,
             },
+            "KHR_materials_sheen": {"sheenColorFactor": [0.5, 0.25, 0], "sheenRoughnessFactor": 0.8},
             "KHR_materials_unlit": {},
         },
     }  # fmt: skip
@@ -82,6 +84,7 @@ def test_every_factor(tmp_path: Path) -> None:
     assert material.coats == (Coat(strength=0.6, roughness=0.3, ior=1.5, air_below=True),)
     assert material.anisotropy == Anisotropy(0.4, 0.3)
     assert material.iridescence == Iridescence(0.9, 1.7, 300.0, 200.0)
+    assert material.sheen == Sheen((0.5, 0.25, 0), 0.8)
 
 
 def test_a_clearcoat_of_no_strength_is_none(tmp_path: Path) -> None:
@@ -92,6 +95,11 @@ def test_a_clearcoat_of_no_strength_is_none(tmp_path: Path) -> None:
     assert material.coats == () and material.coat_texture is None
 
 
+def test_a_sheen_without_colour_is_none(tmp_path: Path) -> None:
+    sheen = {"sheenRoughnessFactor": 0.3}
+    assert material_of(file_with({"extensions": {"KHR_materials_sheen": sheen}}), tmp_path).sheen is None
+
+
 @pytest.mark.parametrize(("thickness", "thin"), [(0, True), (0.25, False)])
 def test_a_thickness_makes_a_solid(tmp_path: Path, thickness: float, thin: bool) -> None:
     volume = {"KHR_materials_volume": {"thicknessFactor": thickness}}
@@ -99,7 +107,7 @@ def test_a_thickness_makes_a_solid(tmp_path: Path, thickness: float, thin: bool)
 
 
 def test_every_texture(tmp_path: Path) -> None:
-    infos = {name: {"index": i, "texCoord": i % 2} for i, name in enumerate("abcdefghijklmn")}
+    infos = {name: {"index": i, "texCoord": i % 2} for i, name in enumerate("abcdefghijklmnop")}
     description = {
         "pbrMetallicRoughness": {"baseColorTexture": infos["a"], "metallicRoughnessTexture": infos["b"]},
         "normalTexture": infos["c"] | {"scale": 0.5},
@@ -116,6 +124,9 @@ def test_every_texture(tmp_path: Path) -> None:
                 "iridescenceFactor": 1, "iridescenceTexture": infos["l"], "iridescenceThicknessTexture": infos["m"],
             },
             "KHR_materials_anisotropy": {"anisotropyStrength": 1, "anisotropyTexture": infos["n"]},
+            "KHR_materials_sheen": {
+                "sheenColorFactor": [1, 0, 0], "sheenColorTexture": infos["o"], "sheenRoughnessTexture": infos["p"],
+            },
         },
     }  # fmt: skip
     file = file_with(description, *description["extensions"])
@@ -129,6 +140,7 @@ def test_every_texture(tmp_path: Path) -> None:
         material.specular_color_texture, material.transmission_texture,
         material.coat_texture, material.coat_roughness_texture, material.coat_normal_texture,
         material.iridescence_texture, material.iridescence_thickness_texture, material.anisotropy_texture,
+        material.sheen_color_texture, material.sheen_roughness_texture,
     ]  # fmt: skip
     assert [texture and texture.image.pixels[0, 0, 0] for texture in textures] == list(range(len(infos)))
     assert [texture and texture.uv_set for texture in textures] == [i % 2 for i in range(len(infos))]
@@ -258,6 +270,10 @@ def test_unreadable_pictures_are_named(image: dict[str, Any], fault: str, tmp_pa
         (
             {"extensions": {"KHR_materials_iridescence": {"iridescenceThicknessMaximum": -1}}},
             "KHR_materials_iridescence.iridescenceThicknessMaximum: -1 is not a number from 0 to 100000",
+        ),
+        (
+            {"extensions": {"KHR_materials_sheen": {"sheenColorFactor": [0, 2, 0]}}},
+            r"KHR_materials_sheen.sheenColorFactor\[1\]: 2 is not a number from 0 to 1",
         ),
         ({"normalTexture": {"index": 4}}, r"normalTexture.index: 4 is out of range"),
         ({"normalTexture": {"index": 0, "texCoord": "a"}}, "normalTexture.texCoord: 'a' is not a whole number"),

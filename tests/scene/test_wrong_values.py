@@ -31,6 +31,7 @@ from pica.scene.mesh import Mesh, Section
 from pica.scene.model import Node, Scene
 from pica.scene.particles import Particles, Ribbons, Sprites
 from pica.scene.primitives import Primitives, capsules, rounded_boxes, spheres, tori
+from pica.scene.sheen import Sheen
 from pica.scene.skin import Skin
 from pica.scene.spline import Spline, bend
 from pica.scenes.basic_meshes import box
@@ -75,6 +76,7 @@ OBJECTS = [
     Material("wood"),
     Anisotropy(),
     Iridescence(),
+    Sheen(),
     Sampler(),
     Image(PIXELS),
     Texture(Image(PIXELS)),

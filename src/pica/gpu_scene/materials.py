@@ -45,8 +45,10 @@ _SLOTS = (
     "iridescence",
     "iridescence_thickness",
     "anisotropy",
+    "sheen_color",
+    "sheen_roughness",
 )
-_SRGB = {"base_color", "emissive", "specular_color"}
+_SRGB = {"base_color", "emissive", "specular_color", "sheen_color"}
 COAT = np.dtype(
     [("transmittance", "f4", 3), ("strength", "f4"), ("roughness", "f4"), ("ior", "f4"), ("ior_below", "f4")],
     align=True,
@@ -74,6 +76,8 @@ MATERIAL = np.dtype(
         ("film_thickness", "f4", 2),
         ("anisotropy_strength", "f4"),
         ("anisotropy_turn", "f4", 2),
+        ("sheen_color", "f4", 3),
+        ("sheen_roughness", "f4"),
         ("type", "u4"),
         ("parameters", "u4", MAX_PARAMETERS),
     ],
@@ -242,6 +246,8 @@ class MaterialTable:
         if material.anisotropy is not None:
             packed["anisotropy_strength"] = material.anisotropy.strength
             packed["anisotropy_turn"] = np.cos(material.anisotropy.rotation), np.sin(material.anisotropy.rotation)
+        if material.sheen is not None:
+            packed["sheen_color"], packed["sheen_roughness"] = material.sheen.color, material.sheen.roughness
         packed["flags"] = (
             _MASK * (material.alpha_mode is AlphaMode.MASK)
             | _BLEND * (material.alpha_mode is AlphaMode.BLEND)

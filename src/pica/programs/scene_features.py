@@ -30,7 +30,7 @@ ALPHA = Feature("alpha", "materials.material_types", "ALPHA_IN_USE")
 TRANSMISSION = Feature("transmission", "gpu_scene.scene", "TRANSMISSION_IN_USE")
 COATS = Feature("coats", "shaders.coats", "COATS_IN_USE")
 LOBES = Feature("lobes", "shaders.brdf_parameters", "LOBES_IN_USE")
-"""Thin films, anisotropy."""
+"""Thin films, anisotropy, sheen."""
 
 SPLIT_SUM_ONLY = Feature("split_sum_only", "light_sampling.slot_samples", "SPLIT_SUM_ONLY")
 """Not of scenes, but of settings: `lighting.area_shadows` asks for no ratio."""
@@ -77,7 +77,7 @@ def features_of(material: Material) -> Features:
         found |= {TRANSMISSION}
     if values["coats"]:
         found |= {COATS}
-    if values["iridescence"] is not None or values["anisotropy"] is not None:
+    if any(values[lobe] is not None for lobe in ("iridescence", "anisotropy", "sheen")):
         found |= {LOBES}
     return found
 

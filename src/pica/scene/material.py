@@ -16,6 +16,7 @@ from pica.scene.coat import Coat, coats
 from pica.scene.iridescence import Iridescence
 from pica.scene.light import COLOR, WHITE, Color
 from pica.scene.material_registry import STANDARD
+from pica.scene.sheen import Sheen
 from pica.scene.values import BRIGHTEST, UnfitError, flag, instance, number, optional, text, vector, whole
 
 _SHARE = number(0, 1)
@@ -166,6 +167,12 @@ class Material:
     """Of the mirror below all coats."""
     anisotropy_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
     """Linear: direction in red and green, from -1 to 1, strength in blue (KHR_materials_anisotropy)."""
+    sheen: CheckedField[Sheen | None] = CheckedField(optional(instance(Sheen)), None)
+    """Fibres that stand up, over all but the coats."""
+    sheen_color_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    """sRGB (KHR_materials_sheen)."""
+    sheen_roughness_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    """Linear, in alpha."""
     type: CheckedField[str] = CheckedField(text, STANDARD)
     """"standard", or the name that register_material gave to a type of your own."""
     parameters: CheckedField[dict[str, float | Sequence[float]]] = CheckedField(_parameters, dict)

@@ -36,11 +36,25 @@ class ReflectionsSettings(Group):
         radiance="Up to a squared roughness of 0.16 rays are those of perfect mirrors, and the lobe is drawn over the"
         " picture of what they brought (RTG 19, 19.3.2.2); wider lobes as ratio.",
     )
+    mirror_bias: float = number(
+        0.0,
+        range=(0.0, 0.5),
+        unit="share",
+        text="By which the lobe that rays follow is narrower than the one that the surface mirrors; the reconstruction"
+        " weighs them so that its shape stays (RTG 25, 25.2.2).",
+        higher="more rays about the mirrored direction, fewer at the lobe's rim",
+        lower="rays as the lobe has them",
+    )
     area_lights: bool = switch(
         False,
         "Rays meet rectangle, disk, sphere and tube lights as shapes that shine, with all that hides them; false:"
         " direct light brings what surfaces mirror of them, without noise, and dims it as a whole where they are hidden"
         " in part.",
+    )
+    screen_space_first: bool = switch(
+        False,
+        "Rays that surely meet what the picture shows are answered from it, over the depth buffer, and not traced; what"
+        " meets mirrors, was hidden on the way or leads out of the picture is, and with area_lights all.",
     )
     filter: bool = switch(
         True,

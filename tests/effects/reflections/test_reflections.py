@@ -101,6 +101,7 @@ LONGER = {"global_illumination.bounces": "2", "reflections.bounces": "2"}
         ("lamps", SHAPES, 3),
         ("cornell", LONGER, 4),
         ("glossy room", LONGER, 4),
+        ("glossy room", {"reflections.mirror_bias": "0.5"}, 3),
     ],
 )
 def test_every_path_counts_once(device, name, values, edges):
@@ -154,10 +155,13 @@ def fours(picture):
     return picture.reshape(height // 2, 2, width // 2, 2)
 
 
-@pytest.mark.parametrize(("roughness", "tolerance"), [(0.15, 0.05), (0.55, 0.02)])
-def test_a_still_picture_is_what_many_rays_find(device, roughness, tolerance):
+@pytest.mark.parametrize(
+    ("roughness", "bias", "tolerance"), [(0.15, "0", 0.05), (0.55, "0", 0.02), (0.55, "0.4", 0.02)]
+)
+def test_a_still_picture_is_what_many_rays_find(device, roughness, bias, tolerance):
     scene, camera = under_clouds(roughness)
-    renderer = pica.Renderer(scene, SIZE, settings({"reflections.mode": "ray_traced"}), device)
+    values = {"reflections.mode": "ray_traced", "reflections.mirror_bias": bias}
+    renderer = pica.Renderer(scene, SIZE, settings(values), device)
     measured = MeasuredEffect(renderer, "reflections")
     for _ in range(64):
         renderer.advance(camera, jittered=False)

@@ -1,6 +1,5 @@
 """What surfaces mirror: a quarter of a ray a pixel, rebuilt from neighbours and earlier frames (RTG 25, 25.2.2)."""
 
-import numpy as np
 import slangpy as spy
 
 from pica.effects.reflections.screen_rays import ScreenRays
@@ -89,7 +88,7 @@ class Reflections(Effect):
         """Rays that followed a surface's lobe; those from what they met to a light are as many at most."""
         if self._traced is None:
             return {}
-        return {"reflection_rays": int(np.count_nonzero(self._textures["ends"].to_numpy()[..., 3]))}
+        return {"reflection_rays": self._traced.count(self._textures["ends"])}
 
     def __call__(
         self,
@@ -103,14 +102,14 @@ class Reflections(Effect):
     ) -> None:
         """Add what this frame's surfaces mirror to `radiance`. `indirect`: what else lights that; None: nothing."""
         textures, filtered = self._textures, self._settings.filter
-        mirrors = int(self._mirrors)
+        mirrors, bias = int(self._mirrors), self._settings.mirror_bias
         if self._traced is not None:
-            self._traced(frame, gbuffer, scene, light, indirect, textures["ends"], textures["light"], mirrors)
+            self._traced(frame, gbuffer, scene, light, indirect, textures["ends"], textures["light"], mirrors, radiance)
         if self._screen is not None:
             known = int(filtered and self._history.precedes(frame))
             shown = {"radiance": radiance, "reflected": textures["reflected"]}
             shown |= {"ends": textures["ends"], "light": textures["light"]}
-            self._screen(frame, gbuffer, scene, reprojection, known=known, mirrors=mirrors, **shown)
+            self._screen(frame, gbuffer, scene, reprojection, known=known, mirrors=mirrors, mirrorBias=bias, **shown)
         self._reconstruct(scene.material_types)(
             frame,
             frame.grid,

@@ -1,4 +1,4 @@
-"""Reflections' rays over the depth buffer."""
+"""Reflections' rays over the depth buffer: in place of traced ones, or ahead of them."""
 
 import slangpy as spy
 
@@ -14,27 +14,49 @@ _GROUP = 16
 """Pixels a side that a group of depth_pyramid.slang has."""
 
 
+class DepthPyramid:
+    """The nearest and the farthest depth of squares of the picture, for rays that march over it."""
+
+    def __init__(self, device: Device, size: Size) -> None:
+        self._device = device
+        self._build = device.compute(f"{_FOLDER}/depth_pyramid.slang")
+        self._allocate(size)
+
+    def _allocate(self, size: Size) -> None:
+        width, height = (-(-length // _GROUP) * _GROUP for length in size)
+        self._levels = self._device.texture("depth pyramid", spy.Format.rg32_float, (width // 2, height))
+
+    def resize(self, size: Size) -> None:
+        """Work at another size."""
+        self._device.give_back(self._levels)
+        self._allocate(size)
+
+    def __call__(self, frame: FrameContext, gbuffer: GBuffer) -> spy.Texture:
+        """This frame's, as depth_levels.slang has it."""
+        width, height = half_size(frame.size)
+        threads = (-(-width // 8) * 8, -(-height // 8) * 8, 1)
+        self._build(frame, threads, frame=frame, gbuffer=gbuffer, pyramid=self._levels)
+        return self._levels
+
+
 class ScreenRays:
     """A ray for 2x2 pixels over the depth buffer, which meets what the picture shows."""
 
     def __init__(self, device: Device, size: Size) -> None:
         self._device = device
-        self._build = device.compute(f"{_FOLDER}/depth_pyramid.slang")
+        self._pyramid = DepthPyramid(device, size)
         self._march = programs(device).compute(f"{_FOLDER}/screen_space.slang")
-        self.resize(size)
+        self._allocate(size)
 
-    def resize(self, size: Size) -> None:
-        """Work at another size."""
-        if hasattr(self, "_pyramid"):
-            self.give_back()
-        width, height = (-(-length // _GROUP) * _GROUP for length in size)
-        self._pyramid = self._device.texture("depth pyramid", spy.Format.rg32_float, (width // 2, height))
+    def _allocate(self, size: Size) -> None:
         self.surroundings = self._device.texture("mirrored surroundings", spy.Format.rgba32_float, size)
         """(width, height) what each pixel mirrors of the prefiltered environment, over albedo."""
 
-    def give_back(self) -> None:
-        """Nobody needs the textures any more."""
-        self._device.give_back(self._pyramid, self.surroundings)
+    def resize(self, size: Size) -> None:
+        """Work at another size."""
+        self._pyramid.resize(size)
+        self._device.give_back(self.surroundings)
+        self._allocate(size)
 
     def __call__(
         self,
@@ -45,17 +67,38 @@ class ScreenRays:
         **pictures: object,
     ) -> None:
         """March. `pictures`: the parameters of screen_space.slang beyond that."""
-        width, height = half_size(frame.size)
-        threads = (-(-width // 8) * 8, -(-height // 8) * 8, 1)
-        self._build(frame, threads, frame=frame, gbuffer=gbuffer, pyramid=self._pyramid)
         self._march(scene.material_types)(
             frame,
-            (width, height, 1),
+            (*half_size(frame.size), 1),
             frame=frame,
             gbuffer=gbuffer,
             scene=scene,
             reprojection=reprojection,
-            pyramid=self._pyramid,
+            pyramid=self._pyramid(frame, gbuffer),
             surroundings=self.surroundings,
+            **pictures,
+        )
+
+
+class ScreenFirst:
+    """Finds those of the traced rays that surely meet what the picture shows."""
+
+    def __init__(self, device: Device, size: Size) -> None:
+        self._pyramid = DepthPyramid(device, size)
+        self._march = programs(device).compute(f"{_FOLDER}/screen_first.slang")
+
+    def resize(self, size: Size) -> None:
+        """Work at another size."""
+        self._pyramid.resize(size)
+
+    def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, **pictures: object) -> None:
+        """March. `pictures`: the parameters of screen_first.slang beyond that."""
+        self._march(scene.material_types)(
+            frame,
+            (*half_size(frame.size), 1),
+            frame=frame,
+            gbuffer=gbuffer,
+            scene=scene,
+            pyramid=self._pyramid(frame, gbuffer),
             **pictures,
         )

@@ -1,7 +1,9 @@
 """Reflections' rays through the scene, and what lights what they meet."""
 
+import numpy as np
 import slangpy as spy
 
+from pica.effects.reflections.screen_rays import ScreenFirst
 from pica.frame.context import FrameContext, Size, half_size
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import IndirectLight
@@ -11,6 +13,9 @@ from pica.rhi.device import Device
 from pica.settings import ReflectionsSettings
 from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
+
+_FROM_PICTURE = 1 << 31
+"""reflected.slang: FROM_PICTURE."""
 
 
 class TracedRays:
@@ -22,6 +27,9 @@ class TracedRays:
         """Surfaces that paths may meet, by the names that shaders have for these limits."""
         module = "effects/reflections/reflection_rays.slang"
         self._trace = ray_effect(device, module, "ReflectionRays", "surface", tracer, simplified=True)
+        # The picture does not show lights with a shape.
+        first = settings.screen_space_first and not settings.area_lights
+        self._first = ScreenFirst(device, size) if first else None
         self._gather = device.compute("effects/reflections/gather_lighting.slang")
         self._nothing = device.texture("no indirect light", spy.Format.rgba32_float, (1, 1))
         self._allocate(size)
@@ -35,6 +43,15 @@ class TracedRays:
         """Work at another size."""
         self._device.give_back(self._met, self._single)
         self._allocate(size)
+        if self._first is not None:
+            self._first.resize(size)
+
+    def count(self, ends: spy.Texture) -> int:
+        """Rays of the newest frame that were traced along lobes; `ends` as in the call."""
+        traced = ends.to_numpy()[..., 3] != 0
+        if self._first is not None:
+            traced &= self._met.to_numpy()[..., 1] < _FROM_PICTURE
+        return int(np.count_nonzero(traced))
 
     def __call__(
         self,
@@ -46,13 +63,22 @@ class TracedRays:
         ends: spy.Texture,
         light: spy.Texture,
         mirrors: int,
+        radiance: spy.Texture,
     ) -> None:
         """Trace, and write `ends` and `light`, textures of half size, as reflected.slang has them; `mirrors` as there.
 
-        `indirect`: None where there is no global illumination.
+        `indirect`: None where there is no global illumination. `radiance`: this frame's picture without reflections.
         """
         self.bounces["indirectBounces"] = min(indirect.bounces, self._settings.bounces + 1) if indirect else 0
         half, smooth = frame.at_half(), self._settings.filter
+        known = {
+            "arriving": indirect.arriving if indirect else self._nothing,
+            "arrivingKnown": int(indirect is not None and indirect.known),
+        }
+        written = {"ends": ends, "light": self._single if smooth else light, "met": self._met}
+        drawn = {"mirrors": mirrors, "mirrorBias": self._settings.mirror_bias}
+        if self._first is not None:
+            self._first(frame, gbuffer, scene, radiance=radiance, **drawn, **known, **written)
         self._trace(
             half,
             half.size,
@@ -60,13 +86,11 @@ class TracedRays:
             gbuffer=gbuffer.at_half(frame),
             scene=scene,
             **self.bounces,
-            arriving=indirect.arriving if indirect else self._nothing,
-            arrivingKnown=int(indirect is not None and indirect.known),
+            **known,
             **samples.at_hits(regularized=smooth),
-            ends=ends,
-            light=self._single if smooth else light,
-            met=self._met,
-            mirrors=mirrors,
+            **written,
+            **drawn,
+            screenFirst=int(self._first is not None),
         )
         if smooth:
             self._gather(

@@ -11,6 +11,7 @@ from pica.scene.iridescence import Iridescence
 from pica.scene.light import WHITE
 from pica.scene.limits import OBJECT_BYTES
 from pica.scene.material import AlphaMode, Material
+from pica.scene.sheen import Sheen
 from pica.scene.values import LARGEST
 
 _ALPHA_MODES = {mode.value: mode for mode in AlphaMode}
@@ -67,6 +68,7 @@ class Materials:
             **self._clearcoat(entry.extension("KHR_materials_clearcoat")),
             **self._anisotropy(entry.extension("KHR_materials_anisotropy")),
             **self._iridescence(entry.extension("KHR_materials_iridescence")),
+            **self._sheen(entry.extension("KHR_materials_sheen")),
         )
 
     def _specular(self, specular: Element) -> dict[str, Any]:
@@ -117,6 +119,15 @@ class Materials:
             "iridescence_thickness_texture": self._textures.get(iridescence, "iridescenceThicknessTexture"),
         }
         return {} if film.strength == 0 else {"iridescence": film, **textures}
+
+    def _sheen(self, extension: Element) -> dict[str, Any]:
+        red, green, blue = extension.numbers("sheenColorFactor", 3, 0, 1, (0.0, 0.0, 0.0))
+        sheen = Sheen((red, green, blue), extension.number("sheenRoughnessFactor", 0, 1, 0.0))
+        textures = {
+            "sheen_color_texture": self._textures.get(extension, "sheenColorTexture"),
+            "sheen_roughness_texture": self._textures.get(extension, "sheenRoughnessTexture"),
+        }
+        return {"sheen": sheen, **textures} if any(sheen.color) else {}
 
 
 def _index_of_refraction(entry: Element) -> float:

@@ -1,0 +1,21 @@
+"""Surfaces with fibres that stand up: velvet, felt, woven cloth, dust."""
+
+from dataclasses import dataclass
+
+from pica.scene.checked_field import CheckedField
+from pica.scene.light import WHITE, Color
+from pica.scene.values import number, vector
+
+
+@dataclass(frozen=True)
+class Sheen:
+    """Light that fibres scatter, most where the surface is seen or lit from the side
+    (KHR_materials_sheen; docs/materials.md, "Sheen").
+
+    Raises SceneError for what is out of its range.
+    """
+
+    color: CheckedField[Color] = CheckedField(vector(3, 0, 1), WHITE)
+    """Linear Rec. 709, 0 to 1."""
+    roughness: CheckedField[float] = CheckedField(number(0, 1), 0.5)
+    """0 to 1, below 0.07 as that: how much the fibres' directions vary; the lower, the narrower the seam of light."""
