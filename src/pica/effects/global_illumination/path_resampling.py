@@ -46,6 +46,6 @@ class PathResampling:
         half = frame.at_half()
         shared = {"frame": half, "gbuffer": gbuffer.at_half(frame), "scene": scene, "found": found}
         reservoirs = self._reservoirs.turn(frame)
-        known = int(not self._reservoirs.empty)
+        known = int(not (self._reservoirs.empty or frame.changed_lights))  # the light of paths is that of their frame
         self._in_time(half, half.size, **shared, **reservoirs, reprojection=reprojection, met=met, known=known)
         self._of_neighbours(half, half.size, **shared, **self._reservoirs.current)
