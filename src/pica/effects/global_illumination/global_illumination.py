@@ -1,4 +1,4 @@
-"""Diffuse global illumination: one effect, three ways to the same buffer."""
+"""Diffuse global illumination: one effect, several ways to the same buffer."""
 
 import slangpy as spy
 

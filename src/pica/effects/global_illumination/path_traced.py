@@ -25,7 +25,7 @@ _FOLDER = "effects/global_illumination"
 
 
 class PathTracedIndirect:
-    """Indirect light by paths from the pixels."""
+    """Indirect light by paths from the pixels; with the mode `restir` each is chosen from many."""
 
     def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
         self._device, self._settings = device, settings
