@@ -161,7 +161,7 @@ def _whole(
     picture = pica.Renderer(scene, size, settings, light_map=light_map).render(frames).color
     found = {}
     depths = {"flip": None}
-    if settings.global_illumination.mode == "path_traced":
+    if settings.global_illumination.mode in ("path_traced", "restir"):
         depths["flip_depth"] = settings.global_illumination.bounces + 2
     for key, depth in depths.items():
         truth = pica.PathTracer(scene, size, depth, settings).render(samples).color

@@ -90,7 +90,9 @@ class Stages(Closing):
                 None if off else GlobalIllumination(device.part(), size, indirect, self.tracer, self.light_map)
             )
         by_rays = settings.reflections.mode == "ray_traced"
-        self._light_sampler.expect_hits(by_rays or settings.global_illumination.mode in ("path_traced", "surfels"))
+        self._light_sampler.expect_hits(
+            by_rays or settings.global_illumination.mode in ("path_traced", "restir", "surfels")
+        )
         if "lighting" in changed:
             self.lighting = DirectLighting(device.part(), size, view, settings.lighting)
         if "antialiasing" in changed:

@@ -72,11 +72,12 @@ class GlobalIlluminationSettings(Group):
         "high": Level("Up to 16.", {"bounces": 16}),
     }
 
-    mode: Literal["off", "path_traced", "surfels", "light_map"] = choice(
+    mode: Literal["off", "path_traced", "restir", "surfels", "light_map"] = choice(
         "path_traced",
         "How it is found.",
         off="Not at all: what no light reaches directly is black.",
         path_traced="A quarter of a path a pixel, and a filter.",
+        restir="The same paths, each chosen from those of earlier frames and of neighbours (ReSTIR GI).",
         surfels="Discs on surfaces remember it, with a few rays from each in every frame.",
         light_map="From the light map that the renderer was given, without rays; not at all where it was given none.",
     )

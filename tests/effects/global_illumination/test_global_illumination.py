@@ -8,8 +8,10 @@ import pytest
 import pica
 from pica.quality.effects import MeasuredEffect
 from pica.scene.light import RectangleLight
-from pica.scenes.placing import move
-from tests.building import settings
+from pica.scene.material import Image, Material, Sampler, Texture
+from pica.scenes.basic_meshes import plane
+from pica.scenes.placing import move, turn
+from tests.building import checkered, lambert, placed, scene_of, settings, shining
 
 SIZE = (96, 64)
 ON = {"global_illumination.mode": "path_traced"}
@@ -62,6 +64,29 @@ def test_a_closed_door_keeps_the_light_out(device, values):
     assert dark.color.mean() < 0.01 * lit.color.mean()
 
 
+@pytest.mark.parametrize("mode", ["path_traced", "restir"])
+def test_metal_fields_keep_no_light_from_matte_ones(device, mode):
+    """On one plane. No path leaves what reflects nothing diffusely: that is not to say that no light arrives there."""
+    fields = np.zeros((32, 32, 4), np.uint8) + np.uint8([0, 255, 0, 255])
+    fields[..., 2] = np.where(checkered().pixels[..., 0] > 200, 255, 0)
+    texture = Texture(Image(fields, "metal fields"), Sampler(linear=False))
+    floor = Material(base_color=(0.6, 0.6, 0.6, 1), metallic=1.0, roughness=1.0, metallic_roughness_texture=texture)
+    scene = scene_of(
+        placed(plane(4, 4, floor)),
+        placed(plane(4, 3, lambert(0.8)), move(0, 1.5, -2) @ turn("x", 90)),
+        shining(RectangleLight(radiance=20.0, width=0.8, height=0.5), move(0, 1, -1)),
+    )
+    values = {"global_illumination.mode": mode, "global_illumination.bounces": "1"}
+    renderer = pica.Renderer(scene, SIZE, settings(values), device)
+    camera = pica.Camera.look_at((0, 1.8, 2.6), (0, 0.2, -0.5), fov=50)
+    for _ in range(48):
+        renderer.advance(camera, jittered=False)
+    measured = MeasuredEffect(renderer, "global_illumination")
+    found, expected = (light["indirect"][34:] for light in (measured.result(), measured.reference(96)))
+    there = np.isfinite(expected)
+    assert found[there].mean() == pytest.approx(expected[there].mean(), rel=0.08)
+
+
 def test_bounces_are_counted(device):
     """Each more is brighter than the one before, and by less."""
     means = []
@@ -112,9 +137,9 @@ def test_the_pool_of_surfels_never_runs_over(device):
     """A camera that looks elsewhere all the time, and room for few."""
     values = {**SURFELS, "global_illumination.surfels": "1000"}
     renderer = pica.Renderer(pica.scenes.court(), SIZE, settings(values), device)
-    for turn in range(40):
-        angle = turn * 0.7
+    for frame in range(40):
+        angle = frame * 0.7
         target = (np.cos(angle), 1.2, np.sin(angle))
-        frame = renderer.render(1, pica.Camera.look_at((0, 1.5, 0), target, fov=70))
-        assert renderer.global_illumination.ray_counts()["surfel_rays"] <= 1024 and np.isfinite(frame.color).all()
-    assert reflected(frame).mean() > 0.05
+        picture = renderer.render(1, pica.Camera.look_at((0, 1.5, 0), target, fov=70))
+        assert renderer.global_illumination.ray_counts()["surfel_rays"] <= 1024 and np.isfinite(picture.color).all()
+    assert reflected(picture).mean() > 0.05

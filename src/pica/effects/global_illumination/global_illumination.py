@@ -1,4 +1,4 @@
-"""Diffuse global illumination: one effect, three ways to the same buffer."""
+"""Diffuse global illumination: one effect, several ways to the same buffer."""
 
 import slangpy as spy
 
@@ -34,7 +34,7 @@ class GlobalIllumination(Effect):
     ) -> None:
         self._device = device
         self._way: PathTracedIndirect | SurfelIndirect | LightMapIndirect
-        if settings.mode == "path_traced":
+        if settings.mode in ("path_traced", "restir"):
             self._way = PathTracedIndirect(device, size, settings, tracer)
         elif settings.mode == "surfels":
             self._way = SurfelIndirect(device, settings, tracer)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import slangpy as spy
 
+from pica.effects.global_illumination.path_resampling import PathResampling
 from pica.effects.global_illumination.views import indirect_views
 from pica.frame.context import FrameContext, Size, half_size
 from pica.frame.effect import Aov
@@ -24,7 +25,7 @@ _FOLDER = "effects/global_illumination"
 
 
 class PathTracedIndirect:
-    """Indirect light by paths from the pixels."""
+    """Indirect light by paths from the pixels; with the mode `restir` each is chosen from many."""
 
     def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
         self._device, self._settings = device, settings
@@ -38,6 +39,7 @@ class PathTracedIndirect:
         self._widen = device.compute(f"{_FOLDER}/irradiance_atrous.slang")
         self._accumulate = device.compute(f"{_FOLDER}/irradiance_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/irradiance_filter.slang")
+        self._resampling = PathResampling(device, size, tracer) if settings.mode == "restir" else None
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:
@@ -45,6 +47,7 @@ class PathTracedIndirect:
         make = self._device.texture
         self._textures = {
             "found": make("indirect light of rays", light, half),
+            "met": make("what indirect rays met", spy.Format.rg32_uint, half),
             "gathered": make("indirect light gathered", light, half),
             "widened": make("indirect light gathered widely", light, half),
             "nearness": make("nearness of indirect light", spy.Format.r32_float, half),
@@ -57,11 +60,15 @@ class PathTracedIndirect:
         """Work at another size."""
         self._device.give_back(*self._textures.values())
         self._history.give_back()
+        if self._resampling is not None:
+            self._resampling.resize(size)
         self._allocate(size)
 
     def reset(self) -> None:
         """Drop the history."""
         self._history.reset()
+        if self._resampling is not None:
+            self._resampling.reset()
 
     def debug_aovs(self) -> dict[str, Aov]:
         """See views.py."""
@@ -93,8 +100,12 @@ class PathTracedIndirect:
             previousHistory=self._history.current["history"],
             known=int(self._asks_picture and self._history.precedes(frame)),
             **light.at_hits(regularized=settings.filter),
+            resampled=int(self._resampling is not None),
             found=textures["found"],
+            met=textures["met"],
         )
+        if self._resampling is not None:
+            self._resampling(frame, gbuffer, scene, reprojection, textures["found"], textures["met"])
         if settings.filter:
             self._smooth(frame, gbuffer, reprojection)
         self._filter(scene.material_types)(
