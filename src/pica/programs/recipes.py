@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import slangpy as spy
 
-from pica.programs.material_types import Bundle, Feature, MaterialType, MaterialTypes, MaterialTypeSet, ShapeOn, TypeEntry
+from pica.programs.material_types import (
+    Bundle,
+    Feature,
+    MaterialType,
+    MaterialTypes,
+    MaterialTypeSet,
+    ShapeOn,
+    TypeEntry,
+)
 from pica.programs.shape_types import ShapeType, ShapeTypes, modules_for
 from pica.rhi.device import Device
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe

@@ -197,6 +197,7 @@ def test_what_a_mirror_shows_moves_with_its_image(device, monkeypatch, scene, ca
         if not follows:
             accumulate = renderer.reflections._accumulate
             blank = device.texture("nowhere", renderer.reflections._textures["distances"].format, SIZE)
+            blank.copy_from_numpy(np.zeros_like(blank.to_numpy()))
 
             def without_distances(*arguments, accumulate=accumulate, blank=blank, **values):
                 return accumulate(*arguments, **(values | {"distances": blank}))
