@@ -20,6 +20,8 @@ from pica.quality.sequences import Sequence, sequence
 from pica.rhi.device import Device, open_device
 from pica.scene.model import Scene
 
+DIRECT = {"reflections.mode": "off", "global_illumination.mode": "off"}
+"""Settings without what paths of depth 2 do not have."""
 FRAMES = 0, 3, 15
 TIMED = 60
 
@@ -53,6 +55,8 @@ def times(device: Device, size: tuple[int, int], settings: pica.Settings) -> dic
     """Median GPU milliseconds by pass while the camera turns."""
     scene, play = played("camera", size)
     renderer = pica.Renderer(scene, size, settings, device)
+    device.profiler.flush()
+    device.profiler.finished.clear()
     for frame in range(TIMED):
         renderer.advance(play(frame))
     device.profiler.flush()
@@ -69,7 +73,8 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=1024)
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE")
     arguments = parser.parse_args()
-    settings = pica.Settings().with_values(dict(value.split("=", 1) for value in arguments.set))
+    values = dict(value.split("=", 1) for value in arguments.set)
+    settings = pica.Settings().with_values({**DIRECT, **values})
     device = open_device()
 
     def pixels(size: str) -> tuple[int, int]:
