@@ -47,7 +47,7 @@ class PathTracedIndirect:
         make = self._device.texture
         self._textures = {
             "found": make("indirect light of rays", light, half),
-            "met": make("what indirect rays met", spy.Format.rg32_uint, half),
+            "met": make("what indirect rays met", spy.Format.rg32_uint, half if self._resampling else (1, 1)),
             "gathered": make("indirect light gathered", light, half),
             "widened": make("indirect light gathered widely", light, half),
             "nearness": make("nearness of indirect light", spy.Format.r32_float, half),

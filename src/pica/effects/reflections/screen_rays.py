@@ -14,12 +14,14 @@ _GROUP = 16
 """Pixels a side that a group of depth_pyramid.slang has."""
 
 
-class DepthPyramid:
-    """The nearest and the farthest depth of squares of the picture, for rays that march over it."""
+class DepthMarch:
+    """A ray for 2x2 pixels over the depth buffer."""
 
-    def __init__(self, device: Device, size: Size) -> None:
+    def __init__(self, device: Device, size: Size, step: str) -> None:
+        """`step`: the name of the file that marches."""
         self._device = device
         self._build = device.compute(f"{_FOLDER}/depth_pyramid.slang")
+        self._march = programs(device).compute(f"{_FOLDER}/{step}.slang")
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:
@@ -31,21 +33,22 @@ class DepthPyramid:
         self._device.give_back(self._levels)
         self._allocate(size)
 
-    def __call__(self, frame: FrameContext, gbuffer: GBuffer) -> spy.Texture:
-        """This frame's, as depth_levels.slang has it."""
+    def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, **pictures: object) -> None:
+        """March. `pictures`: the parameters of the step beyond that."""
         width, height = half_size(frame.size)
         threads = (-(-width // 8) * 8, -(-height // 8) * 8, 1)
         self._build(frame, threads, frame=frame, gbuffer=gbuffer, pyramid=self._levels)
-        return self._levels
+        self._march(scene.material_types)(
+            frame, (width, height, 1), frame=frame, gbuffer=gbuffer, scene=scene, pyramid=self._levels, **pictures
+        )
 
 
 class ScreenRays:
-    """A ray for 2x2 pixels over the depth buffer, which meets what the picture shows."""
+    """Rays over the depth buffer in place of traced ones; beyond it is the prefiltered environment."""
 
     def __init__(self, device: Device, size: Size) -> None:
         self._device = device
-        self._pyramid = DepthPyramid(device, size)
-        self._march = programs(device).compute(f"{_FOLDER}/screen_space.slang")
+        self._march = DepthMarch(device, size, "screen_space")
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:
@@ -54,7 +57,7 @@ class ScreenRays:
 
     def resize(self, size: Size) -> None:
         """Work at another size."""
-        self._pyramid.resize(size)
+        self._march.resize(size)
         self._device.give_back(self.surroundings)
         self._allocate(size)
 
@@ -67,38 +70,4 @@ class ScreenRays:
         **pictures: object,
     ) -> None:
         """March. `pictures`: the parameters of screen_space.slang beyond that."""
-        self._march(scene.material_types)(
-            frame,
-            (*half_size(frame.size), 1),
-            frame=frame,
-            gbuffer=gbuffer,
-            scene=scene,
-            reprojection=reprojection,
-            pyramid=self._pyramid(frame, gbuffer),
-            surroundings=self.surroundings,
-            **pictures,
-        )
-
-
-class ScreenFirst:
-    """Finds those of the traced rays that surely meet what the picture shows."""
-
-    def __init__(self, device: Device, size: Size) -> None:
-        self._pyramid = DepthPyramid(device, size)
-        self._march = programs(device).compute(f"{_FOLDER}/screen_first.slang")
-
-    def resize(self, size: Size) -> None:
-        """Work at another size."""
-        self._pyramid.resize(size)
-
-    def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, **pictures: object) -> None:
-        """March. `pictures`: the parameters of screen_first.slang beyond that."""
-        self._march(scene.material_types)(
-            frame,
-            (*half_size(frame.size), 1),
-            frame=frame,
-            gbuffer=gbuffer,
-            scene=scene,
-            pyramid=self._pyramid(frame, gbuffer),
-            **pictures,
-        )
+        self._march(frame, gbuffer, scene, reprojection=reprojection, surroundings=self.surroundings, **pictures)

@@ -3,7 +3,7 @@
 import numpy as np
 import slangpy as spy
 
-from pica.effects.reflections.screen_rays import ScreenFirst
+from pica.effects.reflections.screen_rays import DepthMarch
 from pica.frame.context import FrameContext, Size, half_size
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import IndirectLight
@@ -29,7 +29,7 @@ class TracedRays:
         self._trace = ray_effect(device, module, "ReflectionRays", "surface", tracer, simplified=True)
         # The picture does not show lights with a shape.
         first = settings.screen_space_first and not settings.area_lights
-        self._first = ScreenFirst(device, size) if first else None
+        self._first = DepthMarch(device, size, "screen_first") if first else None
         self._gather = device.compute("effects/reflections/gather_lighting.slang")
         self._nothing = device.texture("no indirect light", spy.Format.rgba32_float, (1, 1))
         self._allocate(size)
