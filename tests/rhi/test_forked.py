@@ -16,7 +16,6 @@ raster = pica.Settings.preset("raster")
 scene = still_life()
 renderer = pica.Renderer(scene, (16, 16), raster)
 frame = renderer.render(1, CAMERA)
-time.sleep(2)  # until the driver's own threads have written down what they compiled: their locks are not pica's to free
 
 def read(): frame.color
 def render(): renderer.render(1, CAMERA)
@@ -39,7 +38,7 @@ for call in (read, render, advance, resize, close, another, path_tracer, open_de
         except pica.errors.DeviceError as error:
             print(call.__name__, error, flush=True)
         sys.exit(3)  # as a process ends that knows of nothing
-    for _ in range(600):
+    for _ in range(300):
         ended, status = os.waitpid(child, os.WNOHANG)
         if ended:
             break
@@ -76,7 +75,7 @@ if __name__ == "__main__":
     bool(os.environ.get("PICA_VALIDATE")), reason="SlangPy frees a logger that was asked for after Python"
 )
 def test_a_forked_process_gets_one_error_and_ends():
-    done = subprocess.run([sys.executable, "-c", FORKED], capture_output=True, text=True, timeout=400)
+    done = subprocess.run([sys.executable, "-c", FORKED], capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stderr
     *said, last = done.stdout.splitlines()
     assert last == "(16, 16, 3)", "the parent goes on"

@@ -42,6 +42,11 @@ def _leave_alone() -> None:
     atexit.unregister(cast(Any, _SlangPysOwn()))
     if _SLANGPY in sys.modules:
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(sys.modules[_SLANGPY]))
+    # Drivers wait for their own threads when C's exit calls their handlers, also for those that were busy and are not
+    # here. What is registered last is called first: so none of them is.
+    libc = ctypes.CDLL(None)
+    if hasattr(libc, "on_exit"):
+        libc.on_exit(libc._exit, None)
 
 
 class _SlangPysOwn:
