@@ -4,9 +4,9 @@
 
 Each frame of a sequence against the mean of `samples` jittered, unfiltered frames of the same instant without
 antialiasing over time. The camera round machine_world, with the renderer's own light; then unlit scenes, where all
-error is aliasing: a grid of thin wires in slow motion, and boxes that pass in front of a board. One JSON line a
-sequence and setting: mean FLIP over the frames, and flicker, the mean absolute error of the change from frame to frame
-in sRGB.
+error is aliasing: a grid of thin wires in slow motion, boxes that pass in front of a board, bright boards before a
+wall. One JSON line a sequence and setting: mean FLIP over the frames, and flicker, the mean absolute error of the
+change from frame to frame in sRGB.
 `--every` N compares each Nth frame and its next alone. `--strips` writes frames side by side, above their FLIP maps.
 """
 
@@ -31,6 +31,7 @@ from pica.scene.camera import Camera
 from pica.scene.material import Image, Material, Sampler, Texture
 from pica.scene.model import Mesh, Node, Scene
 from pica.scenes.basic_meshes import box, plane
+from pica.scenes.palette import lamp
 from pica.scenes.placing import move, turn
 
 Pixels = NDArray[np.float32]
@@ -167,6 +168,23 @@ def disocclusion(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
     return _scene(*(node for node, _, _ in boxes), board), play, PLAIN
 
 
+def bright_boards(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
+    """Boards ten times as bright as white pass slowly in front of a dark wall; what they leave must be dark at once."""
+    wall = _node(plane(12, 8, _unlit("wall", (0.02, 0.03, 0.05))), move(0, 0, -1) @ turn("x", 90))
+    pixel = 2 * 3 * np.tan(np.radians(35) / 2) / size[1]
+    boards = [
+        (_node(box((0.3, 0.4, 0.01), lamp("board", "#ffd0a0", 10.0)), np.eye(4)), y, angle, speed * pixel)
+        for y, angle, speed in ((0.6, 0, 1.3), (0.1, 20, -0.7), (-0.5, 0, 0.3))
+    ]
+
+    def play(frame: int) -> Camera:
+        for node, y, angle, speed in boards:
+            node.transform = move(speed * (frame - 30), y, 0) @ turn("z", angle)
+        return Camera.look_at((0, 0, 3), (0, 0, 0), fov=35)
+
+    return _scene(*(node for node, *_ in boards), wall), play, PLAIN
+
+
 def _unlit(name: str, color: tuple[float, float, float]) -> Material:
     return Material(name, base_color=(*color, 1.0), unlit=True)
 
@@ -188,6 +206,7 @@ SEQUENCES: dict[str, Callable[[Size], tuple[Scene, Sequence, dict[str, str]]]] =
     "machine_world": _machine_world,
     "wire_grid": wire_grid,
     "disocclusion": disocclusion,
+    "bright_boards": bright_boards,
 }
 
 

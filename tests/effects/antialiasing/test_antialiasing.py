@@ -11,6 +11,7 @@ from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane
+from pica.scenes.palette import lamp
 from pica.scenes.placing import aim, move, turn
 from tests.building import lambert, placed, scene_of, shining
 
@@ -154,6 +155,20 @@ def test_what_comes_to_light_has_no_trail(device):
     behind = (reference[..., 0] < 0.06) & (np.roll(reference[..., 0], 2, axis=1) < 0.06)
     assert behind.sum() > 1000
     assert np.abs(picture - reference)[behind].max() < 0.06  # of 0.85 between the card and the wall
+
+
+def test_bright_edges_leave_nothing_behind(device):
+    board = placed(box(0.5, lamp("board", "#ffffff", 20.0)))
+    scene = stage(board=board)
+    renderer, exact = renderer_of(device, scene), renderer_of(device, scene, ACCUMULATE)
+    for frame in range(24):
+        board.transform = move(-0.8 + 1.3 * PIXEL * frame, 0, 0) @ turn("z", 8)
+        picture = shown(renderer.advance(camera()))
+    reference = truth(exact, camera())
+    left = np.argmax((reference[..., 0] > 0.06).any(0))
+    behind = np.abs(picture - reference)[:, : left - 1]
+    assert left > 30
+    assert behind.max() < 0.004  # of 20
 
 
 def test_all_pictures_have_the_output_size_and_nothing_is_blended(device):

@@ -23,7 +23,7 @@ class Antialiasing(Effect):
         """`size`: of the output."""
         self._device, self._settings = device, settings
         self._history = History(
-            device, "antialiasing", {"picture": spy.Format.rgba32_float, "deviation": spy.Format.rg16_float}, size
+            device, "antialiasing", {"picture": spy.Format.rgba32_float, "deviation": spy.Format.rgba16_float}, size
         )
         edge = spy.TextureAddressingMode.clamp_to_edge
         self._linear = device.sampler(address_u=edge, address_v=edge)
