@@ -8,6 +8,7 @@ from pica.effects.ambient_occlusion.views import occlusion_views, open_share
 from pica.frame.context import FrameContext, Size
 from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
+from pica.frame.history import accumulate_grid
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.rhi.device import Device
@@ -90,6 +91,6 @@ class AmbientOcclusion(Effect):
         if self._trace is not None:
             self._trace(frame, frame.size, scene=scene, rayCount=settings.rays, **shared)
         if self._search is not None:
-            self._search(frame, frame.grid, **shared)
+            self._search(frame, accumulate_grid(frame.size), averaged=int(settings.filter), **shared)
         self._open = self._raw if self._filter is None else self._filter(frame, gbuffer, self._raw, reprojection)
         return self._open

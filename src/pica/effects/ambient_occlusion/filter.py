@@ -89,13 +89,10 @@ class RayFilter:
 
 
 class HorizonFilter:
-    """First in the picture, over 4x4 pixels, then in time (Jimenez et al. 2016, section 4.3)."""
+    """In time; horizons.slang has already taken the mean over 4x4 pixels (Jimenez et al. 2016, section 4.3)."""
 
     def __init__(self, device: Device, size: Size) -> None:
-        self._device = device
         self._mean = _Mean(device, size, _HORIZONS_WORTH, smoothed=True)
-        self._smoothed = device.texture("smoothed horizons", spy.Format.rg16_float, size)
-        self._smooth = device.compute(f"{_FOLDER}/horizon_mean.slang")
 
     def reset(self) -> None:
         """Drop the history."""
@@ -104,7 +101,6 @@ class HorizonFilter:
     def give_back(self) -> None:
         """Nobody needs these textures any more."""
         self._mean.give_back()
-        self._device.give_back(self._smoothed)
 
     def debug_textures(self) -> dict[str, spy.Texture]:
         """What views.py shows."""
@@ -114,5 +110,4 @@ class HorizonFilter:
         self, frame: FrameContext, gbuffer: GBuffer, occlusion: spy.Texture, reprojection: Reprojection
     ) -> spy.Texture:
         """(width, height, rg16_float): the open share and its variance."""
-        self._smooth(frame, frame.grid, frame=frame, gbuffer=gbuffer, occlusion=occlusion, smoothed=self._smoothed)
-        return self._mean(frame, gbuffer, self._smoothed, reprojection)
+        return self._mean(frame, gbuffer, occlusion, reprojection)
