@@ -13,7 +13,6 @@ from pica.gpu_scene.previous_frame import PLACE
 from pica.gpu_scene.primitive_buffers import BOX
 from pica.gpu_scene.table_rows import INSTANCE, NOT_EMISSIVE, RECORD
 from pica.rhi.acceleration import INSTANCE as RT_INSTANCE
-from pica.rhi.binding import parameters_of
 from tests.building import scene_of
 from tests.rays import fields_of, gpu_scene
 from tests.tracing.kernels import read, run
@@ -22,12 +21,15 @@ OTHER_NAMES = {"to_world": "objectToWorld"}
 
 
 @pytest.fixture(scope="module")
-def elements(device):
-    """The element type of every structured buffer of the scene."""
-    program = device.handle.link_program([device.handle.load_module("gpu_scene/scene.slang")], [])
-    block = next(parameter for parameter in parameters_of(program) if parameter.name == "scene")
-    fields = block.type_layout.element_type_layout.fields
-    return {field.name: field.type_layout.element_type_layout for field in fields if "Buffer" in field.type_layout.name}
+def program(device):
+    """One with the scene's block; its types' layouts by name."""
+    return device.handle.link_program([device.handle.load_module("gpu_scene/scene.slang")], [])
+
+
+@pytest.fixture(scope="module")
+def structs(program):
+    """The layout of a struct of the shaders, by its name."""
+    return lambda name: program.layout.get_type_layout(program.layout.find_type_by_name(name))
 
 
 def described(dtype: np.dtype) -> list[tuple[str, int, int]]:
@@ -38,34 +40,34 @@ def described(dtype: np.dtype) -> list[tuple[str, int, int]]:
 
 
 @pytest.mark.parametrize(
-    ("buffer", "dtype"),
+    ("struct", "dtype"),
     [
-        ("records", RECORD),
-        ("instances", INSTANCE),
-        ("previousPlaces", PLACE),
-        ("vertices", VERTEX),
-        ("materials", MATERIAL),
-        ("boxes", BOX),
-        ("lights", LIGHT_DTYPE),
-        ("emissiveTriangles", EMISSIVE_TRIANGLE),
+        ("SectionRecord", RECORD),
+        ("Instance", INSTANCE),
+        ("Place", PLACE),
+        ("Vertex", VERTEX),
+        ("Material", MATERIAL),
+        ("Box", BOX),
+        ("Light", LIGHT_DTYPE),
+        ("EmissiveTriangle", EMISSIVE_TRIANGLE),
     ],
 )
-def test_structs_agree(elements, buffer, dtype):
-    assert described(dtype) == fields_of(elements[buffer])
-    assert dtype.itemsize == elements[buffer].stride
+def test_structs_agree(structs, struct, dtype):
+    assert described(dtype) == fields_of(structs(struct))
+    assert dtype.itemsize == structs(struct).stride
 
 
-def test_texture_slots_agree(elements):
-    slots = [field.type_layout for field in elements["materials"].fields if field.name.endswith("Texture")]
+@pytest.mark.parametrize("dtype", [RECORD, INSTANCE, PLACE, VERTEX, LIGHT_DTYPE])
+def test_rows_that_are_read_by_16_bytes(dtype):
+    assert dtype.itemsize % 16 == 0
+
+
+def test_texture_slots_agree(structs):
+    slots = [field.type_layout for field in structs("Material").fields if field.name.endswith("Texture")]
     assert len(slots) == 16
     for slot in slots:
         assert described(SLOT) == fields_of(slot)
         assert SLOT.itemsize == slot.stride
-
-
-def test_plain_buffers_agree(elements):
-    sizes = {name: elements[name].stride for name in ("positions", "indices", "shapeNumbers", "lightCumulative")}
-    assert sizes == {"positions": 12, "indices": 4, "shapeNumbers": 4, "lightCumulative": 4}
 
 
 def test_instance_of_the_driver_is_64_bytes():

@@ -3,7 +3,7 @@
 import os
 import pickle
 import sys
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from pica.errors import DeviceError, PicaError
 from pica.programs.machine_code import make_machine_code
@@ -22,6 +22,8 @@ def main(beside_frames: bool) -> None:
 def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
     """Until the input ends."""
     device: Device | None = None
+    # Slang-RHI remembers layouts by address, which another program's may take once one is freed; then it crashes.
+    linked: list[Any] = []
     while True:
         try:
             adapter, recipe, types = pickle.load(tasks)
@@ -30,7 +32,8 @@ def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
         fault: PicaError | None = None
         try:
             device = device or Device(adapter)
-            made = recipe.make(device, recipe.link(device, types))
+            linked.append(recipe.link(device, types))
+            made = recipe.make(device, linked[-1])
             make_machine_code(device, made)
             # What Slang-RHI captures of a ray tracing pipeline lacks whatever NVIDIA's driver shares with another that
             # lives: the renderer could not make its own from that and would compile for seconds (docs/architecture.md).

@@ -4,6 +4,7 @@ SlangPy reads zero from an unbound resource without a word; here it is a Binding
 dispatch. Values are written only when they change, which keeps a pass at a few microseconds.
 """
 
+from collections.abc import Iterable
 from typing import Any
 
 import slangpy as spy
@@ -22,12 +23,15 @@ def parameters_of(program: spy.ShaderProgram) -> list[Any]:
 class Parameters:
     """The named parameters of a program or of a block."""
 
-    def __init__(self, what: str, target: Any, names: set[str]) -> None:
+    def __init__(self, what: str, target: Any, fields: Iterable[Any]) -> None:
+        """`fields`: reflected."""
         self._what = what
         self._target = target
         self._cursor = spy.ShaderCursor(target)
-        self._unbound = set(names)
-        self._names = names
+        kinds = {field.name: field.type_layout.kind for field in fields}
+        self._names = set(kinds)
+        self._unbound = set(kinds)
+        self._structs = {name for name, kind in kinds.items() if kind == spy.TypeReflection.Kind.struct}
         self._values: dict[str, Any] = {}
 
     def bind(self, **values: Any) -> None:
@@ -43,7 +47,10 @@ class Parameters:
             block = value if isinstance(value, ParameterBlock) else getattr(value, "block", None)
             if block is not None:
                 block.check()
-            self._cursor[name] = value if block is None else block.shader_object
+            if name in self._structs and isinstance(value, spy.Buffer):
+                self._cursor[name] = {"words": value}  # rhi/rows.slang
+            else:
+                self._cursor[name] = value if block is None else block.shader_object
             self._values[name] = value
             self._unbound.discard(name)
 
@@ -65,7 +72,7 @@ class ParameterBlock(Parameters):
         super().__init__(
             f"{module}: block {name!r}",
             self.shader_object,
-            {field.name for field in layout.type_layout.element_type_layout.fields},
+            layout.type_layout.element_type_layout.fields,
         )
 
 
@@ -75,7 +82,7 @@ class ProgramParameters(Parameters):
     def __init__(self, device: spy.Device, what: str, program: spy.ShaderProgram) -> None:
         self._program = program
         self.root = device.create_root_shader_object(program)
-        super().__init__(what, self.root, {parameter.name for parameter in parameters_of(program)})
+        super().__init__(what, self.root, parameters_of(program))
 
 
 def empty_root(device: spy.Device, program: spy.ShaderProgram) -> spy.ShaderObject:

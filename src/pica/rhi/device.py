@@ -227,13 +227,18 @@ class Device:
         struct_size: int = 0,
         usage: spy.BufferUsage = _READ_WRITE,
     ) -> spy.Buffer:
-        """A buffer with this data, or of `size` bytes; `struct_size` in bytes for structured ones."""
+        """A buffer with this data, or of `size` bytes; `struct_size` in bytes for structured ones.
+
+        A shader may read it as Buffer<uint4> where that is a multiple of 16, else as Buffer<uint> (rhi/rows.slang)."""
         content: dict[str, Any] = {"size": max(size, 4)}
         if data is not None and data.nbytes:
             size = data.nbytes
             content = {"data": np.require(data, requirements=["C", "W"])}  # SlangPy takes no read-only arrays
         with self.allocating(f"{label}, {size:,} bytes"):
-            buffer = self.handle.create_buffer(usage=usage, struct_size=struct_size, label=label, **content)
+            words = spy.Format.r32_uint if struct_size % 16 else spy.Format.rgba32_uint
+            buffer = self.handle.create_buffer(
+                usage=usage, struct_size=struct_size, format=words, label=label, **content
+            )
         self.count_memory(buffer.memory_usage.device)
         return buffer
 
