@@ -21,13 +21,15 @@ from pica.tracing.ray_pipeline import ShaderSource, import_path, types_of
 
 _GROUP = 8
 _LINE = 64
+_HIT = 20  # bytes of a Hit (ray_effect.slang)
 _ENTRIES = """
+import rhi.rows;
 import tracing.ray_effect;
 import {module};
 RWStructuredBuffer<Ray> rays;
 RWStructuredBuffer<{effect}.State> states;
-StructuredBuffer<Hit> hits;
-StructuredBuffer<uint> queue;
+SmallRows<Hit> hits;
+SmallRows<uint> queue;
 RWStructuredBuffer<uint> next;
 RWStructuredBuffer<uint> counts;
 uniform uint2 grid;
@@ -115,8 +117,9 @@ class BufferEffect:
         self._strides = {
             parameter.name: parameter.type_layout.element_type_layout.stride
             for parameter in parameters_of(layout)
-            if parameter.name in ("rays", "states", "hits", "queue", "next")
+            if parameter.name in ("rays", "states", "next")
         }
+        self._strides |= {"hits": _HIT, "queue": self._strides["next"]}
         self._count = 0
         self._buffers: dict[str, spy.Buffer] = {}
         self._counts = device.buffer("ray counts", data=np.zeros(2, np.uint32), struct_size=4)
