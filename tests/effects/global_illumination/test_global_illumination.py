@@ -143,3 +143,29 @@ def test_the_pool_of_surfels_never_runs_over(device):
         picture = renderer.render(1, pica.Camera.look_at((0, 1.5, 0), target, fov=70))
         assert renderer.global_illumination.ray_counts()["surfel_rays"] <= 1024 and np.isfinite(picture.color).all()
     assert reflected(picture).mean() > 0.05
+
+
+def test_what_is_known_of_surfels_can_be_seen(device):
+    renderer = pica.Renderer(pica.scenes.court(), SIZE, settings(SURFELS), device)
+    renderer.render(8)
+    assert not any(recipe.module.endswith("surfel_views.slang") for recipe in device.planned)  # nobody asked for it
+    renderer.debug = True
+    picture = renderer.render(1)
+    view = {
+        name: picture.aov(f"debug.global_illumination.{name}") for name in ("discs", "age", "samples", "rays", "cells")
+    }
+    covered = view["discs"] > 0
+    assert covered.sum() > 0.9 * (picture.aov("instance") > 0).sum()
+    ages = view["age"][covered]
+    assert ages.min() >= 1 and ages.max() == 9 and not view["age"][~covered].any()
+    # 16 in a surfel's first frame, then 8, then at least one.
+    older = covered & (view["age"] > 1)
+    assert (view["samples"][older] >= 24).all() and (view["rays"][covered] >= 1).all()
+    # A surfel's pixels lie together: it is no larger than its disc. Cells are larger, and of more than one level.
+    for number in np.unique(view["discs"][covered])[:20]:
+        rows, columns = np.nonzero(view["discs"] == number)
+        assert np.ptp(rows) < SIZE[1] / 3 and np.ptp(columns) < SIZE[0] / 3
+    colors = np.unique(view["cells"][covered], axis=0)
+    assert 4 < len(colors) < len(np.unique(view["discs"]))
+    hues = colors / colors.max(1, keepdims=True)
+    assert len(np.unique(np.round(hues, 2), axis=0)) >= 2

@@ -1,10 +1,12 @@
 """Indirect light from surfels: discs on surfaces that remember it (RTG 25, 25.2.6)."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import slangpy as spy
 
+from pica.effects.global_illumination.views import surfel_views
 from pica.frame.context import FrameContext, Size
 from pica.frame.effect import Aov
 from pica.frame.gbuffer import GBuffer
@@ -81,6 +83,7 @@ class SurfelIndirect:
         self._update = compute(f"{_FOLDER}/surfel_update.slang")
         self._apply = programs(device).compute(f"{_FOLDER}/surfel_apply.slang")
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
+        self._newest: tuple[Size, dict[str, Any]] | None = None
 
     def resize(self, size: Size) -> None:
         """Surfels do not depend on it."""
@@ -90,8 +93,28 @@ class SurfelIndirect:
         self._pool.clear()
 
     def debug_aovs(self) -> dict[str, Aov]:
-        """None but what each pixel gets."""
-        return {}
+        """See views.py; made by a pass of its own, which nothing compiles before."""
+        if self._newest is None:
+            return {}
+        size, newest = self._newest
+        device, pool = self._device, self._pool
+        shown = {
+            "nearest": device.texture("nearest surfels", spy.Format.rgba32_uint, size),
+            "cells": device.texture("cells of surfels", spy.Format.rg32_uint, size),
+        }
+        with device.record() as recording:
+            device.compute(f"{_FOLDER}/surfel_views.slang")(
+                recording,
+                (*size, 1),
+                surfels=pool,
+                anchors=pool.anchors,
+                taken=pool.taken,
+                turns=pool.turns,
+                **newest,
+                **shown,
+            )
+        device.give_back(*shown.values())
+        return surfel_views(shown)
 
     def ray_counts(self) -> dict[str, int]:
         """Rays from surfels; those to lights are as many at most."""
@@ -109,6 +132,7 @@ class SurfelIndirect:
         pictures: Mapping[str, spy.Texture],
     ) -> None:
         """Write this frame's to the pictures `arriving` and `indirect` and add it to `radiance`."""
+        self._newest = frame.size, {"frame": frame.block, "gbuffer": gbuffer, "scene": scene}
         pool = self._pool
         each = (pool.capacity, 1, 1)
         slots = {"freeSlots": pool.free_slots, "freeCount": pool.free_count}
