@@ -24,8 +24,8 @@ _CELLS, _PER_CELL = 1 << 16, 64
 """surfel_grid.slang: CELLS, PER_CELL."""
 _ANCHOR, _ESTIMATOR = 32, 48
 """Bytes: surfel_anchor.slang, multiscale_mean.slang."""
-_TILE = 16
-"""surfel_spawn.slang: TILE."""
+_DEPTHS = 16
+"""surfel_depth.slang: DEPTHS."""
 _RAYS_ACROSS = 512
 _BOUNCES = 12
 """Surfaces on a path that meets no surfels."""
@@ -42,6 +42,7 @@ class SurfelPool:
             "placed": device.structured("surfel places", np.zeros((capacity, 4), np.float32)),
             "facing": make("surfel normals", size=4 * capacity, struct_size=4),
             "light": make("surfel light", size=16 * capacity, struct_size=16),
+            "depths": make("surfel depths", size=4 * _DEPTHS * capacity, struct_size=4),
             "used": make("surfel uses", size=4 * capacity, struct_size=4),
             "keys": make("surfel cells", size=4 * _CELLS, struct_size=4),
             "counts": make("surfel cell counts", size=4 * _CELLS, struct_size=4),
@@ -54,7 +55,7 @@ class SurfelPool:
         self.taken = make("surfel rays so far", size=4 * capacity, struct_size=4)
         self.turns = make("surfel turns", size=8 * capacity, struct_size=8)
         self.surfel_of_ray = make("surfel rays", size=4 * self.rays, struct_size=4)
-        self.arrived = make("light of surfel rays", size=12 * self.rays, struct_size=12)
+        self.arrived = make("light of surfel rays", size=16 * self.rays, struct_size=16)
         self.ray_count = make("surfel ray count", size=4, struct_size=4)
         self.free_slots = device.structured("free surfels", np.arange(capacity, dtype=np.uint32))
         self.free_count = device.structured("free surfel count", np.array([capacity], np.int32))
@@ -187,6 +188,7 @@ class SurfelIndirect:
             frame=frame,
             surfels=pool,
             turns=pool.turns,
+            taken=pool.taken,
             arrived=pool.arrived,
             exposure=exposure,
             estimators=pool.estimators,
