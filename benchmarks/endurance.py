@@ -1,12 +1,16 @@
-"""Objects come and go for thousands of frames: does memory stay flat?
+"""Objects come and go for thousands of frames, or a camera flies far: does memory stay flat?
 
-    python benchmarks/endurance.py [--frames 20000] [--device NAME]
+    python benchmarks/endurance.py [--flight] [--frames 20000] [--size 64x36] [--surfels 250000] [--device NAME]
 
-Prints the process's resident memory and pica's own count of device memory twenty times.
+Prints the process's resident memory and pica's own count of device memory twenty times. With --flight a camera flies
+four laps through a world of 200 metres whose light surfels keep, twelve metres a second at 60 frames a second with
+10,000 frames; then also how many surfels of the pool are in use at most, and milliseconds of a frame; at the end the
+last lap's median over the second's, which sees the same.
 """
 
 import argparse
 import os
+import time
 from collections import deque
 from pathlib import Path
 
@@ -15,10 +19,11 @@ import numpy as np
 import pica
 from pica.rhi.device import Device
 from pica.scene.environment import Environment
+from pica.scene.light import DirectionalLight
 from pica.scene.material import Image, Material, Texture
 from pica.scene.model import Mesh, Node, Scene
-from pica.scenes.basic_meshes import plane, sphere
-from pica.scenes.placing import move
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import aim, move
 
 
 def resident() -> float:
@@ -42,15 +47,67 @@ def guest(seed: int) -> Node:
     return node
 
 
+def world() -> Scene:
+    """Six hundred blocks on 200 x 200 metres of ground, in the sun."""
+    random = np.random.default_rng(1)
+    scene = Scene(environment=Environment(np.full((2, 4, 3), 0.3, np.float32)))
+    scene.add(Node(mesh=Mesh([plane(200, 200, Material(metallic=0.0))])))
+    for _ in range(600):
+        size = random.uniform((1, 1, 1), (5, 8, 5))
+        color = (*random.uniform(0.2, 0.8, 3), 1.0)
+        block = scene.add(Node(mesh=Mesh([box(size, Material(base_color=color, metallic=0.0, roughness=0.9))])))
+        x, z = random.uniform(-98, 98, 2)
+        block.transform = move(x, size[1] / 2, z)
+    sun = scene.add(Node(light=DirectionalLight(illuminance=10.0)))
+    sun.transform = aim((3, 5, 2), (0, 0, 0))
+    return scene
+
+
+def fly(size: tuple[int, int], frames: int, surfels: int, device: str | None) -> None:
+    """Four laps, in a figure of eight five metres above the ground."""
+    values = {"global_illumination.mode": "surfels", "global_illumination.surfels": str(surfels)}
+    renderer = pica.Renderer(world(), size, pica.Settings().with_values(values), Device(device))
+
+    def place(share: float) -> tuple[float, float, float]:
+        turn = 8 * np.pi * share
+        return 90 * np.sin(turn), 5.0, 90 * np.sin(2 * turn) / 2
+
+    assert renderer.global_illumination is not None
+    milliseconds, most = [], 0
+    for frame in range(frames):
+        camera = pica.Camera.look_at(place(frame / frames), place((frame + 20) / frames), 60)
+        began = time.perf_counter()
+        renderer.advance(camera)
+        renderer.device.handle.wait_for_idle()
+        milliseconds.append(1e3 * (time.perf_counter() - began))
+        most = max(most, renderer.global_illumination.surfel_count()) if frame % 10 == 0 else most
+        if (frame + 1) % max(frames // 20, 1) == 0:
+            print(
+                f"{frame + 1} frames: resident {resident():.1f} MB, device {renderer.device.memory / 2**20:.2f} MB, "
+                f"at most {most} of {surfels} surfels, {np.median(milliseconds[-(frames // 20) :]):.1f} ms a frame",
+                flush=True,
+            )
+    lap = frames // 4
+    second, last = np.median(milliseconds[lap : 2 * lap]), np.median(milliseconds[3 * lap :])
+    print(f"last lap over second: {last / second:.3f}")
+
+
 def main() -> None:
     """Run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--flight", action="store_true")
     parser.add_argument("--frames", type=int, default=20_000)
+    parser.add_argument("--size", default="64x36")
+    parser.add_argument("--surfels", type=int, default=250_000)
     parser.add_argument("--device")
     arguments = parser.parse_args()
+    width, height = (int(length) for length in arguments.size.split("x"))
+    if arguments.flight:
+        fly((width, height), arguments.frames, arguments.surfels, arguments.device)
+        return
     scene = Scene(environment=Environment(np.ones((2, 4, 3), np.float32)))
     scene.add(Node(mesh=Mesh([plane(6, 6, Material())])))
-    renderer = pica.Renderer(scene, size=(64, 36), device=Device(arguments.device))
+    renderer = pica.Renderer(scene, size=(width, height), device=Device(arguments.device))
     camera = pica.Camera.look_at((0, 3, 6), (0, 0, 0), 45)
     guests: deque[Node] = deque()
     for frame in range(1, arguments.frames + 1):

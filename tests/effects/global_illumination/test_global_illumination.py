@@ -149,6 +149,17 @@ def test_the_pool_of_surfels_never_runs_over(device):
     assert reflected(picture).mean() > 0.05
 
 
+def test_surfels_lie_evenly(device):
+    """Coverage's deviation is small beside its mean."""
+    renderer = pica.Renderer(pica.scenes.cornell(), SIZE, settings(SURFELS), device)
+    renderer.render(63)
+    renderer.debug = True
+    picture = renderer.render(1)
+    coverage = picture.aov("debug.global_illumination.coverage")[picture.aov("instance") > 0]
+    assert coverage.mean() > 1 and coverage.std() / coverage.mean() < 0.3
+    assert 0 < renderer.global_illumination.surfel_count() < 20_000
+
+
 def test_what_is_known_of_surfels_can_be_seen(device):
     renderer = pica.Renderer(pica.scenes.court(), SIZE, settings(SURFELS), device)
     renderer.render(8)

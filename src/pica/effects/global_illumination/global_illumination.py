@@ -77,6 +77,10 @@ class GlobalIllumination(Effect):
         """First rays of the paths; those to lights are as many at most, and more where paths go on."""
         return self._way.ray_counts()
 
+    def surfel_count(self) -> int:
+        """How many surfels are in use. Waits for the device."""
+        return self._way.count() if isinstance(self._way, SurfelIndirect) else 0
+
     def __call__(
         self,
         frame: FrameContext,

@@ -122,6 +122,10 @@ class SurfelIndirect:
         wanted = int(self._pool.ray_count.to_numpy().view(np.uint32)[0])
         return {"surfel_rays": min(wanted, self._pool.rays)}
 
+    def count(self) -> int:
+        """Surfels in use. Waits for the device."""
+        return self._pool.capacity - max(int(self._pool.free_count.to_numpy().view(np.int32)[0]), 0)
+
     def __call__(
         self,
         frame: FrameContext,
