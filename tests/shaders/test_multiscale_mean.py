@@ -28,7 +28,7 @@ float meanAt(uint sequence, uint last, uint kind, float finding, float scale, ui
             value = 1000;
         float3 taken = value * scale;
         if (listing == 0)
-            estimator.add(taken, scale);
+            estimator.add(taken, scale, 0);
         else
         {
             float share = estimator.listed(taken, scale);

@@ -56,6 +56,7 @@ class SurfelPool:
         self.turns = make("surfel turns", size=8 * capacity, struct_size=8)
         self.surfel_of_ray = make("surfel rays", size=4 * self.rays, struct_size=4)
         self.arrived = make("light of surfel rays", size=16 * self.rays, struct_size=16)
+        self.drifts = make("surfel drifts", size=4 * capacity, struct_size=4)
         self.ray_count = make("surfel ray count", size=4, struct_size=4)
         self.free_slots = device.structured("free surfels", np.arange(capacity, dtype=np.uint32))
         self.free_count = device.structured("free surfel count", np.array([capacity], np.int32))
@@ -156,6 +157,7 @@ class SurfelIndirect:
             anchors=pool.anchors,
             estimators=pool.estimators,
             taken=pool.taken,
+            drifts=pool.drifts,
             **slots,
         )
         self._queue(
@@ -195,6 +197,7 @@ class SurfelIndirect:
             taken=pool.taken,
             arrived=pool.arrived,
             exposure=exposure,
+            drifts=pool.drifts,
             estimators=pool.estimators,
             capacity=pool.capacity,
             **slots,
