@@ -70,6 +70,7 @@ def linked(
     """The program of a file's entry points and further modules; DeviceError when the file does not compile."""
     try:
         loaded = device.module(module)
-        return device.handle.link_program([loaded, *more], [loaded.entry_point(entry) for entry in entries])
+        kind = [device.module("rhi/software_device.slang")] if device.is_software else []
+        return device.handle.link_program([loaded, *kind, *more], [loaded.entry_point(entry) for entry in entries])
     except (RuntimeError, spy.SlangCompileError) as error:
         raise DeviceError(f"{module}: {error}") from error
