@@ -66,7 +66,6 @@ def measure(folder: Path, size: Any, device_name: str | None, values: list[str])
     import numpy as np
 
     import pica
-    from pica.programs.library import programs
     from pica.rhi.device import Device
     from pica.scene.light import DirectionalLight
     from pica.scene.material import AlphaMode, Material
@@ -74,7 +73,7 @@ def measure(folder: Path, size: Any, device_name: str | None, values: list[str])
     from pica.scenes.basic_meshes import plane, sphere
     from pica.scenes.placing import aim, move
 
-    steps = timed_programs()
+    steps, tasks = timed_programs(), submitted_tasks()
     settings = pica.Settings().with_values(dict(value.split("=", 1) for value in values))
     device = Device(device_name)
     scene = Scene("background compilation")
@@ -122,12 +121,13 @@ def measure(folder: Path, size: Any, device_name: str | None, values: list[str])
     def phase(change: Callable[[], None]) -> dict[str, Any]:
         still = [frame() for _ in range(FRAMES)]
         steps.clear()
+        tasks.clear()
         begun = time.perf_counter()
         change()
         times, pending, compiled, visible = [frame()], [renderer.pending_shaders], None, None
         types = renderer.view.material_types
         while visible is None and time.perf_counter() - begun < LIMIT:
-            if compiled is None and not programs(device).compiler.unanswered:
+            if compiled is None and tasks and all(task.done for task in tasks):
                 compiled = len(times), time.perf_counter() - begun
             times.append(frame())
             pending.append(renderer.pending_shaders)
@@ -165,6 +165,21 @@ def measure(folder: Path, size: Any, device_name: str | None, values: list[str])
         "pixels_changed": round(float((before != after).any(-1).mean()), 4),
         "phases": phases,
     }
+
+
+def submitted_tasks() -> list[Any]:
+    """What compilers are asked for from now on."""
+    from pica.programs.compiler import Compiler
+
+    tasks: list[Any] = []
+    submit = Compiler.submit
+
+    def noted(compiler: Any, task: Any) -> None:
+        tasks.append(task)
+        submit(compiler, task)
+
+    Compiler.submit = noted  # type: ignore[method-assign]
+    return tasks
 
 
 def timed_programs() -> list[dict[str, Any]]:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import slangpy as spy
 
-from pica.errors import BindingError
+from pica.errors import BindingError, DeviceError
+from pica.rhi import binding
 from tests.tracing.kernels import kernel, read
 
 SOURCE = """
@@ -41,6 +42,44 @@ def test_what_is_bound_arrives_and_can_change(device, compute, buffers):
         compute(recording, (4, 1, 1), **buffers, offset=2.0)
         compute(recording, (4, 1, 1), **buffers, offset=2.0)
     np.testing.assert_array_equal(read(buffers["doubled"], np.float32), [22, 22, 22, 22])
+
+
+ROWS = """
+import rhi.rows;
+struct Place { uint number; float3 where; };
+Rows<Place> places;
+SmallRows<float3> points;
+RWStructuredBuffer<float> sums;
+[shader("compute")] [numthreads(4, 1, 1)]
+void main(uint3 thread : SV_DispatchThreadID)
+{
+    Place place = places[thread.x];
+    float3 sum = place.where + points[thread.x];
+    sums[thread.x] = place.number + sum.x + sum.y + sum.z;
+}
+"""
+
+
+def test_tables_arrive_row_by_row_and_none_is_too_large_to_be_read(device, monkeypatch):
+    places = np.zeros(4, np.dtype([("number", "u4"), ("where", "f4", 3)]))
+    places["number"], places["where"] = np.arange(4), np.arange(12).reshape(4, 3)
+    points = 100 * np.arange(12, dtype=np.float32).reshape(4, 3)
+    rows = kernel(device, ROWS, "rows")
+    values = {
+        "places": device.buffer("places", data=places.view(np.uint32), struct_size=16),
+        "points": device.buffer("points", data=points, struct_size=12),
+        "sums": device.structured("sums", np.zeros(4, np.float32)),
+    }
+    with device.record() as recording:
+        rows(recording, (4, 1, 1), **values)
+    expected = np.arange(4) + places["where"].sum(1) + points.sum(1)
+    np.testing.assert_array_equal(read(values["sums"], np.float32), expected)
+    monkeypatch.setattr(binding, "_MOST_TEXELS", 11)  # the points have 12
+    with (
+        device.record() as recording,
+        pytest.raises(DeviceError, match="rows: points: 48 bytes, of which shaders can read 44"),
+    ):
+        rows(recording, (4, 1, 1), **{**values, "points": device.buffer("more", data=points, struct_size=12)})
 
 
 def test_each_dispatch_of_one_recording_keeps_its_own_values(device, compute, buffers):

@@ -9,8 +9,10 @@ from typing import Any
 
 import slangpy as spy
 
-from pica.errors import BindingError
+from pica.errors import BindingError, DeviceError
 
+_MOST_TEXELS = 1 << 27
+"""Of a typed buffer: what drivers grant (maxTexelBufferElements of NVIDIA's and of lavapipe)."""
 _BLOCKS = (spy.TypeReflection.Kind.parameter_block, spy.TypeReflection.Kind.constant_buffer)
 
 
@@ -37,7 +39,7 @@ class Parameters:
     def bind(self, **values: Any) -> None:
         """Set parameters by name; what has a `block`, such as a scene or a G-buffer, is bound as that block.
 
-        Raises BindingError for a name that the shader does not have.
+        Raises BindingError for a name that the shader does not have, DeviceError for a table that is too large for it.
         """
         for name, value in values.items():
             if self._values.get(name) is value:
@@ -48,11 +50,18 @@ class Parameters:
             if block is not None:
                 block.check()
             if name in self._structs and isinstance(value, spy.Buffer):
-                self._cursor[name] = {"words": value}  # rhi/rows.slang
+                self._bind_rows(name, value)
             else:
                 self._cursor[name] = value if block is None else block.shader_object
             self._values[name] = value
             self._unbound.discard(name)
+
+    def _bind_rows(self, name: str, table: spy.Buffer) -> None:
+        """As rhi/rows.slang reads it."""
+        most = _MOST_TEXELS * (4 if table.struct_size % 16 else 16)
+        if table.size > most:
+            raise DeviceError(f"{self._what}: {name}: {table.size:,} bytes, of which shaders can read {most:,}")
+        self._cursor[name] = {"words": table}
 
     def check(self) -> None:
         """Raises BindingError while a parameter has never been bound."""
