@@ -11,6 +11,7 @@ import json
 
 import pica
 from benchmarks.many_lights import bazaar
+from benchmarks.motion import DIRECT
 from pica.quality.metrics import flip, psnr
 from pica.quality.picture_errors import exposed, exposure_for
 from pica.rhi.device import Device
@@ -37,7 +38,8 @@ def main() -> None:
         exposure = exposure_for(reference)
         truth = exposed(reference, exposure)
         for filtered in ("true", "false"):
-            values = dict(value.split("=", 1) for value in arguments.set) | {"lighting.filter": filtered}
+            given = dict(value.split("=", 1) for value in arguments.set)
+            values = {**DIRECT, **given, "lighting.filter": filtered}
             renderer = pica.Renderer(scene, (width, height), pica.Settings().with_values(values), device)
             errors = {}
             for frames in FRAMES:
