@@ -24,6 +24,7 @@ from pica.gpu_scene.view import SceneView
 from pica.light_map.light_map import LightMap
 from pica.light_sampling.light_sampler import LightSampler
 from pica.light_sampling.light_slots import LightSlots
+from pica.programs.preparation import expect as expect_programs
 from pica.rhi.device import Device, open_device
 from pica.scene.model import Scene
 from pica.scene.values import checked, instance, optional
@@ -52,6 +53,7 @@ class Stages(Closing):
         self.light_map = light_map
         self.size = checked_size(size)
         super().__init__(open_device(device))
+        expect_programs(self.device)
         self.settings = runnable(self.device, settings or Settings())
         self.scene = scene
         with self.device.turn:

@@ -310,8 +310,9 @@ class _LonelyRecipe:
 def test_the_worker_lets_go_of_a_pipeline_before_the_next(device):
     """Where two ray tracing pipelines live at once, NVIDIA's driver gives the cache half of the second."""
     tasks, answers = BytesIO(), BytesIO()
+    pickle.dump(device.name, tasks)
     for _ in range(3):
-        pickle.dump((device.name, _LonelyRecipe(), STANDARD_ONLY), tasks)
+        pickle.dump((_LonelyRecipe(), STANDARD_ONLY), tasks)
     tasks.seek(0)
     serve(tasks, answers)
     answers.seek(0)

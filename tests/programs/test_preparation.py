@@ -7,7 +7,7 @@ import pytest
 import slangpy as spy
 
 from pica import compiling
-from pica.programs import preparation
+from pica.programs import compiler, preparation
 from pica.programs.compiler import Compiler
 from pica.programs.library import programs
 from pica.programs.material_types import STANDARD_ONLY
@@ -95,6 +95,25 @@ def test_one_program_needs_no_worker(empty, started):
     assert not started and compiled_here(empty) == 1
 
 
+def test_workers_get_ready_where_there_is_nothing_yet(empty, started):
+    preparation.expect(empty)
+    preparation.expect(empty)
+    assert len(started) == 2 and all(worker.process.poll() is None for worker in started)
+    assert prepared(empty)[1] == [(0, 3), (1, 3), (2, 3), (3, 3)]
+    assert len(started) == 2 and compiled_here(empty) == 0
+    again = Device()
+    preparation.expect(again)
+    assert len(started) == 2, "there is something now"
+    again.close()
+
+
+def test_workers_that_nobody_needed_go_with_the_device(empty, started):
+    preparation.expect(empty)
+    processes = [worker.process for worker in started]
+    empty.close()
+    assert len(processes) == 2 and all(process.poll() is not None for process in processes)
+
+
 def test_a_record_of_what_is_not_there_costs_only_time(empty, started, monkeypatch):
     monkeypatch.setattr(programs(empty).compiled, "has", lambda program: True)
     passes, said = prepared(empty)
@@ -105,11 +124,11 @@ def test_a_record_of_what_is_not_there_costs_only_time(empty, started, monkeypat
 @pytest.mark.parametrize("fault", ["dies", "does not start", "has no device"])
 def test_a_worker_that_fails_is_no_obstacle(empty, started, monkeypatch, fault):
     if fault == "dies":
-        monkeypatch.setattr(preparation, "Compiler", Dying)
+        monkeypatch.setattr(compiler, "Compiler", Dying)
     elif fault == "does not start":
         monkeypatch.setattr(sys, "executable", "/nowhere/python")
     else:
-        monkeypatch.setattr(preparation, "Compiler", Deviceless)
+        monkeypatch.setattr(compiler, "Compiler", Deviceless)
     passes, said = prepared(empty)
     assert said == [(0, 3), (1, 3), (2, 3), (3, 3)]
     assert started and compiled_here(empty) == 3

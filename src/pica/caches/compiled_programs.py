@@ -25,6 +25,11 @@ class CompiledPrograms:
             with suppress(OSError, UnicodeDecodeError):
                 self._known.update(file.read_text("ascii").split())
 
+    @property
+    def empty(self) -> bool:
+        """Whether nothing at all has been compiled."""
+        return not self._known
+
     def has(self, program: Hashable) -> bool:
         """Whether this program has been compiled. `program`: something whose `repr` says all that it is made of, but
         for the files of the package."""

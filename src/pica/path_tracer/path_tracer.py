@@ -13,6 +13,7 @@ from pica.frame.effect import Aov, kept
 from pica.frame.snapshot import checked_size
 from pica.gpu_scene.view import SceneView
 from pica.output import Frame
+from pica.programs.preparation import expect as expect_programs
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -45,6 +46,7 @@ class PathTracer(Closing):
             raise SettingsError(f"max_depth {shown(max_depth)}: must be 1 or more, or None for no limit")
         self.size = checked_size(size)
         super().__init__(open_device(device))
+        expect_programs(self.device)
         device = self.device.part()
         check_traces(device, "path tracing")
         self.settings = runnable(device, settings or Settings())

@@ -3,6 +3,7 @@
 import os
 import pickle
 import sys
+from contextlib import suppress
 from typing import Any, BinaryIO
 
 from pica.errors import DeviceError, PicaError
@@ -11,7 +12,7 @@ from pica.rhi.device import Device
 
 
 def main(beside_frames: bool) -> None:
-    """Answer each pickled (adapter, recipe, types) on standard input with the fault, or None."""
+    """Read what an adapter is called, then answer each (recipe, types) with the fault, or None; all of it pickled."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # whatever a library prints is no answer
     if beside_frames and hasattr(os, "nice"):
@@ -21,12 +22,15 @@ def main(beside_frames: bool) -> None:
 
 def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
     """Until the input ends."""
+    adapter = pickle.load(tasks)
     device: Device | None = None
+    with suppress(PicaError, RuntimeError):  # each task is told of it
+        device = Device(adapter)
     # Slang-RHI remembers layouts by address, which another program's may take once one is freed; then it crashes.
     linked: list[Any] = []
     while True:
         try:
-            adapter, recipe, types = pickle.load(tasks)
+            recipe, types = pickle.load(tasks)
         except EOFError:
             return
         fault: PicaError | None = None

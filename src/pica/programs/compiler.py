@@ -10,7 +10,7 @@ import pickle
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from queue import SimpleQueue
@@ -42,8 +42,8 @@ class Task:
 
 
 class Compiler:
-    """A worker process of a device; it starts with the first task and goes with `close`, or when it meets None among
-    its tasks."""
+    """A worker process of a device; it starts with the first task, if not before, and goes with `close`, or when it
+    meets None among its tasks."""
 
     def __init__(
         self,
@@ -77,6 +77,11 @@ class Compiler:
         self._tasks.put(task)
         self.start()
 
+    def open(self) -> None:
+        """Start the process, which makes itself ready for what `start` gives it. To be called before that."""
+        with suppress(OSError):  # tried again with a task, which hears of it
+            self.process = self._started()
+
     def start(self) -> None:
         """Let the worker see to the tasks there are."""
         if self._thread is None:
@@ -87,7 +92,9 @@ class Compiler:
         """End the worker; tasks that wait stay undone."""
         self._closed = True
         self._tasks.put(None)
-        if self.process is not None:
+        if self._thread is None:
+            self._end(0)
+        elif self.process is not None:
             self.process.kill()
 
     def _serve(self) -> None:
@@ -109,7 +116,7 @@ class Compiler:
                 return None
             assert process.stdin is not None and process.stdout is not None
             try:
-                pickle.dump((self._adapter, task.recipe, task.types), process.stdin)
+                pickle.dump((task.recipe, task.types), process.stdin)
                 process.stdin.flush()
                 answer: PicaError | None = pickle.load(process.stdout)
                 task.answered = True
@@ -123,7 +130,7 @@ class Compiler:
     def _started(self) -> "subprocess.Popen[bytes]":
         if self._cache is None:
             raise OSError("no folder to hand over in what it compiles")
-        return subprocess.Popen(
+        process = subprocess.Popen(
             [sys.executable, "-c", "from pica.programs.compile_worker import main; " + self._call],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -131,6 +138,11 @@ class Compiler:
             env=self._environment,
             start_new_session=True,  # Ctrl-C is for the renderer
         )
+        assert process.stdin is not None
+        with suppress(OSError):  # it has died, as the first task will find
+            pickle.dump(self._adapter, process.stdin)
+            process.stdin.flush()
+        return process
 
     def _end(self, seconds: float) -> None:
         """`seconds`: that it may take to bring what it has compiled to the caches."""
@@ -147,3 +159,30 @@ class Compiler:
             assert pipe is not None
             with suppress(OSError):  # what was written last can no longer be flushed
                 pipe.close()
+
+
+class Workers:
+    """Several workers that share tasks, for all programs of a first frame."""
+
+    def __init__(self, adapter: str, cache: "Path | None", count: int) -> None:
+        self.heard: SimpleQueue[Task] = SimpleQueue()
+        """Tasks that are done."""
+        self._tasks: SimpleQueue[Task | None] = SimpleQueue()
+        self._all = [Compiler(adapter, cache, self._tasks, self.heard.put) for _ in range(count)]
+
+    def open(self) -> None:
+        """Start the processes before there are tasks."""
+        for worker in self._all:
+            worker.open()
+
+    def start(self, tasks: Sequence[Task]) -> None:
+        """Let them do these, in this order, and then end."""
+        for task in (*tasks, *(None for _ in self._all)):
+            self._tasks.put(task)
+        for worker in self._all:
+            worker.start()
+
+    def close(self) -> None:
+        """End them; tasks that wait stay undone."""
+        for worker in self._all:
+            worker.close()

@@ -9,7 +9,7 @@ import slangpy as spy
 
 from pica.caches.compiled_programs import CompiledPrograms
 from pica.caches.places import COMPILED
-from pica.programs.compiler import Compiler
+from pica.programs.compiler import Compiler, Workers
 from pica.programs.material_types import STANDARD_ONLY, Feature, MaterialTypes, MaterialTypeSet
 from pica.programs.recipes import ForTypes, ForTypesRecipe
 from pica.programs.scene_features import known_features
@@ -28,6 +28,8 @@ class ProgramLibrary:
         self.shape_types = device.shared(ShapeTypes)
         self.for_types: weakref.WeakKeyDictionary[ForTypes[Any, Any], None] = weakref.WeakKeyDictionary()
         """The passes on this device that follow the material types in use, in the order in which they were made."""
+        self.first_workers: Workers | None = None
+        """Started for programs of which it is not known yet what they are made from (preparation.py)."""
         self._for_features: weakref.WeakKeyDictionary[ComputePass, tuple[Feature, ComputeRecipe]] = (
             weakref.WeakKeyDictionary()
         )

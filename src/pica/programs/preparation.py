@@ -6,11 +6,10 @@ and compiles what they have not.
 
 import os
 from collections.abc import Callable, Sequence
-from queue import SimpleQueue
 from typing import Any
 
 from pica import compiling
-from pica.programs.compiler import Compiler, Task
+from pica.programs.compiler import Task, Workers
 from pica.programs.library import programs
 from pica.programs.machine_code import make_machine_code
 from pica.programs.material_types import MaterialTypeSet
@@ -70,27 +69,32 @@ def _wanted(device: Device, types: MaterialTypeSet) -> list[Program]:
     return [program for program in dict.fromkeys(wanted) if not device.has(*program)]
 
 
+def expect(device: Device) -> None:
+    """Where no cache has anything yet, start the workers of the first `prepare`: it takes them as long to be ready as
+    this process to set up the stages."""
+    library = programs(device)
+    if library.compiled.empty and library.first_workers is None and device.cache is not None and cores() > 1:
+        library.first_workers = workers = Workers(device.name, device.cache, min(cores(), _MOST_WORKERS))
+        device.at_close(workers.close)
+        workers.open()
+
+
 def _compile_beside(device: Device, missing: Sequence[Program], found: Callable[[Program], None]) -> None:
     """Have workers compile these; `found` is told of each that the caches have now. A worker's fault is no obstacle."""
-    count = min(cores(), len(missing), _MOST_WORKERS)
-    if count < 2 or device.cache is None:
-        return
-    tasks: SimpleQueue[Task | None] = SimpleQueue()
-    heard: SimpleQueue[Task] = SimpleQueue()
-    for program in missing:
-        tasks.put(Task(*program))
-    workers = [Compiler(device.name, device.cache, tasks, heard.put) for _ in range(count)]
+    library, count = programs(device), min(cores(), len(missing), _MOST_WORKERS)
+    workers, library.first_workers = library.first_workers, None
+    if workers is None:
+        if count < 2 or device.cache is None:
+            return
+        workers = Workers(device.name, device.cache, count)
     try:
-        for worker in workers:
-            tasks.put(None)
-            worker.start()
+        workers.start([Task(*program) for program in missing])
         for _ in missing:
-            task = heard.get()
+            task = workers.heard.get()
             if task.answered and task.fault is None:
                 found((task.recipe, task.types))
     except BaseException:
-        for worker in workers:
-            worker.close()
+        workers.close()
         raise
 
 
