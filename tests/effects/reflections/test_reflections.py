@@ -170,6 +170,35 @@ def test_a_still_picture_is_what_many_rays_find(device, roughness, bias, toleran
     assert found[there].mean() == pytest.approx(truth[there].mean(), rel=tolerance)
 
 
+def balls_that_show_each_other():
+    """Sharp metals that touch nearly: neighbours' rays see other sides of the ball beside than a pixel's own."""
+    light = lambert(0, emission=(4.0, 1.0, 0.4))
+    balls = [placed(sphere(0.4, metal(roughness)), move(x, 0.4, 0)) for roughness, x in ((0.03, -0.42), (0.35, 0.42))]
+    return scene_of(*balls, placed(box((0.3, 1.5, 0.3), light), move(0, 0.8, 1.2)), environment=uniform(0.3, 0.4, 0.5))
+
+
+def test_a_picture_at_rest_becomes_that_of_own_rays(device):
+    """What neighbours' rays got wrong goes; as soon as the camera moves, it starts anew."""
+    camera, errors = Camera.look_at((1.2, 0.9, 2.2), (0, 0.4, 0), fov=40), []
+    for own in (True, False):
+        renderer = pica.Renderer(
+            balls_that_show_each_other(), (48, 36), settings({"reflections.mode": "ray_traced"}), device
+        )
+        measured = MeasuredEffect(renderer, "reflections")
+        kept = renderer.reflections._own
+        renderer.reflections._own = kept if own else None
+        for _ in range(180):
+            renderer.advance(camera, jittered=False)
+        found, truth = measured.result()["reflections"], measured.reference(1024)["reflections"]
+        errors.append(np.nanmean((found - truth) ** 2))
+        if own:
+            before = kept._textures["missing"].to_numpy()[..., 3].max()
+            for _ in range(34):
+                renderer.advance(Camera.look_at((1.3, 0.9, 2.2), (0, 0.4, 0), fov=40), jittered=False)
+            assert before > 30 and 0 < kept._textures["missing"].to_numpy()[..., 3].max() < 4
+    assert errors[0] < 0.5 * errors[1], errors
+
+
 def mirrored_board():
     """A mirror for a floor, and far behind it a board that shines in stripes."""
     light = lambert(0, emission=(4.0, 4.0, 4.0))

@@ -2,6 +2,7 @@
 
 import slangpy as spy
 
+from pica.effects.reflections.own_rays import OwnRays
 from pica.effects.reflections.screen_rays import ScreenRays
 from pica.effects.reflections.traced_rays import TracedRays
 from pica.effects.reflections.views import color, reflection_views
@@ -35,6 +36,7 @@ class Reflections(Effect):
         self._reconstruct = programs(device).compute(f"{_FOLDER}/{step}.slang")
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
+        self._own = OwnRays(device, size) if settings.filter and not self._mirrors else None
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:
@@ -55,7 +57,7 @@ class Reflections(Effect):
         self._device.give_back(*self._textures.values())
         self._history.give_back()
         self._allocate(size)
-        for rays in (self._traced, self._screen):
+        for rays in (self._traced, self._screen, self._own):
             if rays is not None:
                 rays.resize(size)
 
@@ -67,6 +69,8 @@ class Reflections(Effect):
     def reset(self) -> None:
         """Drop the history."""
         self._history.reset()
+        if self._own is not None:
+            self._own.reset()
 
     def aovs(self) -> dict[str, Aov]:
         """reflections: (height, width, 3) the light that surfaces mirror, in nits."""
@@ -145,3 +149,7 @@ class Reflections(Effect):
             reflected=textures["reflected"],
             radiance=radiance,
         )
+        if self._own is not None:
+            single = textures["light"] if self._traced is None else self._traced.single
+            shown = {"reflected": textures["reflected"], "radiance": radiance}
+            self._own(frame, gbuffer, scene, reprojection.unchanged, textures["ends"], single, **shown)

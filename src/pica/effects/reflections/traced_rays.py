@@ -37,11 +37,12 @@ class TracedRays:
     def _allocate(self, size: Size) -> None:
         half = half_size(size)
         self._met = self._device.texture("what reflection rays met", spy.Format.rg32_uint, half)
-        self._single = self._device.texture("light of single reflection rays", spy.Format.rgba32_uint, half)
+        self.single = self._device.texture("light of single reflection rays", spy.Format.rgba32_uint, half)
+        """What each ray brought, as `light` in the call, before neighbours lend theirs; only with filters."""
 
     def resize(self, size: Size) -> None:
         """Work at another size."""
-        self._device.give_back(self._met, self._single)
+        self._device.give_back(self._met, self.single)
         self._allocate(size)
         if self._first is not None:
             self._first.resize(size)
@@ -75,7 +76,7 @@ class TracedRays:
             "arriving": indirect.arriving if indirect else self._nothing,
             "arrivingKnown": int(indirect is not None and indirect.known),
         }
-        written = {"ends": ends, "light": self._single if smooth else light, "met": self._met}
+        written = {"ends": ends, "light": self.single if smooth else light, "met": self._met}
         drawn = {"mirrors": mirrors, "mirrorBias": self._settings.mirror_bias}
         if self._first is not None:
             self._first(frame, gbuffer, scene, radiance=radiance, **drawn, **known, **written)
@@ -100,6 +101,6 @@ class TracedRays:
                 gbuffer=gbuffer.at_half(frame),
                 ends=ends,
                 met=self._met,
-                light=self._single,
+                light=self.single,
                 gathered=light,
             )
