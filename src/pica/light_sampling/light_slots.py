@@ -38,7 +38,7 @@ class LightSlots:
         self.shared_lights = range(0)
         """Of the light table, those that share the last slot."""
         self.every = 0
-        """Entries of the light table that give light: the first ones."""
+        """Entries of the light table that light what rays meet: the first ones."""
         self.first_sampled = 0
         """Slots before this one need no samples."""
         self.block = device.parameter_block("light_sampling/light_slots.slang", "lightSlots")
@@ -76,10 +76,13 @@ class LightSlots:
         ranges = [(light, 1) for light in order]
         triangles = lights.parameters["emissiveCount"]
         sources = lights.light_count - single + triangles
-        environment = self._settings.lighting.environment == "sampled" and lights.environment_light is not None
+        has_environment = lights.environment_light is not None
+        environment = has_environment and self._settings.lighting.environment == "sampled"
         # The triangles' one entry and that of the environment follow the lights.
-        self.every = lights.light_count + (triangles > 0) + environment
-        self.shared_lights = range(single, self.every)
+        others = lights.light_count + (triangles > 0)
+        self.shared_lights = range(single, others + environment)
+        # What is filtered ahead knows nothing of what is in its way: what rays meet is lit by samples in any case.
+        self.every = others + (has_environment and self._settings.lighting.environment != "off")
         if self.has_shared:
             ranges.append((single, len(self.shared_lights)))
         shared = len(ranges) - 1 if self.has_shared else _NO_SLOT

@@ -245,6 +245,21 @@ def test_off_traces_nothing_and_leaves_what_shines_to_the_samples(device):
     assert found.mean() == pytest.approx(expected.mean(), rel=0.02)
 
 
+@pytest.mark.parametrize("way", ["sampled", "prefiltered"])
+def test_what_mirrors_show_is_lit_by_the_environment(device, way):
+    """However that lights what the camera sees: a mirror before a matt wall under a white sky."""
+    mirror = placed(plane(3, 3, metal(0.1)), move(0, 1, -1) @ turn("x", 90))
+    scene = scene_of(mirror, placed(box((3, 2, 0.2), lambert(0.8)), move(0, 1, 2)), environment=uniform(1, 0.8, 0.6))
+    values = {"reflections.mode": "ray_traced", "lighting.environment": way, "global_illumination.mode": "off"}
+    renderer = pica.Renderer(scene, SIZE, settings(values), device)
+    measured = MeasuredEffect(renderer, "reflections")
+    for _ in range(16):
+        renderer.advance(Camera.look_at((0, 1, 0.5), (0, 1, -1), fov=40), jittered=False)
+    found, truth = measured.result()["reflections"], measured.reference(256)["reflections"]
+    assert np.nanmean(truth) > 0.1
+    assert np.nanmean(found, (0, 1)) == pytest.approx(np.nanmean(truth, (0, 1)), rel=0.05)
+
+
 def test_an_environment_that_is_off_is_not_mirrored(device):
     scene, camera = under_clouds(0.2)
     values = {"reflections.mode": "ray_traced", "lighting.environment": "off"}
