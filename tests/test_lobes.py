@@ -7,6 +7,7 @@ import pica
 from pica.programs.scene_features import LOBES, known_features
 from pica.scene.anisotropy import Anisotropy
 from pica.scene.coat import Coat
+from pica.scene.environment import Environment
 from pica.scene.iridescence import Iridescence
 from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.material import Image, Material, Texture
@@ -107,6 +108,21 @@ def test_light_from_all_around_is_that_of_the_path_tracer(device, way):
     for middle in (9, 27, 45, 63):  # balls of 15 pixels across
         seen, expected = (picture[14:26, middle - 5 : middle + 6].mean((0, 1)) for picture in (hybrid, traced))
         np.testing.assert_allclose(seen, expected, rtol=0.1 if way == "prefiltered" else 0.03, atol=0.005)
+
+
+@pytest.mark.parametrize("strength", [0.5, 0.8])
+def test_prefiltered_light_is_drawn_out_and_not_more(device, strength):
+    """A window in the sky makes a streak on brushed metal that is as much brighter as it is longer."""
+    radiance = np.full((32, 64, 3), 0.3, np.float32)
+    radiance[10:14, 38:52] = 8.0
+    brushed = Material(**METAL | {"roughness": 0.3}, anisotropy=Anisotropy(strength))
+    scene = scene_of(placed(sphere(0.8, brushed)), environment=Environment(radiance))
+    camera = orthographic((0, 0, 3), (0, 0, 0), 2.0)
+    prefiltered = render(device, scene, 4, camera, (40, 40), {"lighting.environment": "prefiltered"}).color
+    traced = trace(device, scene, 200, camera, (40, 40), max_depth=2).color
+    inside = np.hypot(*np.mgrid[-19.5:20, -19.5:20]) < 13
+    assert prefiltered[inside].mean() == pytest.approx(traced[inside].mean(), rel=0.05)
+    assert prefiltered[inside].max() == pytest.approx(traced[inside].max(), rel=0.25)
 
 
 def test_what_travels_is_enough(device):
