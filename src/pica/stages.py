@@ -51,6 +51,7 @@ class Stages(Closing):
         if light_map is not None:
             light_map.check_scene(scene)
         self.light_map = light_map
+        self._cache: str | None = None
         self.size = checked_size(size)
         super().__init__(open_device(device))
         expect_programs(self.device)
@@ -82,14 +83,17 @@ class Stages(Closing):
             occlusion = settings.ambient_occlusion
             off = occlusion.mode == "off"
             self.ambient_occlusion = None if off else AmbientOcclusion(device.part(), size, occlusion, self.tracer)
-        if changed & {"rays", "reflections"}:
-            off = settings.reflections.mode == "off"
-            self.reflections = None if off else Reflections(device.part(), size, settings.reflections, self.tracer)
         if changed & {"rays", "global_illumination"}:
             indirect = settings.global_illumination
             off = indirect.mode == "off" or (indirect.mode == "light_map" and self.light_map is None)
             self.global_illumination = (
                 None if off else GlobalIllumination(device.part(), size, indirect, self.tracer, self.light_map)
+            )
+        cache = self.global_illumination.cache if self.global_illumination else None
+        if changed & {"rays", "reflections"} or cache != self._cache:
+            off, self._cache = settings.reflections.mode == "off", cache
+            self.reflections = (
+                None if off else Reflections(device.part(), size, settings.reflections, self.tracer, cache)
             )
         by_rays = settings.reflections.mode == "ray_traced"
         self._light_sampler.expect_hits(

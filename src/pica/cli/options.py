@@ -41,7 +41,7 @@ LightMapFile = Annotated[
     typer.Option(
         "--light-map",
         metavar="FILE",
-        help="What pica bake has made of SCENE, for --preset raster or --set global_illumination.mode=light_map.",
+        help="What pica bake has made of SCENE, for --preset raster, or global_illumination.mode but off and surfels.",
     ),
 ]
 
@@ -75,8 +75,8 @@ def load_light_map(path: Path | None, settings: "Settings") -> "LightMap | None"
     if path is None:
         return None
     mode = settings.global_illumination.mode
-    if mode != "light_map":
-        way = "--preset raster or --set global_illumination.mode=light_map"
+    if mode in ("off", "surfels"):
+        way = "--preset raster or --set global_illumination.mode=light_map, path_traced or restir"
         raise PicaError(f"--light-map: global_illumination.mode is {mode}, which does not use it; give {way} too")
     return pica.LightMap.load(path)
 

@@ -1,11 +1,22 @@
 """What global illumination tells other effects of a frame."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import slangpy as spy
 
 ENDLESS = 32
 """Surfaces on the way of light that is reflected without a limit, for references: more bring next to nothing."""
+
+
+@dataclass(frozen=True)
+class IndirectCache:
+    """What knows the indirect light of places that the picture does not show."""
+
+    module: str
+    """Path below the package of the Slang module that stands for frame/indirect_cache.slang's."""
+    values: dict[str, Any]
+    """Its parameters, for all passes that are linked with it."""
 
 
 @dataclass(frozen=True)
@@ -18,3 +29,5 @@ class IndirectLight:
     """Whether `arriving` may be asked: without filters it holds single rays."""
     bounces: int
     """Surfaces that light meets on its way at most."""
+    cache: IndirectCache | None
+    """What may be asked beside `arriving`."""

@@ -3,6 +3,7 @@
 import numpy as np
 import slangpy as spy
 
+from pica.frame.indirect import IndirectCache
 from pica.light_map.light_map import HARMONICS, LightMap
 from pica.rhi.device import Device
 
@@ -31,3 +32,8 @@ class GpuLightMap:
                 "light map visibility", np.ascontiguousarray(light_map.seen).view(np.uint32).reshape(-1)
             ),
         )
+
+
+def light_map_cache(light_map: GpuLightMap) -> IndirectCache:
+    """The map as what effects ask off the picture."""
+    return IndirectCache("light_map/light_map_cache.slang", {"lightMap": light_map})

@@ -75,11 +75,15 @@ class KernelRecipe:
 
     source: ShaderSource
     entry: str
+    with_module: str | None = None
+    """As `ray_effect`'s."""
 
     def link(self, device: Device, variant: MaterialTypeSet) -> spy.ShaderProgram:
         """The program."""
         module = self.source.loaded(device)
         modules = [module, *modules_for(device, variant)]
+        if self.with_module is not None:
+            modules.append(device.module(self.with_module))
         return device.handle.link_program(modules, [module.entry_point(self.entry)])
 
     def make(self, device: Device, linked: spy.ShaderProgram) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
@@ -97,7 +101,14 @@ class BufferEffect:
     """The effect as compute kernels around buffers of rays and hits (tier 1)."""
 
     def __init__(
-        self, device: Device, module: str, effect: str, detail: HitDetail, simplified: bool, tracer: Tracer
+        self,
+        device: Device,
+        module: str,
+        effect: str,
+        detail: HitDetail,
+        simplified: bool,
+        tracer: Tracer,
+        with_module: str | None = None,
     ) -> None:
         self.name = name = Path(module).stem
         self._device = device
@@ -112,7 +123,8 @@ class BufferEffect:
         )
         suffix = "buffers_simplified" if simplified else "buffers"
         kernels = ShaderSource(f"{name}_{effect}_{detail}_{suffix}", source)
-        self._start, self._advance = (self._kernel(device, kernels, entry) for entry in ("start", "advance"))
+        self._start = self._kernel(device, KernelRecipe(kernels, "start", with_module))
+        self._advance = self._kernel(device, KernelRecipe(kernels, "advance", with_module))
         layout = device.handle.link_program([kernels.loaded(device)], [])
         self._strides = {
             parameter.name: parameter.type_layout.element_type_layout.stride
@@ -145,9 +157,8 @@ class BufferEffect:
             self._tracer(recording, RayQueue(values["rays"], values["hits"], values["queue"], *waiting))
             self._step(advance, recording, (sum(waiting), 1, 1), values)
 
-    def _kernel(self, device: Device, source: ShaderSource, entry: str) -> ForTypes[Any, _Kernel]:
-        recipe = KernelRecipe(source, entry)
-        name = f"{self.name} {entry}"  # the pass must not hold the effect that holds it
+    def _kernel(self, device: Device, recipe: KernelRecipe) -> ForTypes[Any, _Kernel]:
+        name = f"{self.name} {recipe.entry}"  # the pass must not hold the effect that holds it
         return ForTypes(programs(device), recipe, lambda made: _Kernel(device, name, *made))
 
     def _step(

@@ -18,20 +18,26 @@ RayEffect = PipelineEffect | BufferEffect
 
 
 def ray_effect(
-    device: Device, module: str, effect: str, detail: HitDetail, tracer: Tracer | None = None, simplified: bool = False
+    device: Device,
+    module: str,
+    effect: str,
+    detail: HitDetail,
+    tracer: Tracer | None = None,
+    simplified: bool = False,
+    with_module: str | None = None,
 ) -> RayEffect:
     """The effect struct `effect` of `module` (a path below the package), run through ray buffers and `tracer`
     where one is given, else as a ray tracing pipeline.
 
     `simplified`: its surface rays meet simplified materials (RTG 19, 19.3.2.1; docs/materials.md);
-    camera rays never do.
+    camera rays never do. `with_module`: a Slang file that says what the effect's leaves open (an `extern` of Slang's).
     Raises BindingError when the module does not compile, and DeviceError where nothing traces.
     """
     if tracer is None:
         check_traces(device, Path(module).stem)
     try:
         if tracer is not None:
-            return BufferEffect(device, module, effect, detail, simplified, tracer)
-        return PipelineEffect(device, module, effect, detail, simplified)
+            return BufferEffect(device, module, effect, detail, simplified, tracer, with_module)
+        return PipelineEffect(device, module, effect, detail, simplified, with_module)
     except (RuntimeError, spy.SlangCompileError) as error:
         raise BindingError(f"{module}: {error}") from error

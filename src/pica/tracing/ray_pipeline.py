@@ -47,6 +47,8 @@ class RayRecipe:
     generation: ShaderSource
     detail: HitDetail
     simplified: bool
+    with_module: str | None = None
+    """As `ray_effect`'s."""
 
     def link(
         self, device: Device, variant: MaterialTypeSet
@@ -55,6 +57,8 @@ class RayRecipe:
         generation = self.generation.loaded(device)
         shaders = device.module(_EFFECT_MODULE)
         modules = [generation, shaders, *modules_for(device, variant)]
+        if self.with_module is not None:
+            modules.append(device.module(self.with_module))
         entries = [generation.entry_point("main"), shaders.entry_point(f"{self.detail}Miss")]
         if self.detail == "hit":
             entries.append(shaders.entry_point("hitClosest"))
@@ -110,11 +114,17 @@ class RayPipeline:
     """A ray generation shader with the hit shaders that go with what it detail and with the scene's material types."""
 
     def __init__(
-        self, device: Device, name: str, generation: ShaderSource, detail: HitDetail, simplified: bool = False
+        self,
+        device: Device,
+        name: str,
+        generation: ShaderSource,
+        detail: HitDetail,
+        simplified: bool = False,
+        with_module: str | None = None,
     ) -> None:
         self.name = name
         generation.loaded(device)  # a fault shows here, not in the first frame
-        recipe = RayRecipe(generation, detail, simplified)
+        recipe = RayRecipe(generation, detail, simplified, with_module)
         self._program = ForTypes(programs(device), recipe, lambda made: _RayProgram(device, name, *made))
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
@@ -136,10 +146,19 @@ class RayPipeline:
 class PipelineEffect(RayPipeline):
     """The effect as one ray generation shader that loops over its rays (tiers 2 and 3)."""
 
-    def __init__(self, device: Device, module: str, effect: str, detail: HitDetail, simplified: bool) -> None:
+    def __init__(
+        self,
+        device: Device,
+        module: str,
+        effect: str,
+        detail: HitDetail,
+        simplified: bool,
+        with_module: str | None = None,
+    ) -> None:
         name = Path(module).stem
         source = _RAY_GENERATION.format(module=import_path(module), effect=effect, detail=detail)
-        super().__init__(device, name, ShaderSource(f"{name}_{effect}_{detail}_pipeline", source), detail, simplified)
+        generation = ShaderSource(f"{name}_{effect}_{detail}_pipeline", source)
+        super().__init__(device, name, generation, detail, simplified, with_module)
 
 
 def import_path(module: str) -> str:

@@ -35,7 +35,7 @@ class GlobalIllumination(Effect):
         self._device = device
         self._way: PathTracedIndirect | SurfelIndirect | LightMapIndirect
         if settings.mode in ("path_traced", "restir"):
-            self._way = PathTracedIndirect(device, size, settings, tracer)
+            self._way = PathTracedIndirect(device, size, settings, tracer, light_map)
         elif settings.mode == "surfels":
             self._way = SurfelIndirect(device, settings, tracer)
         else:
@@ -73,6 +73,11 @@ class GlobalIllumination(Effect):
         layers = {"indirect": ReferenceLayer(self.aovs()["indirect"], {"bounces": self._way.bounces})}
         return Reference("path_tracer/indirect_light.slang", "IndirectLight", "surface", inputs, layers, is_light=True)
 
+    @property
+    def cache(self) -> str | None:
+        """The module of the cache that its light comes with; see frame/indirect.py."""
+        return self._way.cache.module if self._way.cache else None
+
     def ray_counts(self) -> dict[str, int]:
         """First rays of the paths; those to lights are as many at most, and more where paths go on."""
         return self._way.ray_counts()
@@ -104,4 +109,4 @@ class GlobalIllumination(Effect):
             self._way(frame, gbuffer, scene, occlusion, pictures)
         else:
             self._way(frame, gbuffer, scene, light, reprojection, pictures)
-        return IndirectLight(self._pictures["arriving"], self._way.is_smooth, self._way.bounces)
+        return IndirectLight(self._pictures["arriving"], self._way.is_smooth, self._way.bounces, self._way.cache)

@@ -9,7 +9,7 @@ from pica.frame.effect import Aov
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import ENDLESS
 from pica.gpu_scene.view import SceneView
-from pica.light_map.gpu_light_map import GpuLightMap
+from pica.light_map.gpu_light_map import GpuLightMap, light_map_cache
 from pica.light_map.light_map import LightMap
 from pica.programs.library import programs
 from pica.rhi.device import Device
@@ -22,6 +22,7 @@ class LightMapIndirect:
 
     def __init__(self, device: Device, light_map: LightMap) -> None:
         self._light_map = GpuLightMap(device, light_map)
+        self.cache = light_map_cache(self._light_map)
         self._apply = programs(device).compute("effects/global_illumination/light_map_apply.slang")
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
 

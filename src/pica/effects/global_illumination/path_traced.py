@@ -14,6 +14,8 @@ from pica.frame.history import History, accumulate_grid
 from pica.frame.indirect import ENDLESS
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
+from pica.light_map.gpu_light_map import GpuLightMap, light_map_cache
+from pica.light_map.light_map import LightMap
 from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
 from pica.rhi.device import Device
@@ -27,14 +29,23 @@ _FOLDER = "effects/global_illumination"
 class PathTracedIndirect:
     """Indirect light by paths from the pixels; with the mode `restir` each is chosen from many."""
 
-    def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
+    def __init__(
+        self,
+        device: Device,
+        size: Size,
+        settings: GlobalIlluminationSettings,
+        tracer: Tracer | None,
+        light_map: LightMap | None,
+    ) -> None:
         self._device, self._settings = device, settings
         self.is_smooth = settings.filter
         """Whether the light in each pixel is the mean of many rays."""
         self._asks_picture = settings.filter and settings.bounces > 1
         self.bounces = ENDLESS if self._asks_picture else settings.bounces
-        module = f"{_FOLDER}/indirect_rays.slang"
-        self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, simplified=True)
+        asks_map = light_map is not None and self._asks_picture
+        self.cache = light_map_cache(GpuLightMap(device, light_map)) if light_map and asks_map else None
+        module, cache = f"{_FOLDER}/indirect_rays.slang", self.cache.module if self.cache else None
+        self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, True, cache)
         self._gather = device.compute(f"{_FOLDER}/irradiance_gather.slang")
         self._widen = device.compute(f"{_FOLDER}/irradiance_atrous.slang")
         self._accumulate = device.compute(f"{_FOLDER}/irradiance_history.slang")
@@ -103,6 +114,7 @@ class PathTracedIndirect:
             resampled=int(self._resampling is not None),
             found=textures["found"],
             met=textures["met"],
+            **(self.cache.values if self.cache else {}),
         )
         if self._resampling is not None:
             self._resampling(frame, gbuffer, scene, reprojection, textures["found"], textures["met"])

@@ -7,10 +7,10 @@ import numpy as np
 import slangpy as spy
 
 from pica.effects.global_illumination.views import surfel_views
-from pica.frame.context import FrameContext, Size
+from pica.frame.context import FrameContext, Size, camera_constants
 from pica.frame.effect import Aov
 from pica.frame.gbuffer import GBuffer
-from pica.frame.indirect import ENDLESS
+from pica.frame.indirect import ENDLESS, IndirectCache
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
@@ -20,6 +20,8 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/global_illumination"
+_SIZE, _LEAST_PIXELS = 0.02, 8
+"""A surfel's radius: metres for each metre from the camera, and pixels at least."""
 _CELLS, _PER_CELL = 1 << 16, 64
 """surfel_grid.slang: CELLS, PER_CELL."""
 _ANCHOR, _ESTIMATOR = 32, 48
@@ -86,6 +88,7 @@ class SurfelIndirect:
         self._apply = programs(device).compute(f"{_FOLDER}/surfel_apply.slang")
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
         self._newest: tuple[Size, dict[str, Any]] | None = None
+        self.cache = IndirectCache(f"{_FOLDER}/surfel_cache.slang", {"surfels": self._pool})
 
     def resize(self, size: Size) -> None:
         """Surfels do not depend on it."""
@@ -140,6 +143,8 @@ class SurfelIndirect:
         """Write this frame's to the pictures `arriving` and `indirect` and add it to `radiance`."""
         self._newest = frame.size, {"frame": frame.block, "gbuffer": gbuffer, "scene": scene}
         pool = self._pool
+        pixel = camera_constants(frame.camera, frame.size, frame.output_size[0] / frame.output_size[1])["pixelSize"]
+        pool.block.bind(size=max(_SIZE, _LEAST_PIXELS * pixel))
         each = (pool.capacity, 1, 1)
         slots = {"freeSlots": pool.free_slots, "freeCount": pool.free_count}
         for buffer in (pool.shared["keys"], pool.shared["counts"], pool.ray_count):

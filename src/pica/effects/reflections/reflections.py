@@ -27,9 +27,12 @@ class Reflections(Effect):
 
     name = "reflections"
 
-    def __init__(self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None) -> None:
+    def __init__(
+        self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None, cache: str | None
+    ) -> None:
+        """`cache`: the module of the cache of indirect light that the calls give, where they give one."""
         self._device, self._settings = device, settings
-        self._traced = TracedRays(device, size, settings, tracer) if settings.mode == "ray_traced" else None
+        self._traced = TracedRays(device, size, settings, tracer, cache) if settings.mode == "ray_traced" else None
         self._screen = ScreenRays(device, size) if settings.mode == "screen_space" else None
         self._mirrors = settings.reconstruction == "radiance" and settings.filter
         step = "reconstruct_radiance" if self._mirrors else "reconstruct"

@@ -21,12 +21,17 @@ _FROM_PICTURE = 1 << 31
 class TracedRays:
     """A ray for 2x2 pixels along the lobe that the surface mirrors, and one from what it meets to a light."""
 
-    def __init__(self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None) -> None:
+    def __init__(
+        self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None, cache: str | None
+    ) -> None:
+        """`cache`: the module of the cache of indirect light that the calls give, where they give one."""
         self._device, self._settings = device, settings
         self.bounces = {"bounces": settings.bounces, "indirectBounces": 0}
         """Surfaces that paths may meet, by the names that shaders have for these limits."""
         module = "effects/reflections/reflection_rays.slang"
-        self._trace = ray_effect(device, module, "ReflectionRays", "surface", tracer, simplified=True)
+        self._trace = ray_effect(
+            device, module, "ReflectionRays", "surface", tracer, simplified=True, with_module=cache
+        )
         # The picture does not show lights with a shape.
         first = settings.screen_space_first and not settings.area_lights
         self._first = DepthMarch(device, size, "screen_first") if first else None
@@ -92,6 +97,7 @@ class TracedRays:
             **written,
             **drawn,
             screenFirst=int(self._first is not None),
+            **(indirect.cache.values if indirect and indirect.cache else {}),
         )
         if smooth:
             self._gather(
