@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pica.light_map.bricks import CELLS, bricks_around
+from pica.baking.seams import without_seams
+from pica.light_map.bricks import CELLS, LEVELS, bricks_around
 from pica.light_map.gpu_light_map import GpuLightMap
 from pica.light_map.light_map import HARMONICS, SEEN_PER_BRICK, LightMap
 from tests.tracing.kernels import kernel, read
@@ -121,3 +122,62 @@ def test_light_that_a_place_does_not_see_is_left_out(bricks, look_up):
     np.testing.assert_allclose(look_up(known(bricks, harmonics, ~beyond), places, normals), expected, rtol=1e-3)
     nothing_seen = np.zeros_like(this_side)
     np.testing.assert_allclose(look_up(known(bricks, harmonics, seen=nothing_seen), places, normals), plain, rtol=1e-3)
+
+
+def across_levels(bricks):
+    """(COUNT, 3) places a hair to either side of faces between levels, within the box."""
+    random, levels = np.random.default_rng(5), (bricks.finest_at & 3).transpose(2, 1, 0)
+    faces = []
+    for axis in range(3):
+        low = np.argwhere(np.diff(levels.astype(int), axis=axis) != 0)
+        corner = low + np.eye(3, dtype=int)[axis]
+        faces.append(np.concatenate([corner, np.full((len(low), 1), axis)], 1))
+    faces = np.concatenate(faces)
+    chosen = faces[random.integers(0, len(faces), COUNT)]
+    along = np.eye(3)[chosen[:, 3]]
+    places = (chosen[:, :3] + random.random((COUNT, 3)) * (1 - along)) * CELLS
+    return tuple(bricks.origin + SPACING * (places + side * along * 1e-4) for side in (-1, 1))
+
+
+def test_light_has_no_step_where_probes_become_coarser(bricks, look_up):
+    """Of a field that bends, which coarse probes cannot follow; also where finer probes are inside of something."""
+    harmonics = np.zeros((len(bricks.probes), HARMONICS, 3), np.float32)
+    place = bricks.probes / bricks.probes.max(0)
+    harmonics[:, 0] = ((place - 0.4) ** 2 * (100, 200, 300)).sum(-1, keepdims=True) * np.float32([1, 2, 0.5])
+    coarser = np.unique(bricks.probe_of[bricks.places[:, 3] > 0])
+    in_the_open = np.random.default_rng(6).random(len(bricks.probes)) < 0.9
+    in_the_open[coarser] = True
+    seen = np.full((len(bricks.places), SEEN_PER_BRICK), 255, np.uint8)
+    before, after = across_levels(bricks)
+    normals = somewhere()[1]
+
+    def step(light, in_the_open):
+        light_map = known(bricks, light, in_the_open)
+        sides = (look_up(light_map, places, normals) for places in (before, after))
+        return np.abs(np.subtract(*sides)).max() / light.max()
+
+    assert step(harmonics, in_the_open) > 0.01
+    assert step(*without_seams(bricks, harmonics, in_the_open, seen)) < 0.001
+
+
+def test_seams_leave_linear_light_as_it_is(bricks):
+    """And all light of probes that belong to the coarser side too."""
+    light = np.zeros((len(bricks.probes), HARMONICS, 3), np.float32)
+    light[:, 0] = bricks.probes * (1, 2, 3) + 5
+    light[:, 4] = bricks.probes * (-1, 0, 2)
+    everywhere = np.ones(len(bricks.probes), bool)
+    seen = np.full((len(bricks.places), SEEN_PER_BRICK), 255, np.uint8)
+    np.testing.assert_allclose(without_seams(bricks, light, everywhere, seen)[0], light, rtol=1e-6)
+    bent = np.random.default_rng(7).random(light.shape).astype(np.float32)
+    closed, _ = without_seams(bricks, bent, everywhere, seen)
+    coarsest = np.unique(bricks.probe_of[bricks.places[:, 3] == LEVELS - 1])
+    np.testing.assert_array_equal(closed[coarsest], bent[coarsest])
+    assert 0.01 < (closed != bent).any((1, 2)).mean() < 0.9
+
+
+def test_seams_keep_what_is_behind_a_wall_out(bricks):
+    """A probe that the coarser side's corners do not see keeps its own light."""
+    bent = np.random.default_rng(8).random((len(bricks.probes), HARMONICS, 3)).astype(np.float32)
+    everywhere = np.ones(len(bricks.probes), bool)
+    nothing = np.zeros((len(bricks.places), SEEN_PER_BRICK), np.uint8)
+    np.testing.assert_array_equal(without_seams(bricks, bent, everywhere, nothing)[0], bent)

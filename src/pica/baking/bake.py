@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pica.baking.neighbours import Neighbours
 from pica.baking.occupied import occupied_places
 from pica.baking.probe_passes import ProbePasses
+from pica.baking.seams import without_seams
 from pica.errors import PicaError, SceneError
 from pica.frame.arguments import Progress, check_made_with, check_progress
 from pica.light_map.arrays_file import Wanted, read_arrays, write_arrays
@@ -168,6 +169,7 @@ class _Done:
         neighbours = Neighbours(bricks, self.seen)
         light, variance = self.light[..., :3], self.light[..., 3].sum(-1)
         light = neighbours.spread(neighbours.smooth(light, variance, in_the_open), in_the_open)
+        light, in_the_open = without_seams(bricks, light, in_the_open, self.seen)
         scale = float(np.abs(light).max(initial=0)) / _TOP or 1.0
         return LightMap(
             bricks, scale, (light / scale).astype(np.float16), in_the_open, self.seen, str(content), str(layout)

@@ -21,6 +21,8 @@ PARTS = 4
 SEEN_PER_BRICK = (CELLS * PARTS) ** 3
 MOST_BRICKS = 1 << 17
 """A brick takes 5 to 12 kB on a device."""
+HIDDEN, INSIDE = 1e-12, 1e-24
+"""light_map.slang: HIDDEN, INSIDE."""
 _FORMAT = 1
 _FILE = {
     "format": Wanted((), "<i4"),
