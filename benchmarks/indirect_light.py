@@ -1,13 +1,14 @@
 """Ways to diffuse global illumination side by side: what each costs, and how far it is from many paths.
 
     python benchmarks/indirect_light.py [SCENE ...] [--modes path_traced,restir,surfels] [--size 480x270]
-        [--samples 512] [--time 1920x1080] [--set NAME=VALUE]
+        [--samples 512] [--time 1920x1080] [--paths 512] [--set NAME=VALUE]
 
 As JSON, a line a scene and mode: `ms`, GPU milliseconds of its passes at the size --time while the camera turns, and of
 all of them together; of the light that surfaces reflect diffusely of others, FLIP, the root mean square error over the
 mean and the mean over the reference's, after 1, 8 and 64 still frames (`still`) and of the frames 11 and 23 while the
 camera or the objects move (`camera`, `objects`). References are SAMPLES paths a pixel from the same G-buffer.
-`--size none` or `--time none` leaves one of both out.
+`--size none` or `--time none` leaves one of both out. MODE+map has a light map, of PATHS paths a probe, as
+light_map does.
 """
 
 import argparse
@@ -25,7 +26,7 @@ from pica.quality.sequences import sequence
 
 _FRAMES = {"still": (0, 7, 63), "camera": (11, 23), "objects": (11, 23)}
 _TIMED = 80
-_PASSES = ("indirect_", "irradiance_", "reuse_", "surfel_")
+_PASSES = ("indirect_", "irradiance_", "reuse_", "surfel_", "light_map_")
 
 
 def main() -> None:
@@ -36,18 +37,23 @@ def main() -> None:
     parser.add_argument("--size", default="480x270")
     parser.add_argument("--samples", type=int, default=512)
     parser.add_argument("--time", default="1920x1080")
+    parser.add_argument("--paths", type=int, default=512)
     parser.add_argument("--set", action="append", default=[], dest="values", metavar="NAME=VALUE")
     given = parser.parse_args()
     values = dict(value.split("=", 1) for value in given.values)
     for name in given.scenes:
         references: dict[tuple[str, int], NDArray[np.float32]] = {}
+        baked = pica.bake(getattr(pica.scenes, name)(), samples=given.paths) if "map" in given.modes else None
         for mode in given.modes.split(","):
-            settings = pica.Settings().with_values({"global_illumination.mode": mode, **values})
+            light_map = baked if mode.endswith("map") else None
+            settings = pica.Settings().with_values({"global_illumination.mode": mode.removesuffix("+map"), **values})
             found: dict[str, Any] = {"scene": name, "mode": mode}
             if given.time != "none":
-                found["ms"] = _times(name, _pixels(given.time), settings)
+                found["ms"] = _times(name, _pixels(given.time), settings, light_map)
             for motion in _FRAMES if given.size != "none" else ():
-                found[motion] = _errors(name, motion, _pixels(given.size), settings, given.samples, references)
+                found[motion] = _errors(
+                    name, motion, _pixels(given.size), settings, light_map, given.samples, references
+                )
             print(json.dumps(found), flush=True)
 
 
@@ -56,10 +62,12 @@ def _pixels(size: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def _times(name: str, size: tuple[int, int], settings: pica.Settings) -> dict[str, float]:
+def _times(
+    name: str, size: tuple[int, int], settings: pica.Settings, light_map: pica.LightMap | None
+) -> dict[str, float]:
     scene = getattr(pica.scenes, name)()
     play = sequence("camera", scene, scene.default_camera(size[0] / size[1]))
-    renderer = pica.Renderer(scene, size, settings)
+    renderer = pica.Renderer(scene, size, settings, light_map=light_map)
     for frame in range(_TIMED):
         renderer.advance(play(frame))
     renderer.device.profiler.flush()
@@ -75,13 +83,14 @@ def _errors(
     motion: str,
     size: tuple[int, int],
     settings: pica.Settings,
+    light_map: pica.LightMap | None,
     samples: int,
     references: dict[tuple[str, int], NDArray[np.float32]],
 ) -> dict[int, list[float]]:
     """[FLIP, relative error, mean] by frame; `references` are kept for other modes."""
     scene = getattr(pica.scenes, name)()
     play = sequence(motion, scene, scene.default_camera(size[0] / size[1]))
-    renderer = pica.Renderer(scene, size, settings)
+    renderer = pica.Renderer(scene, size, settings, light_map=light_map)
     measured = MeasuredEffect(renderer, "global_illumination")
     found = {}
     for frame in range(_FRAMES[motion][-1] + 1):

@@ -24,7 +24,7 @@ class Renderer(Stages):
 
     `size`: (width, height) in pixels. `device`: a Device, part of a device's name, or None for the best there is. On
     one without ray tracing, stages that need it fall back, each with a warning (docs/tiers.md); `settings` tells how.
-    `light_map`: for global_illumination.mode "light_map", which the preset "raster" has.
+    `light_map`: for global_illumination.mode "light_map", which the preset "raster" has; paths end in it too.
     Raises DeviceError without a usable device, SceneError for a scene that cannot be shown or that is not the light
     map's, and PicaError for an impossible size.
     """

@@ -76,7 +76,8 @@ class GlobalIlluminationSettings(Group):
         "path_traced",
         "How it is found.",
         off="Not at all: what no light reaches directly is black.",
-        path_traced="A quarter of a path a pixel, and a filter.",
+        path_traced="A quarter of a path a pixel, and a filter. Off the picture paths end in the light map that the"
+        " renderer was given, if any.",
         restir="The same paths, each chosen from those of earlier frames and of neighbours (ReSTIR GI).",
         surfels="Discs on surfaces remember it, with a few rays from each in every frame.",
         light_map="From the light map that the renderer was given, without rays; not at all where it was given none.",
@@ -85,9 +86,9 @@ class GlobalIlluminationSettings(Group):
         8,
         range=(1, 16),
         unit="surfaces",
-        text="That light may meet between a lamp and what the camera sees, if path_traced, where the picture does not"
-        " show them; what it shows is as bright as all its light makes it. By chance a path ends before, the sooner the"
-        " darker they are. Surfels have no limit.",
+        text="That light may meet between a lamp and what the camera sees, if path_traced, where neither the picture"
+        " nor a light map has them; what they have is as bright as all its light makes it. By chance paths end before,"
+        " the sooner the darker surfaces are. Surfels have no limit.",
         higher="brighter rooms, more rays",
         lower="less time",
     )
