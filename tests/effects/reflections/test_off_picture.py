@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import pica
+from pica.quality.effects import MeasuredEffect
 from pica.scene.camera import Camera
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane
@@ -76,3 +77,13 @@ def test_other_global_illumination_is_asked_from_the_next_frame_on(device, baked
     renderer.configure(on.with_values({"global_illumination.mode": "restir"}))
     assert renderer.render(16, TOWARDS_THE_MIRROR).color.mean() == pytest.approx(1, abs=0.03)
     assert renderer.reflections is kept
+
+
+def test_the_reference_has_all_of_that_light_too(device, baked):
+    on = settings({"reflections.mode": "ray_traced", "global_illumination.mode": "light_map"})
+    renderer = pica.Renderer(furnace(), SIZE, on, device, baked)
+    shown = renderer.render(8, TOWARDS_THE_MIRROR).aov("metallic") > 0.5
+    measured = MeasuredEffect(renderer, "reflections")
+    expected = measured.reference(256)["reflections"][shown]
+    assert np.nanmean(expected) == pytest.approx(1, abs=0.02)
+    assert measured.result()["reflections"][shown].mean() == pytest.approx(np.nanmean(expected), rel=0.03)

@@ -10,7 +10,7 @@ from pica.frame.context import FrameContext, Size, half_size
 from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.history import History
-from pica.frame.indirect import IndirectLight
+from pica.frame.indirect import ENDLESS, IndirectLight
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.light_sampling.light_sampler import LightSamples
@@ -31,7 +31,7 @@ class Reflections(Effect):
         self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None, cache: str | None
     ) -> None:
         """`cache`: the module of the cache of indirect light that the calls give, where they give one."""
-        self._device, self._settings = device, settings
+        self._device, self._settings, self._cache = device, settings, cache
         self._traced = TracedRays(device, size, settings, tracer, cache) if settings.mode == "ray_traced" else None
         self._screen = ScreenRays(device, size) if settings.mode == "screen_space" else None
         self._mirrors = settings.reconstruction == "radiance" and settings.filter
@@ -84,7 +84,8 @@ class Reflections(Effect):
         if self._traced is None:
             return None
         inputs = "frame", "gbuffer", "scene", "lightSlots"
-        layers = {"reflections": ReferenceLayer(self.aovs()["reflections"], dict(self._traced.bounces))}
+        bounces = self._traced.bounces | ({"indirectBounces": ENDLESS} if self._cache else {})
+        layers = {"reflections": ReferenceLayer(self.aovs()["reflections"], bounces)}
         return Reference("path_tracer/mirrored_light.slang", "MirroredLight", "surface", inputs, layers, is_light=True)
 
     def debug_aovs(self) -> dict[str, Aov]:
