@@ -5,8 +5,9 @@
 
 FlightHelmet on a 10 m plane under the sun and an environment. DIR has cycles_bench.py and mitsuba_bench.py, which
 PYTHON runs: it needs bpy, mitsuba and pyoidn; Matplotlib draws here. Paths have at most 5 edges in all three. The
-camera stands elsewhere for each picture. Seconds are the median of all pictures but the first; FLIP is against many
-samples of the renderer itself, since each has materials of its own. Open Image Denoise: "fast" is its small network
+camera stands elsewhere for each picture. pica's hybrid frames come twice, with all light, of paths without a limit, and
+with direct light alone. Seconds are the median of all pictures but the first; FLIP is against many samples of the
+renderer itself, since each has materials of its own. Open Image Denoise: "fast" is its small network
 with features as they come, else the large one with prefiltered features (Mitsuba's script: with features of 8 samples).
 Writes peers.json and peers.png into --out.
 """
@@ -26,6 +27,7 @@ from numpy.typing import NDArray
 
 import pica
 from benchmarks.flight_helmet import helmet_on_plane
+from benchmarks.motion import DIRECT as WITHOUT_OTHERS
 from pica.pictures import read_radiance
 from pica.quality import compare
 
@@ -70,19 +72,20 @@ def ours(arguments: argparse.Namespace, size: tuple[int, int]) -> list[Point]:
     scene, _ = helmet_on_plane(arguments.path, arguments.env)
     points = []
 
-    def add(way: str, light: str, truth: NDArray[np.float32], found: tuple[NDArray[np.float32], float]) -> None:
-        points.append(Point("pica", way, light, found[1], compare(truth, found[0]).flip))
+    def add(renderer: str, way: str, light: str, found: tuple[NDArray[np.float32], float]) -> None:
+        points.append(Point(renderer, way, light, found[1], compare(truths[light], found[0]).flip))
         print(points[-1], flush=True)
 
     other = pica.Settings().with_values({"seed": "77"})
-    with pica.PathTracer(scene, size, 2, other) as tracer:
-        direct = tracer.render(arguments.reference, orbit(0)).color
-    for frames in (1, 4):
-        with pica.Renderer(scene, size) as renderer:
-            found = times(lambda camera, n=frames, by=renderer: by.render(n, camera), arguments.frames)
-            add(f"hybrid, {frames} frame{'s' * (frames > 1)}", DIRECT, direct, found)
-    with pica.PathTracer(scene, size, DEPTH, other) as tracer:
-        truth = tracer.render(arguments.reference, orbit(0)).color
+    truths = {}
+    for light, depth in ((DIRECT, 2), (ALL, DEPTH)):
+        with pica.PathTracer(scene, size, depth, other) as tracer:
+            truths[light] = tracer.render(arguments.reference, orbit(0)).color
+    for light, settings in ((DIRECT, pica.Settings().with_values(WITHOUT_OTHERS)), (ALL, pica.Settings())):
+        for frames in (1, 4):
+            with pica.Renderer(scene, size, settings) as renderer:
+                found = times(lambda camera, n=frames, by=renderer: by.render(n, camera), arguments.frames)
+                add("pica, hybrid", f"{frames} frame{'s' * (frames > 1)}", light, found)
     with pica.PathTracer(scene, size, DEPTH) as tracer:
         for samples in (1, 4):
             for denoise, mark in ((False, ""), ("fast", " + OIDN fast"), (True, " + OIDN")):
@@ -90,8 +93,7 @@ def ours(arguments: argparse.Namespace, size: tuple[int, int]) -> list[Point]:
                 def shoot(camera: pica.Camera, samples: int = samples, denoise: Any = denoise) -> pica.Frame:
                     return tracer.render(samples, camera, denoise=denoise)
 
-                way = f"path traced, {samples}{mark}"
-                add(way, ALL, truth, times(shoot, arguments.frames))
+                add("pica, path traced", f"{samples}{mark}", ALL, times(shoot, arguments.frames))
     return points
 
 
