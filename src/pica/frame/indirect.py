@@ -28,6 +28,6 @@ class IndirectLight:
     known: bool
     """Whether `arriving` may be asked: without filters it holds single rays."""
     bounces: int
-    """Surfaces that light meets on its way at most."""
+    """Surfaces that light may meet on its way where neither picture nor cache have it."""
     cache: IndirectCache | None
     """What may be asked beside `arriving`."""

@@ -59,11 +59,13 @@ def test_surfels_that_have_been_seen_light_what_the_mirror_shows(device):
     assert whole == pytest.approx(behind, rel=0.03)
 
 
-def test_where_nobody_knows_paths_go_on(device):
-    """For two surfaces: beyond these, light is missing."""
-    for values in ({"global_illumination.mode": "path_traced"}, SURFELS):
-        mirrored, _, behind = in_the_mirror(device, values)
-        assert SHINES * (1 + REFLECTS) < mirrored < 0.9 * behind
+@pytest.mark.parametrize("values", [{"global_illumination.mode": "path_traced"}, SURFELS], ids=["paths", "surfels"])
+def test_where_nobody_knows_paths_go_on(device, values):
+    """For `global_illumination.bounces` surfaces: beyond these, light is missing."""
+    two, _, _ = in_the_mirror(device, {**values, "global_illumination.bounces": 2})
+    sixteen, _, behind = in_the_mirror(device, {**values, "global_illumination.bounces": 16})
+    assert SHINES * (1 + REFLECTS) < two < 0.8 * behind
+    assert 0.9 * behind < sixteen < 1.03 * behind
 
 
 def test_other_global_illumination_is_asked_from_the_next_frame_on(device, baked):

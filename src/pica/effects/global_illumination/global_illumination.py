@@ -32,7 +32,7 @@ class GlobalIllumination(Effect):
         tracer: Tracer | None,
         light_map: LightMap | None,
     ) -> None:
-        self._device = device
+        self._device, self._bounces = device, settings.bounces
         self._way: PathTracedIndirect | SurfelIndirect | LightMapIndirect
         if settings.mode in ("path_traced", "restir"):
             self._way = PathTracedIndirect(device, size, settings, tracer, light_map)
@@ -109,4 +109,4 @@ class GlobalIllumination(Effect):
             self._way(frame, gbuffer, scene, occlusion, pictures)
         else:
             self._way(frame, gbuffer, scene, light, reprojection, pictures)
-        return IndirectLight(self._pictures["arriving"], self._way.is_smooth, self._way.bounces, self._way.cache)
+        return IndirectLight(self._pictures["arriving"], self._way.is_smooth, self._bounces, self._way.cache)

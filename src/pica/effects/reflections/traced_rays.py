@@ -75,7 +75,7 @@ class TracedRays:
 
         `indirect`: None where there is no global illumination. `radiance`: this frame's picture without reflections.
         """
-        self.bounces["indirectBounces"] = min(indirect.bounces, self._settings.bounces + 1) if indirect else 0
+        self.bounces["indirectBounces"] = indirect.bounces if indirect else 0
         half, smooth = frame.at_half(), self._settings.filter
         known = {
             "arriving": indirect.arriving if indirect else self._nothing,
