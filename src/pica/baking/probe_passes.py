@@ -10,7 +10,7 @@ from pica.light_map.light_map import HARMONICS, PARTS, SEEN_PER_BRICK
 from pica.rhi.device import Device
 from pica.scene.model import Scene
 from pica.settings import Settings
-from pica.tracing.ray_effect import ray_effect
+from pica.tracing.ray_effect import PATHS, ray_effect
 from pica.tracing.tracers import choose_tracer
 
 _PATHS = 1 << 18
@@ -32,7 +32,7 @@ class ProbePasses:
         tracer = choose_tracer(device, settings.rays, self.view)
         self._camera = scene.default_camera(1.0)
         self._frames = FrameSequence(device, (1, 1), settings.seed)
-        self._light = ray_effect(device, "baking/probe_light.slang", "ProbeLight", "surface", tracer)
+        self._light = ray_effect(device, "baking/probe_light.slang", "ProbeLight", "surface", tracer, parts=PATHS)
         self._harmonics = device.compute("baking/probe_harmonics.slang")
         self._visibility = ray_effect(device, "baking/probe_visibility.slang", "ProbeVisibility", "hit", tracer)
         positions = bricks.positions

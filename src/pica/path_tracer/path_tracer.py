@@ -19,7 +19,7 @@ from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.settings import Settings
 from pica.tracing.fallbacks import check_traces, runnable
-from pica.tracing.ray_effect import ray_effect
+from pica.tracing.ray_effect import PATHS, ray_effect
 from pica.tracing.tracers import choose_tracer
 
 NO_LIMIT = 0
@@ -64,7 +64,7 @@ class PathTracer(Closing):
         self._sum = device.texture("radiance sum", spy.Format.rgba32_float, size)
         self._mean = device.texture("radiance", spy.Format.rgba32_float, size)
         self._no_features = device.texture("no features", spy.Format.rgba32_float, (1, 1))
-        self._trace = ray_effect(device, "path_tracer/path_tracer.slang", "PathTracer", "surface", tracer)
+        self._trace = ray_effect(device, "path_tracer/path_tracer.slang", "PathTracer", "surface", tracer, parts=PATHS)
         self._average = device.compute("path_tracer/average.slang")
         self._gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
         self._post = Post(device, size, settings.post)

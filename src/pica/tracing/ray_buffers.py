@@ -125,12 +125,7 @@ class BufferEffect:
         kernels = ShaderSource(f"{name}_{effect}_{detail}_{suffix}", source)
         self._start = self._kernel(device, KernelRecipe(kernels, "start", with_module))
         self._advance = self._kernel(device, KernelRecipe(kernels, "advance", with_module))
-        layout = device.handle.link_program([kernels.loaded(device)], [])
-        self._strides = {
-            parameter.name: parameter.type_layout.element_type_layout.stride
-            for parameter in parameters_of(layout)
-            if parameter.name in ("rays", "states", "next")
-        }
+        self._strides = strides_of(device, kernels, ("rays", "states", "next"))
         self._strides |= {"hits": _HIT, "queue": self._strides["next"]}
         self._count = 0
         self._buffers: dict[str, spy.Buffer] = {}
@@ -181,3 +176,13 @@ class BufferEffect:
         self._device.handle.wait_for_submit(submission)
         nearest, shadows = self._host_counts.read().view(np.uint32)
         return int(nearest), int(shadows)
+
+
+def strides_of(device: Device, source: ShaderSource, names: tuple[str, ...]) -> dict[str, int]:
+    """Bytes of an element of the source's structured buffers of these names."""
+    layout = device.handle.link_program([source.loaded(device)], [])
+    return {
+        parameter.name: parameter.type_layout.element_type_layout.stride
+        for parameter in parameters_of(layout)
+        if parameter.name in names
+    }

@@ -11,10 +11,14 @@ from pica.errors import BindingError
 from pica.rhi.device import Device
 from pica.tracing.fallbacks import check_traces
 from pica.tracing.hit_groups import HitDetail
+from pica.tracing.path_pipeline import PathPipeline
 from pica.tracing.ray_buffers import BufferEffect, Tracer
 from pica.tracing.ray_pipeline import PipelineEffect
 
-RayEffect = PipelineEffect | BufferEffect
+PATHS = 1, 1, 2, 4, 8
+"""`parts` of paths from pixels: the first ray, the one from there to a light, then twice as many each time."""
+
+RayEffect = PipelineEffect | PathPipeline | BufferEffect
 
 
 def ray_effect(
@@ -25,12 +29,15 @@ def ray_effect(
     tracer: Tracer | None = None,
     simplified: bool = False,
     with_module: str | None = None,
+    parts: tuple[int, ...] = (),
 ) -> RayEffect:
     """The effect struct `effect` of `module` (a path below the package), run through ray buffers and `tracer`
     where one is given, else as a ray tracing pipeline.
 
     `simplified`: its surface rays meet simplified materials (RTG 19, 19.3.2.1; docs/materials.md);
     camera rays never do. `with_module`: a Slang file that says what the effect's leaves open (an `extern` of Slang's).
+    `parts`: of rays that make paths, few of them long, how many to trace before those that go on are gathered anew, and
+    so on (path_pipeline.py; buffers gather after each ray).
     Raises BindingError when the module does not compile, and DeviceError where nothing traces.
     """
     if tracer is None:
@@ -38,6 +45,8 @@ def ray_effect(
     try:
         if tracer is not None:
             return BufferEffect(device, module, effect, detail, simplified, tracer, with_module)
+        if parts:
+            return PathPipeline(device, module, effect, detail, simplified, with_module, parts)
         return PipelineEffect(device, module, effect, detail, simplified, with_module)
     except (RuntimeError, spy.SlangCompileError) as error:
         raise BindingError(f"{module}: {error}") from error

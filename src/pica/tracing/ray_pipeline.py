@@ -96,12 +96,25 @@ class _RayProgram:
         self,
         device: Device,
         name: str,
+        parts: int,
         program: spy.ShaderProgram,
         pipeline: spy.RayTracingPipeline,
         table: spy.ShaderTable,
     ) -> None:
-        self.pipeline, self.table = pipeline, table
-        self.parameters = ProgramParameters(device.handle, name, program)
+        self._name, self._pipeline, self._table = name, pipeline, table
+        # Parameters that differ from part to part would be bound anew each time.
+        self._parts = [ProgramParameters(device.handle, name, program) for _ in range(parts)]
+
+    def __call__(self, recording: Recording, grid: tuple[int, int], values: dict[str, Any]) -> None:
+        parameters = self._parts[values.get("part", 0)]
+        parameters.bind(**values)
+        parameters.check()
+        recording.profiler.begin(recording.encoder, self._name)
+        encoder = recording.encoder.begin_ray_tracing_pass()
+        encoder.bind_pipeline(self._pipeline, self._table, parameters.root)
+        encoder.dispatch_rays(0, (grid[0], grid[1], 1))
+        encoder.end()
+        recording.profiler.end(recording.encoder)
 
 
 def types_of(values: dict[str, Any]) -> MaterialTypeSet:
@@ -111,7 +124,7 @@ def types_of(values: dict[str, Any]) -> MaterialTypeSet:
 
 
 class RayPipeline:
-    """A ray generation shader with the hit shaders that go with what it detail and with the scene's material types."""
+    """A ray generation shader with the hit shaders for what it asks of hits and for the scene's material types."""
 
     def __init__(
         self,
@@ -121,26 +134,20 @@ class RayPipeline:
         detail: HitDetail,
         simplified: bool = False,
         with_module: str | None = None,
+        parts: int = 1,
     ) -> None:
+        """`parts`: dispatches in a frame, told apart by a parameter `part`."""
         self.name = name
         generation.loaded(device)  # a fault shows here, not in the first frame
         recipe = RayRecipe(generation, detail, simplified, with_module)
-        self._program = ForTypes(programs(device), recipe, lambda made: _RayProgram(device, name, *made))
+        self._program = ForTypes(programs(device), recipe, lambda made: _RayProgram(device, name, parts, *made))
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
-        """Record the effect over a (width, height) grid with these parameters."""
-        program = self._program(types_of(values))
+        """Record the effect, or its part `part`, over a (width, height) grid with these parameters."""
         scene: SceneView | None = values.get("scene")
         if scene is not None:
             values["tlas"] = scene.rt_scene.structure
-        program.parameters.bind(**values)
-        program.parameters.check()
-        recording.profiler.begin(recording.encoder, self.name)
-        encoder = recording.encoder.begin_ray_tracing_pass()
-        encoder.bind_pipeline(program.pipeline, program.table, program.parameters.root)
-        encoder.dispatch_rays(0, (grid[0], grid[1], 1))
-        encoder.end()
-        recording.profiler.end(recording.encoder)
+        self._program(types_of(values))(recording, grid, values)
 
 
 class PipelineEffect(RayPipeline):

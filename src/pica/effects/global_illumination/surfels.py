@@ -83,7 +83,8 @@ class SurfelIndirect:
         self._spawn = compute(f"{_FOLDER}/surfel_spawn.slang")
         self._queue = compute(f"{_FOLDER}/surfel_queue.slang")
         module = f"{_FOLDER}/surfel_rays.slang"
-        self._trace = ray_effect(device, module, "SurfelRays", "surface", tracer, simplified=True)
+        # Few go on from what they met first, in all but closed rooms.
+        self._trace = ray_effect(device, module, "SurfelRays", "surface", tracer, simplified=True, parts=(2, 4))
         self._update = compute(f"{_FOLDER}/surfel_update.slang")
         self._apply = programs(device).compute(f"{_FOLDER}/surfel_apply.slang")
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))

@@ -12,7 +12,7 @@ from pica.light_sampling.light_sampler import LightSamples
 from pica.rhi.device import Device
 from pica.settings import ReflectionsSettings
 from pica.tracing.ray_buffers import Tracer
-from pica.tracing.ray_effect import ray_effect
+from pica.tracing.ray_effect import PATHS, ray_effect
 
 _FROM_PICTURE = 1 << 31
 """reflected.slang: FROM_PICTURE."""
@@ -30,7 +30,7 @@ class TracedRays:
         """Surfaces that paths may meet, by the names that shaders have for these limits."""
         module = "effects/reflections/reflection_rays.slang"
         self._trace = ray_effect(
-            device, module, "ReflectionRays", "surface", tracer, simplified=True, with_module=cache
+            device, module, "ReflectionRays", "surface", tracer, simplified=True, with_module=cache, parts=PATHS
         )
         # The picture does not show lights with a shape.
         first = settings.screen_space_first and not settings.area_lights

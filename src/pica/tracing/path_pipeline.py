@@ -1,0 +1,80 @@
+"""Ray effects that follow paths, as ray tracing pipelines in parts (tiers 2 and 3)."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+
+from pica.rhi.device import Device
+from pica.rhi.passes import Recording
+from pica.tracing.hit_groups import HitDetail
+from pica.tracing.ray_buffers import strides_of
+from pica.tracing.ray_pipeline import RayPipeline, ShaderSource, import_path
+
+_RAY_GENERATION = """
+import tracing.path_pipeline;
+import {module};
+RWStructuredBuffer<Ray> rays;
+RWStructuredBuffer<{effect}.State> states;
+StructuredBuffer<uint> queue;
+RWStructuredBuffer<uint> next;
+RWStructuredBuffer<uint> counts;
+uniform uint2 grid;
+uniform uint part;
+uniform uint most;
+[shader("raygeneration")]
+void main()
+{{
+    runPart<{effect}, HitDetail.{detail}>(
+        DispatchRaysIndex().xy, grid, part, most, rays, states, queue, next, counts);
+}}
+"""
+_ALL = 0xFFFFFFFF
+
+
+class PathPipeline:
+    """The effect as ray generation shaders that trace a few rays of each path, one after the other.
+
+    A wave takes as long as its longest path, and few paths are long: between the parts those that go on are gathered,
+    so that waves are full again.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        module: str,
+        effect: str,
+        detail: HitDetail,
+        simplified: bool,
+        with_module: str | None,
+        parts: tuple[int, ...],
+    ) -> None:
+        """`parts`: rays of a path in each part but the last, which has the rest."""
+        self.name = name = Path(module).stem
+        self._device, self._parts = device, (*parts, _ALL)
+        source = _RAY_GENERATION.format(module=import_path(module), effect=effect, detail=detail)
+        generation = ShaderSource(f"{name}_{effect}_{detail}_paths", source)
+        self._pipeline = RayPipeline(device, name, generation, detail, simplified, with_module, len(self._parts))
+        self._strides = strides_of(device, generation, ("rays", "states", "next"))
+        self._strides["queue"] = self._strides["next"]
+        self._size = 0
+        self._buffers: dict[str, spy.Buffer] = {}
+        self._counts = device.buffer("path counts", data=np.zeros(2 * len(self._parts), np.uint32), struct_size=4)
+
+    def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
+        """Record the effect over a (width, height) grid with these parameters."""
+        size = grid[0] * grid[1]
+        if size != self._size:
+            self._size = size
+            self._device.give_back(*self._buffers.values())
+            self._buffers = {
+                name: self._device.buffer(f"{self.name} {name}", size=size * stride, struct_size=stride)
+                for name, stride in self._strides.items()
+            }
+        recording.encoder.clear_buffer(self._counts)
+        values |= {"counts": self._counts, "grid": spy.uint2(*grid), **self._buffers}
+        for part, most in enumerate(self._parts):
+            threads = (size, 1) if part else grid
+            self._pipeline(recording, threads, part=part, most=most, **values)
+            values["queue"], values["next"] = values["next"], values["queue"]
