@@ -142,10 +142,14 @@ def test_a_history_takes_turns_and_forgets(device):
     second = history.turn(Frame)
     assert not history.empty and second["previousMean"] is first["mean"] and second["mean"] is first["previousMean"]
     assert history.current["mean"] is second["mean"] and history.length == 2
-    Frame.index = 3
+    assert not history.precedes(Frame) and not history.stays(Frame, 1)
+    Frame.index = 2
+    assert not history.stays(Frame, 3), "not long enough"
+    assert history.stays(Frame, 2) and history.current["mean"] is second["mean"] and history.length == 2
+    Frame.index = 4
     history.turn(Frame)
     assert history.empty, "what is older than the frame before is of no use"
-    Frame.index = 4
+    Frame.index = 5
     history.turn(Frame)
     memory = device.memory
     history.resize((512, 64))

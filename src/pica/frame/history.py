@@ -44,6 +44,14 @@ class History:
         """Whether `current` is what the frame before this one left; to be asked before `turn`."""
         return self.length > 0 and frame.index == self._newest + 1
 
+    def stays(self, frame: FrameContext, length: int) -> bool:
+        """Whether what at least `length` frames up to the one before have left may stand for this frame too, in which
+        nothing moves; then it does."""
+        if self.length < length or not self.precedes(frame):
+            return False
+        self._newest = frame.index
+        return True
+
     def turn(self, frame: FrameContext) -> dict[str, spy.Texture]:
         """Begin a frame. Returns what its pass reads and writes: `name` and `previousName` of each texture.
 

@@ -129,6 +129,20 @@ def test_light_that_went_is_gone_soon_and_leaves_no_trail(device):
     assert left[3] < 0.1 and left[7] < 0.03, left
 
 
+def test_a_picture_at_rest_leaves_its_history_as_it_is_until_something_moves(device):
+    scene = things(*many_lights(20))
+    renderer = renderer_of(device, scene, (32, 24))
+    for _ in range(130):
+        renderer.advance(VIEW)
+    resting = renderer.render(1, VIEW)
+    assert "stochastic_light_history" not in resting.timings and "stochastic_light_add" in resting.timings
+    ball = next(node for node in scene.nodes() if node.name == "ball")
+    ball.transform = move(0.01, 0, 0) @ ball.transform
+    moved = renderer.render(1, VIEW)
+    assert "stochastic_light_history" in moved.timings
+    assert np.median(moved.aov("debug.stochastic_light.diffuse.history")) > 100, "what stands still is known"
+
+
 def test_noise_in_motion_is_less_than_without_filter(device):
     def flicker(**lighting):
         scene = SCENES["many lights"]()

@@ -19,6 +19,8 @@ _STEPS = (1, 3, 9)
 """Pixels between the taps of the filter's passes; docs/stochastic-light.md compares others."""
 _HANDED_OVER = 56
 """Frames without any change after which no pixel shows filtered light (stochastic_light_add.slang)."""
+_KNOWN = 128
+"""The same, after which a history learns nothing more: it stays as it is until something changes."""
 
 
 class StochasticLightDenoiser(Effect):
@@ -90,6 +92,27 @@ class StochasticLightDenoiser(Effect):
     ) -> None:
         """Add the filtered `samples` to `radiance`."""
         assert self._history is not None, "samples() comes first"
+        if reprojection.unchanged < _KNOWN or not self._history.stays(frame, _KNOWN):
+            self._remember(frame, gbuffer, scene, reprojection)
+        smoothed = reprojection.unchanged < _HANDED_OVER
+        if smoothed:
+            self._smooth(frame, gbuffer, scene)
+        self._add(scene.material_types)(
+            frame,
+            frame.grid,
+            frame=frame,
+            gbuffer=gbuffer,
+            scene=scene,
+            filtered=self._filtered[len(_STEPS) % 2],
+            samples=self._samples,
+            moments=self._history.current["moments"],
+            reprojection=reprojection,
+            smoothed=int(smoothed),
+            radiance=radiance,
+        )
+
+    def _remember(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, reprojection: Reprojection) -> None:
+        assert self._history is not None
         textures = self._history.turn(frame)
         self._accumulate(scene.material_types)(
             frame,
@@ -103,22 +126,6 @@ class StochasticLightDenoiser(Effect):
             lobes=self._lobes,
             known=int(not self._history.empty),
             **textures,
-        )
-        smoothed = reprojection.unchanged < _HANDED_OVER
-        if smoothed:
-            self._smooth(frame, gbuffer, scene)
-        self._add(scene.material_types)(
-            frame,
-            frame.grid,
-            frame=frame,
-            gbuffer=gbuffer,
-            scene=scene,
-            filtered=self._filtered[len(_STEPS) % 2],
-            samples=self._samples,
-            moments=textures["moments"],
-            reprojection=reprojection,
-            smoothed=int(smoothed),
-            radiance=radiance,
         )
 
     def _smooth(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView) -> None:
