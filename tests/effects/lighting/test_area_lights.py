@@ -7,7 +7,7 @@ import pica
 from pica.effects.lighting.ltc_tables import TABLE
 from pica.quality.effects import compare_effect
 from pica.scene.camera import Camera
-from pica.scene.light import RectangleLight
+from pica.scene.light import DirectionalLight, PointLight, RectangleLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import plane, sphere
 from pica.scenes.placing import aim, move
@@ -45,6 +45,19 @@ def test_specular_light_of_every_shape(compare, roughness, metallic):
         tolerance, alike = (0.3, 0.93) if sunk else (0.1, 0.97)
         assert mean[WHOLE] == pytest.approx(mean[SAMPLED], rel=tolerance), name
         assert np.corrcoef(points.T)[0, 1] > alike, name
+
+
+@pytest.mark.parametrize("metallic", [0.0, 1.0])
+def test_lights_far_smaller_than_a_lobe_are_exact(compare, metallic):
+    small = {
+        "sun": (DirectionalLight(angular_diameter=0.01), aim((1, 3, 1), (0, 0, 0))),
+        "bulb": (PointLight(radius=0.01), move(0, 2, 0)),
+    }
+    for diffuse, specular in (
+        compare(list(small.values()), floor_points(256, 0.5, metallic), 256).mean(1).swapaxes(1, 2)
+    ):
+        assert specular[WHOLE] == pytest.approx(specular[SAMPLED], rel=2e-3)
+        assert diffuse[WHOLE] == pytest.approx(diffuse[SAMPLED], rel=2e-3)
 
 
 def test_highlights_of_smooth_metal(compare):

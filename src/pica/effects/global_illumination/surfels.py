@@ -153,11 +153,12 @@ class SurfelIndirect:
         self._place(
             frame, each, frame=frame, scene=scene, surfels=pool, anchors=pool.anchors, capacity=pool.capacity, **slots
         )
+        half = frame.at_half()
         self._spawn(
-            frame,
-            frame.grid,
-            frame=frame,
-            gbuffer=gbuffer,
+            half,
+            half.grid,
+            frame=half,
+            gbuffer=gbuffer.at_half(frame),
             scene=scene,
             surfels=pool,
             anchors=pool.anchors,
