@@ -45,7 +45,8 @@ class PathTracedIndirect:
         asks_map = light_map is not None and self._asks_picture
         self.cache = light_map_cache(GpuLightMap(device, light_map)) if light_map and asks_map else None
         module, cache = f"{_FOLDER}/indirect_rays.slang", self.cache.module if self.cache else None
-        self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, True, cache, parts=PATHS)
+        parts = PATHS if settings.bounces > 1 else ()
+        self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, True, cache, parts=parts)
         self._gather = device.compute(f"{_FOLDER}/irradiance_gather.slang")
         self._widen = device.compute(f"{_FOLDER}/irradiance_atrous.slang")
         self._accumulate = device.compute(f"{_FOLDER}/irradiance_history.slang")
