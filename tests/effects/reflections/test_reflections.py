@@ -236,6 +236,32 @@ def test_what_a_mirror_shows_moves_with_its_image(device, monkeypatch, scene, ca
     assert errors[0] > errors[1] + 1.5
 
 
+@pytest.mark.parametrize(("error", "least", "most"), [(300, 1, 2), (10, 150, 310)], ids=["one ray", "all rays"])
+def test_what_one_ray_alone_finds_leaves_no_blotch(device, monkeypatch, error, least, most):
+    """A frame 300 times as bright as those before: noise, where its rays differ as much, and else another light."""
+    scene, _ = under_clouds(0.7)
+    renderer = pica.Renderer(scene, SIZE, settings({"reflections.mode": "ray_traced"}), device)
+    effect = renderer.reflections
+    accumulate, kind = effect._accumulate, effect._textures["reconstructed"].format
+    frames = {}
+    for light, deviation in ((1, 0.3), (300, error)):
+        frames[light] = device.texture(f"light {light}", kind, SIZE)
+        found = np.full_like(frames[light].to_numpy(), light)
+        found[..., 3] = deviation**2
+        frames[light].copy_from_numpy(found)
+    shown = [1] * 12 + [300] + [1] * (error == 300)
+    for number, light in enumerate(shown):
+
+        def given(*arguments, light=light, **values):
+            return accumulate(*arguments, **(values | {"reconstructed": frames[light]}))
+
+        monkeypatch.setattr(effect, "_accumulate", given)
+        aside = 0.002 * number
+        renderer.advance(Camera.look_at((aside, 1, 2.5), (aside, 0.3, 0), fov=40), jittered=False)
+    history = effect._history.current["history"].to_numpy().reshape(SIZE[1], SIZE[0], 4)
+    assert least <= np.median(history[history[..., 3] > 0][:, 0]) < most
+
+
 def test_off_traces_nothing_and_leaves_what_shines_to_the_samples(device):
     scene, camera = under_clouds(0.3)
     renderer = pica.Renderer(scene, SIZE, settings({"lighting.filter": "false"}), device)
