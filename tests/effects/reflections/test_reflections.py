@@ -236,6 +236,25 @@ def test_what_a_mirror_shows_moves_with_its_image(device, monkeypatch, scene, ca
     assert errors[0] > errors[1] + 1.5
 
 
+def test_views_show_where_the_past_was_looked_for(device):
+    """What a mirror shows moves otherwise than the mirror, and stays where both stand still."""
+    renderer = pica.Renderer(mirrored_board(), SIZE, settings({"reflections.mode": "ray_traced"}), device)
+    renderer.debug = True
+    assert "debug.reflections.of_image" not in renderer.render(1, FLAT[1]).aov_names, "nothing was before"
+    apart = []
+    for aside in (0.1, 0.2, 0.2):
+        frame = renderer.render(1, Camera.look_at((aside, 0.8, 3), (aside, 0.2, 0), fov=50))
+        floor = frame.aov("metallic") > 0.5
+        places = [frame.aov(f"debug.reflections.{name}")[floor] for name in ("of_surface", "of_image")]
+        apart.append(np.abs(places[0] - places[1]).mean() / places[0].mean())
+    assert apart[1] > 0.1 and apart[2] < 1e-4, apart
+    share, kernel = (frame.aov(f"debug.reflections.{name}") for name in ("image_share", "kernel"))
+    assert share.min() >= 0 and share.max() <= 1 and np.median(share[floor]) == pytest.approx(0.5, abs=1e-3), (
+        "both tell the same"
+    )
+    assert kernel[floor].mean() > 0 and kernel.max() <= 8
+
+
 @pytest.mark.parametrize(("error", "least", "most"), [(300, 1, 2), (10, 150, 310)], ids=["one ray", "all rays"])
 def test_what_one_ray_alone_finds_leaves_no_blotch(device, monkeypatch, error, least, most):
     """A frame 300 times as bright as those before: noise, where its rays differ as much, and else another light."""

@@ -1,5 +1,7 @@
 """What surfaces mirror: a quarter of a ray a pixel, rebuilt from neighbours and earlier frames (RTG 25, 25.2.2)."""
 
+from typing import Any
+
 import slangpy as spy
 
 from pica.effects.reflections.own_rays import OwnRays
@@ -54,6 +56,7 @@ class Reflections(Effect):
             "reflected": make("reflections", light, size),
         }
         self._history = History(self._device, "reflections", {"history": light}, size, 1)
+        self._newest: tuple[Size, dict[str, Any]] | None = None
 
     def resize(self, size: Size) -> None:
         """As Effect."""
@@ -72,6 +75,7 @@ class Reflections(Effect):
     def reset(self) -> None:
         """Drop the history."""
         self._history.reset()
+        self._newest = None
         if self._own is not None:
             self._own.reset()
 
@@ -89,8 +93,18 @@ class Reflections(Effect):
         return Reference("path_tracer/mirrored_light.slang", "MirroredLight", "surface", inputs, layers, is_light=True)
 
     def debug_aovs(self) -> dict[str, Aov]:
-        """See views.py."""
-        return reflection_views({**self._textures, **self._history.current})
+        """See views.py; what is of the frame before is made by a pass of its own, which nothing compiles before."""
+        found = {**self._textures, **self._history.current}
+        if self._newest is None:
+            return reflection_views(found)
+        size, newest = self._newest
+        light = spy.Format.rgba32_float
+        formats = {"ofSurface": light, "ofImage": light, "choice": spy.Format.rg32_float}
+        past = {name: self._device.texture(f"reflections {name}", kind, size) for name, kind in formats.items()}
+        with self._device.record() as recording:
+            self._device.compute(f"{_FOLDER}/reflection_views.slang")(recording, (*size, 1), **newest, **past)
+        self._device.give_back(*past.values())
+        return reflection_views({**found, **past})
 
     def ray_counts(self) -> dict[str, int]:
         """Rays that followed a surface's lobe; those from what they met to a light are as many at most."""
@@ -131,18 +145,12 @@ class Reflections(Effect):
             **({} if self._mirrors else {"filtered": int(filtered)}),
         )
         if filtered:
-            self._accumulate(
-                frame,
-                frame.grid,
-                frame=frame,
-                gbuffer=gbuffer,
-                reprojection=reprojection,
-                reconstructed=textures["reconstructed"],
-                distances=textures["distances"],
-                signal=textures["signal"],
-                **self._history.turn(frame),
-                known=int(not self._history.empty),
-            )
+            history = self._history.turn(frame)
+            found: dict[str, Any] = {name: textures[name] for name in ("reconstructed", "distances", "signal")}
+            found |= {"gbuffer": gbuffer, "reprojection": reprojection, "previousHistory": history["previousHistory"]}
+            known = int(not self._history.empty)
+            self._newest = (frame.size, {"frame": frame.block, **found}) if known else None
+            self._accumulate(frame, frame.grid, frame=frame, history=history["history"], known=known, **found)
         self._filter(scene.material_types)(
             frame,
             frame.grid,

@@ -24,8 +24,20 @@ def reflection_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
     raw: (height / 2, width / 2, 3) what each ray brought. reconstructed: (height, width, 3) from neighbours' rays of
     this frame; variance: of that, (height, width); distance: metres to what is mirrored; accumulated: with earlier
     frames; history: how many these are, times the rays that each tells as much as.
+
+    Where the textures are given, what the newest frame found of the one before: of_surface and of_image, light where
+    the surface was and where the image of what it mirrors was; image_share: how much the latter counts; kernel: pixels
+    that the filter reaches.
     """
-    return {
+    past = {}
+    if "choice" in textures:
+        past = {
+            "of_surface": Aov((textures["ofSurface"],), color),
+            "of_image": Aov((textures["ofImage"],), color),
+            "image_share": Aov((textures["choice"],), lambda values: values[..., 0]),
+            "kernel": Aov((textures["choice"],), lambda values: values[..., 1]),
+        }
+    return past | {
         "raw": Aov((textures["light"],), lambda light: light_of(light[..., :2]) + light_of(light[..., 2:])),
         "reconstructed": Aov((textures["reconstructed"],), color),
         "variance": Aov((textures["reconstructed"],), lambda values: values[..., 3]),
