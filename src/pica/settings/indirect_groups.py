@@ -33,8 +33,8 @@ class ReflectionsSettings(Group):
         "How a pixel is rebuilt from neighbours' rays, where it is filtered.",
         ratio="From a few neighbours, whose rays follow the lobe, by what its own surface mirrors of where they ended"
         " over the chance that they went there (RTG 25, 25.2.2).",
-        radiance="Up to a squared roughness of 0.16 rays are those of perfect mirrors, and the lobe is drawn over the"
-        " picture of what they brought (RTG 19, 19.3.2.2); wider lobes as ratio.",
+        radiance="Up to a squared roughness of 0.16 most rays are those of perfect mirrors, and the lobe is drawn over"
+        " the picture of what they brought (RTG 19, 19.3.2.2); wider lobes as ratio.",
     )
     mirror_bias: float = number(
         0.0,
