@@ -9,7 +9,7 @@ import slangpy as spy
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.tracing.hit_groups import HitDetail
-from pica.tracing.ray_buffers import strides_of
+from pica.tracing.ray_buffers import RayBuffers
 from pica.tracing.ray_pipeline import RayPipeline, ShaderSource, import_path
 
 _RAY_GENERATION = """
@@ -52,28 +52,18 @@ class PathPipeline:
     ) -> None:
         """`parts`: rays of a path in each part but the last, which has the rest."""
         self.name = name = Path(module).stem
-        self._device, self._parts = device, (*parts, _ALL)
+        self._parts = (*parts, _ALL)
         source = _RAY_GENERATION.format(module=import_path(module), effect=effect, detail=detail)
         generation = ShaderSource(f"{name}_{effect}_{detail}_paths", source)
         self._pipeline = RayPipeline(device, name, generation, detail, simplified, with_module, len(self._parts))
-        self._strides = strides_of(device, generation, ("rays", "states", "next"))
-        self._strides["queue"] = self._strides["next"]
-        self._size = 0
-        self._buffers: dict[str, spy.Buffer] = {}
+        self._buffers = RayBuffers(device, name, generation)
         self._counts = device.buffer("path counts", data=np.zeros(2 * len(self._parts), np.uint32), struct_size=4)
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
         """Record the effect over a (width, height) grid with these parameters."""
         size = grid[0] * grid[1]
-        if size != self._size:
-            self._size = size
-            self._device.give_back(*self._buffers.values())
-            self._buffers = {
-                name: self._device.buffer(f"{self.name} {name}", size=size * stride, struct_size=stride)
-                for name, stride in self._strides.items()
-            }
         recording.encoder.clear_buffer(self._counts)
-        values |= {"counts": self._counts, "grid": spy.uint2(*grid), **self._buffers}
+        values |= {"counts": self._counts, "grid": spy.uint2(*grid), **self._buffers.for_rays(size)}
         for part, most in enumerate(self._parts):
             threads = (size, 1) if part else grid
             self._pipeline(recording, threads, part=part, most=most, **values)

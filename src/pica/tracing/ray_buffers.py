@@ -125,26 +125,16 @@ class BufferEffect:
         kernels = ShaderSource(f"{name}_{effect}_{detail}_{suffix}", source)
         self._start = self._kernel(device, KernelRecipe(kernels, "start", with_module))
         self._advance = self._kernel(device, KernelRecipe(kernels, "advance", with_module))
-        self._strides = strides_of(device, kernels, ("rays", "states", "next"))
-        self._strides |= {"hits": _HIT, "queue": self._strides["next"]}
-        self._count = 0
-        self._buffers: dict[str, spy.Buffer] = {}
+        self._buffers = RayBuffers(device, name, kernels, hits=_HIT)
         self._counts = device.buffer("ray counts", data=np.zeros(2, np.uint32), struct_size=4)
         self._host_counts = HostBuffer(device, self._counts)
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
         """Run the effect to its end. How many steps that takes is known only as they run, so each is submitted."""
-        count = grid[0] * grid[1]
-        if count != self._count:
-            self._count = count
-            self._device.give_back(*self._buffers.values())
-            self._buffers = {
-                name: self._device.buffer(name, size=count * stride, struct_size=stride)
-                for name, stride in self._strides.items()
-            }
+        buffers = self._buffers.for_rays(grid[0] * grid[1])
         types = types_of(values)
         start, advance = self._start(types), self._advance(types)
-        values |= {"counts": self._counts, "grid": spy.uint2(*grid), "waiting": spy.uint2(0, 0), **self._buffers}
+        values |= {"counts": self._counts, "grid": spy.uint2(*grid), "waiting": spy.uint2(0, 0), **buffers}
         self._step(start, recording, (*grid, 1), values)
         while any(waiting := self._submit(recording)):
             values["queue"], values["next"] = values["next"], values["queue"]
@@ -178,11 +168,29 @@ class BufferEffect:
         return int(nearest), int(shadows)
 
 
-def strides_of(device: Device, source: ShaderSource, names: tuple[str, ...]) -> dict[str, int]:
-    """Bytes of an element of the source's structured buffers of these names."""
-    layout = device.handle.link_program([source.loaded(device)], [])
-    return {
-        parameter.name: parameter.type_layout.element_type_layout.stride
-        for parameter in parameters_of(layout)
-        if parameter.name in names
-    }
+class RayBuffers:
+    """An effect's rays under way, what it knows of them, and two queues that take turns; and what else each ray has."""
+
+    def __init__(self, device: Device, name: str, source: ShaderSource, **more: int) -> None:
+        """`source`: where `rays`, `states` and `next` are declared. `more`: bytes a ray of further buffers."""
+        layout = device.handle.link_program([source.loaded(device)], [])
+        strides = {
+            parameter.name: parameter.type_layout.element_type_layout.stride
+            for parameter in parameters_of(layout)
+            if parameter.name in ("rays", "states", "next")
+        }
+        self._device, self._name = device, name
+        self._strides = strides | {"queue": strides["next"]} | more
+        self._count = 0
+        self._buffers: dict[str, spy.Buffer] = {}
+
+    def for_rays(self, count: int) -> dict[str, spy.Buffer]:
+        """The buffers, with room for just so many rays."""
+        if count != self._count:
+            self._count = count
+            self._device.give_back(*self._buffers.values())
+            self._buffers = {
+                name: self._device.buffer(f"{self._name} {name}", size=count * stride, struct_size=stride)
+                for name, stride in self._strides.items()
+            }
+        return self._buffers
