@@ -37,7 +37,7 @@ class GlobalIllumination(Effect):
         if settings.mode in ("path_traced", "restir"):
             self._way = PathTracedIndirect(device, size, settings, tracer, light_map)
         elif settings.mode == "surfels":
-            self._way = SurfelIndirect(device, settings, tracer)
+            self._way = SurfelIndirect(device, size, settings, tracer)
         else:
             assert light_map is not None
             self._way = LightMapIndirect(device, light_map)

@@ -7,7 +7,7 @@ import numpy as np
 import slangpy as spy
 
 from pica.effects.global_illumination.views import surfel_views
-from pica.frame.context import FrameContext, Size, camera_constants
+from pica.frame.context import FrameContext, Size, camera_constants, half_size
 from pica.frame.effect import Aov
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import ENDLESS, IndirectCache
@@ -29,6 +29,8 @@ _ANCHOR, _ESTIMATOR = 32, 48
 _DEPTHS = 16
 """surfel_depth.slang: DEPTHS."""
 _RAYS_ACROSS = 512
+_SETTLED = 128
+"""Frames after which a change of the scene has come to all surfels."""
 _BOUNCES = 12
 """Surfaces on a path that meets no surfels."""
 
@@ -75,7 +77,7 @@ class SurfelIndirect:
 
     bounces, is_smooth = ENDLESS, True
 
-    def __init__(self, device: Device, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
+    def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
         self._device = device
         self._pool = SurfelPool(device, settings.surfels)
         compute = device.compute
@@ -86,17 +88,26 @@ class SurfelIndirect:
         # Few go on from what they met first, in all but closed rooms.
         self._trace = ray_effect(device, module, "SurfelRays", "surface", tracer, simplified=True, parts=(2, 4))
         self._update = compute(f"{_FOLDER}/surfel_update.slang")
+        self._lookup = compute(f"{_FOLDER}/surfel_lookup.slang")
         self._apply = programs(device).compute(f"{_FOLDER}/surfel_apply.slang")
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
         self._newest: tuple[Size, dict[str, Any]] | None = None
+        self._scene, self._unchanged = -1, 0
+        self._allocate(size)
         self.cache = IndirectCache(f"{_FOLDER}/surfel_cache.slang", {"surfels": self._pool})
 
+    def _allocate(self, size: Size) -> None:
+        self._half_known = self._device.texture("light of surfels", spy.Format.rgba32_float, half_size(size))
+
     def resize(self, size: Size) -> None:
-        """Surfels do not depend on it."""
+        """Work at another size; the surfels stay."""
+        self._device.give_back(self._half_known)
+        self._allocate(size)
 
     def reset(self) -> None:
         """Forget all surfels."""
         self._pool.clear()
+        self._unchanged = 0
 
     def debug_aovs(self) -> dict[str, Aov]:
         """See views.py; made by a pass of its own, which nothing compiles before."""
@@ -143,6 +154,8 @@ class SurfelIndirect:
     ) -> None:
         """Write this frame's to the pictures `arriving` and `indirect` and add it to `radiance`."""
         self._newest = frame.size, {"frame": frame.block, "gbuffer": gbuffer, "scene": scene}
+        self._unchanged = self._unchanged + 1 if scene.revision == self._scene else 0
+        self._scene = scene.revision
         pool = self._pool
         pixel = camera_constants(frame.camera, frame.size, frame.output_size[0] / frame.output_size[1])["pixelSize"]
         pool.block.bind(size=max(_SIZE, _LEAST_PIXELS * pixel))
@@ -207,8 +220,10 @@ class SurfelIndirect:
             drifts=pool.drifts,
             estimators=pool.estimators,
             capacity=pool.capacity,
+            settled=int(self._unchanged > _SETTLED),
             **slots,
         )
+        self._lookup(frame, half.grid, frame=frame, gbuffer=gbuffer, surfels=pool, halfKnown=self._half_known)
         self._apply(scene.material_types)(
             frame,
             frame.grid,
@@ -216,6 +231,7 @@ class SurfelIndirect:
             gbuffer=gbuffer,
             scene=scene,
             surfels=pool,
+            halfKnown=self._half_known,
             occlusion=occlusion or self._no_occlusion,
             occluded=int(occlusion is not None),
             **pictures,
