@@ -87,7 +87,7 @@ def test_noise_is_averaged(means):
 
 
 def test_in_a_settled_scene_values_are_of_equal_worth(means):
-    """Of which one in twenty brings all the light: the plain mean of 300 deviates by a quarter. Little light is lost."""
+    """Of which one in twenty brings all the light: the plain mean of 300 deviates by a quarter. Little is lost."""
     mean, deviation = means(STAYS, [CHANGES - 1], finding=0.05, way=SETTLED, sequences=1024)
     assert mean[0] == pytest.approx(0.5, rel=0.12)
     assert deviation[0] == pytest.approx(0.5 * (0.95 / 0.05 / CHANGES) ** 0.5, rel=0.2)
