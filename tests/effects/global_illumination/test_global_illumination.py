@@ -9,7 +9,7 @@ import pica
 from pica.quality.effects import MeasuredEffect
 from pica.scene.light import RectangleLight
 from pica.scene.material import Image, Material, Sampler, Texture
-from pica.scenes.basic_meshes import plane
+from pica.scenes.basic_meshes import box, plane
 from pica.scenes.placing import move, turn
 from tests.building import checkered, lambert, placed, scene_of, settings, shining
 
@@ -120,6 +120,45 @@ def test_the_first_frame_has_its_light(device, values, tolerance, noise):
     # And what its filter leaves is no noise to speak of: neighbours are alike where the light is.
     inside = np.s_[20:44, 30:66]
     assert np.abs(reflected(first) - reflected(later))[inside].mean() < noise * reflected(later)[inside].mean()
+
+
+def test_what_is_thinner_than_two_pixels_has_the_light_of_surfels(device):
+    """Though surfels are asked for every second pixel only."""
+    scene = pica.scenes.cornell()
+    wire = box((0.03, 0.7, 0.03), lambert(0.8))
+    wire = box((0.03, 1.2, 0.03), lambert(0.8))
+    wires = [placed(wire, move(0.11 * i - 0.6, 0.9, 0.2 * (i % 3)), f"wire {i}") for i in range(12)]
+    for node in wires:
+        scene.add(node)
+    renderer = pica.Renderer(scene, SIZE, settings(SURFELS), device)
+    camera = scene.default_camera(1.5)
+    for _ in range(24):
+        seen = renderer.advance(camera, jittered=False)["visibility"]
+    numbers = [[node.name for node in scene.nodes()].index(node.name) + 1 for node in wires]
+    thin = np.isin(seen.to_numpy()[..., 0], numbers)
+    assert thin.sum() > 100
+    measured = MeasuredEffect(renderer, "global_illumination")
+    found, expected = measured.result()["indirect"][thin], measured.reference(256)["indirect"][thin]
+    assert found.mean() == pytest.approx(expected.mean(), rel=0.1) and (found.mean(-1) > 0.2 * expected.mean(-1)).all()
+
+
+def test_surfels_of_a_scene_at_rest_are_quiet(device):
+    """Once nothing has changed for long; and a lamp that changes then is followed as ever."""
+    scene = pica.scenes.rooms()
+    lamp = next(node for node in scene.nodes() if node.light)
+    renderer = pica.Renderer(scene, SIZE, settings(SURFELS), device)
+    camera = scene.default_camera(1.5)
+
+    def following():
+        renderer.advance(camera, jittered=False)
+        return renderer.global_illumination.aovs()["indirect"].fetch()
+
+    means = [following() for _ in range(140)][-1]
+    later = following()
+    assert np.abs(later - means).mean() < 0.004 * later.mean()
+    lamp.light = RectangleLight(radiance=60.0, width=0.8, height=0.8)
+    after = [following().mean() for _ in range(60)]
+    assert after[35] > 0.8 * 3 * later.mean() and after[-1] == pytest.approx(3 * later.mean(), rel=0.1)
 
 
 def test_surfels_ride_what_moves(device):
