@@ -9,7 +9,7 @@ import pica
 from pica.quality.picture_errors import compare
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
-from pica.scene.light import DirectionalLight, DiskLight, PointLight, RectangleLight, SphereLight, SpotLight
+from pica.scene.light import DirectionalLight, DiskLight, PointLight, RectangleLight, SphereLight, SpotLight, TubeLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, turn
@@ -289,6 +289,25 @@ def test_more_candidates_make_less_noise(device):
 
     mean = render(device, scene, 128, VIEW, SIZE, {"shadows.max_lights": "29"}).color
     assert error(32) < 0.6 * error(1)
+
+
+def test_mirrors_find_lamps_that_share_a_ray(device):
+    """A point drawn on a lamp is rarely where a sharp lobe shows it."""
+    metal = Material(base_color=(0.9, 0.8, 0.7, 1), metallic=1.0, roughness=0.12)
+    lamps = [
+        shining(RectangleLight(radiance=8.0, width=0.8, height=0.3), aim((1, 1.6, -0.8), (0, 0, 0))),
+        shining(RectangleLight(radiance=5.0, width=0.2, height=1.2), aim((-1.2, 1.4, -1), (0, 0, 0))),
+        shining(DiskLight(radiance=9.0, radius=0.3), aim((0, 1.8, 0.9), (0, 0, 0))),
+        shining(SphereLight(radiance=12.0, radius=0.2), move(-0.8, 1.2, 0.8)),
+        shining(TubeLight(radiance=9.0, radius=0.04, length=1.2), move(0.3, 1.2, -1.4)),
+    ]
+    balls = [placed(sphere(0.3, metal), move(x, 0.3, z)) for x in (-0.9, 0, 0.9) for z in (-0.6, 0.3)]
+    scene = scene_of(placed(plane(4, 4, metal)), *balls, *lamps)
+    hybrid = render(device, scene, 48, VIEW, SIZE, {"shadows.max_lights": "1"}).color
+    reference = trace(device, scene, 512, VIEW, SIZE, max_depth=2).color
+    np.testing.assert_allclose(hybrid.mean((0, 1)), reference.mean((0, 1)), rtol=0.03)
+    white = np.percentile(reference, 98)
+    assert np.minimum(hybrid, white).mean() == pytest.approx(np.minimum(reference, white).mean(), rel=0.1)
 
 
 def test_the_shared_ray_goes_where_the_light_comes_from(device):

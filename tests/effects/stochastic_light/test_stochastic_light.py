@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 import pica
+from pica import quality
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
-from pica.scene.light import PointLight, SphereLight
+from pica.scene.light import PointLight, RectangleLight, SphereLight
 from pica.scene.material import Image, Material, Sampler, Texture
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, turn
-from tests.building import edges, lambert, orthographic, placed, scene_of, settings, shining, sky
+from tests.building import edges, lambert, orthographic, placed, scene_of, settings, shining, sky, trace
 
 SIZE = (64, 48)
 VIEW = Camera.look_at((0.3, 2.2, 3.2), (0, 0.3, 0), fov=40)
@@ -155,6 +156,22 @@ def test_noise_in_motion_is_less_than_without_filter(device):
 
     raw, filtered = flicker(filter=False), flicker()
     assert filtered < 0.35 * raw, f"{raw:.3f} as it is, {filtered:.3f} filtered"
+
+
+def test_highlights_of_mirrors_stay_where_they_are_seen(device):
+    """The camera turns about balls of smooth metal below lamps: what they mirror wanders over them."""
+    metal = Material(base_color=(0.9, 0.9, 0.9, 1), metallic=1.0, roughness=0.12)
+    balls = [placed(sphere(0.35, metal), move(x, 0.35, z)) for x in (-0.9, 0, 0.9) for z in (-0.5, 0.5)]
+    lamp = RectangleLight(radiance=20.0, width=0.5, height=0.15)
+    lamps = [shining(lamp, move(x, 1.6, z) @ turn("x", -90)) for x in (-0.8, 0, 0.8) for z in (-0.8, 0.6)]
+    scene = scene_of(placed(plane(4, 4, lambert(0.3))), *balls, *lamps)
+    renderer = pica.Renderer(scene, SIZE, settings({"lighting.filter": "true"}), device)
+    for frame in range(16):
+        angle = np.radians(0.4 * frame)
+        camera = Camera.look_at((3 * np.sin(angle), 2.2, 3 * np.cos(angle)), (0, 0.3, 0), fov=40)
+        picture = renderer.render(1, camera)
+    reference = trace(device, scene, 512, camera, SIZE, max_depth=2).color
+    assert quality.compare(reference, picture.color).flip < 0.14
 
 
 def test_only_noisy_light_is_filtered(device):
