@@ -3,8 +3,18 @@
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 
 import pytest
+
+
+@pytest.fixture(autouse=True)
+def _heard() -> Iterator[None]:
+    """Who starts the tests in the background ignores Ctrl-C for them, and for the processes that they start."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
 
 PRESS = """
 import atexit, os, signal, sys
