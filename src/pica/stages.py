@@ -100,7 +100,7 @@ class Stages(Closing):
             by_rays or settings.global_illumination.mode in ("path_traced", "restir", "surfels")
         )
         if "lighting" in changed:
-            self.lighting = DirectLighting(device.part(), size, view, settings.lighting)
+            self.lighting = DirectLighting(device.part(), size, settings.lighting)
         if "antialiasing" in changed:
             self.antialiasing = Antialiasing(device.part(), self.size, settings.antialiasing)
         if "post" in changed:

@@ -1,5 +1,7 @@
 """All meshes in a few shared buffers, and one bottom-level structure per mesh, sidedness and material type."""
 
+from collections.abc import Container
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
@@ -14,7 +16,7 @@ from pica.gpu_scene.table_rows import RECORD
 from pica.rhi.acceleration import ObjectFlags, RtGeometry, RtSection, build_compact
 from pica.rhi.device import Device
 from pica.rhi.tables import DeviceTable, Runs
-from pica.scene.material import AlphaMode
+from pica.scene.material import AlphaMode, Material
 from pica.scene.model import Mesh, Section
 
 # gpu_scene/scene_types.slang
@@ -28,6 +30,7 @@ class PlacedSection:
     """A section and where it lies in the shared buffers."""
 
     section: Section
+    """A copy: the user's may be written to while this one is shown."""
     first_vertex: int
     first_index: int
     first_previous: int = NOT_DEFORMED
@@ -133,7 +136,7 @@ class GeometryBuffers:
         mesh.users -= 1
         if mesh.users:
             return
-        if mesh.previous is None:
+        if self._meshes.get(id(mesh.mesh)) is mesh:
             del self._meshes[id(mesh.mesh)]
         for placed in mesh.sections:
             count = len(placed.section.positions)
@@ -148,6 +151,12 @@ class GeometryBuffers:
             part.geometry.forget()
         gone = {part.geometry for part in mesh.parts}
         self._unbuilt = [geometry for geometry in self._unbuilt if geometry not in gone]
+
+    def retire(self, meshes: Container[Mesh], materials: Container[Material]) -> None:
+        """Who shows one of these meshes, or one with these materials, from now on gets it as it is now."""
+        for key, found in list(self._meshes.items()):
+            if found.mesh in meshes or any(placed.section.material in materials for placed in found.placed):
+                del self._meshes[key]
 
     def has(self, mesh: Mesh) -> bool:
         """Whether somebody shows the mesh as it is, without deforming it."""
@@ -190,7 +199,7 @@ class GeometryBuffers:
     def _upload_primitives(
         self, encoder: spy.CommandEncoder, mesh: Mesh, first_section: int
     ) -> tuple[list[PlacedPrimitives], list[MeshPart]]:
-        filled = [primitives for primitives in mesh.primitives if len(primitives)]
+        filled = [copy(primitives) for primitives in mesh.primitives if len(primitives)]
         if filled and not self._has_box_indices:
             self.first_box_index, self._has_box_indices = self._indices.take(encoder, BOX_INDICES), True
         placed = [self.primitives.upload(encoder, primitives) for primitives in filled]
@@ -223,7 +232,8 @@ class GeometryBuffers:
 
 
 def _ordered(mesh: Mesh) -> list[Section]:
-    """The sections that have triangles, those of one part together, so that each part is one run of records."""
+    """Copies of the sections that have triangles, those of one part together, so that each part is one run of
+    records."""
     filled = [_without_unused(section) for section in mesh.sections if len(section.indices)]
     return sorted(filled, key=_part_key)
 
@@ -236,7 +246,7 @@ def _without_unused(section: Section) -> Section:
     """The section with the vertices that its triangles use; files often share one big array among sections."""
     used, indices = np.unique(section.indices, return_inverse=True)
     if len(used) == len(section.positions):
-        return section
+        return copy(section)
     return section.take(used.astype(np.intp), indices.reshape(-1, 3).astype(np.uint32))
 
 

@@ -19,10 +19,11 @@ from pica.programs.material_types import (
     plain,
 )
 from pica.programs.preparation import prepare
-from pica.programs.scene_features import features_of, with_features
+from pica.programs.scene_features import features_of, known_features, with_features
 from pica.programs.shape_types import shapes_of
 from pica.rhi.device import Device
 from pica.rhi.tables import HostTable
+from pica.scene.changes import ChangeSet
 from pica.scene.coat import MOST_COATS, baked
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
 from pica.scene.material_registry import MaterialSource, material_source
@@ -93,25 +94,38 @@ _WRAP = {
 
 @dataclass
 class _ImageOnGpu:
-    """A texture, and the image that it was made of, whose id is its key."""
+    """A texture, and the image that it was made of."""
 
     image: Image
+    srgb: bool
     texture: spy.Texture
     view: spy.TextureView
+    users: int = 0
+
+
+@dataclass
+class _Packed:
+    """A material as its row has it: what was written to it since may differ."""
+
+    row: int
+    type: str
+    kind: tuple[object, ...]
+    images: list[_ImageOnGpu]
+    emission: float
     users: int = 0
 
 
 class MaterialTable:
     """The materials of what is shown; an image used twice is uploaded once, and goes with its last material."""
 
-    def __init__(self, device: Device) -> None:
-        self._device = device
+    def __init__(self, device: Device, changes: ChangeSet) -> None:
+        """`changes`: where images note that they were written to."""
+        self._device, self._changes = device, changes
         self.table = HostTable(device, "materials", MATERIAL)
         self.transparent: set[int] = set()
         """Rows of the materials that let light through."""
-        self._users: dict[int, int] = {}
-        self._materials: dict[int, tuple[int, Material]] = {}
-        self._textures: dict[tuple[int, bool], _ImageOnGpu] = {}
+        self._materials: dict[Material, _Packed] = {}
+        self._textures: dict[tuple[Image, bool], _ImageOnGpu] = {}
         self._samplers: dict[Sampler, spy.Sampler] = {}
         self._types: MaterialTypeSet = ()
         self._type_users: Counter[str] = Counter()
@@ -172,9 +186,9 @@ class MaterialTable:
         replaced = {known.name: known for known in plain(types).values() if known not in self._types}
         compiled = programs(self._device).material_types
         packed = {
-            row: compiled[replaced[material.type]].packed(material.name, material.parameters)
-            for row, material in self._materials.values()
-            if material.type in replaced
+            entry.row: compiled[replaced[entry.type]].packed(material.name, material.parameters)
+            for material, entry in self._materials.items()
+            if entry.type in replaced and entry.type == material.type
         }
         for row, parameters in packed.items():
             self.table.rows[row]["parameters"] = parameters
@@ -188,18 +202,41 @@ class MaterialTable:
         if types != self.types:
             self._types = types
 
+    def has(self, material: Material) -> bool:
+        """Whether somebody uses it."""
+        return material in self._materials
+
     def acquire(self, material: Material, users: int = 1) -> int:
         """The row of a material that somebody starts to use, or several."""
-        key = id(material)
-        if key not in self._materials:
-            row = self.table.take(1)
-            self._materials[key] = row, material
-            self.table.rows[row] = self._packed(material)
-            self._type_users[material.type] += 1
-            if material.transmission > 0:
-                self.transparent.add(row)
-        self._users[key] = self._users.get(key, 0) + users
-        return self._materials[key][0]
+        entry = self._materials.get(material)
+        if entry is None:
+            entry = self._materials[material] = self._pack(material, self.table.take(1))
+        entry.users += users
+        return entry.row
+
+    def can_renew(self, material: Material) -> bool:
+        """Whether `renew` is enough for what was written to a material in use."""
+        return self._materials[material].kind == _kind(material) and features_of(material) <= known_features(self.types)
+
+    def renew(self, material: Material) -> bool:
+        """Pack a material in use as it is now. Returns whether the light that it emits is other than before."""
+        before = self._materials[material]
+        entry = self._materials[material] = self._pack(material, before.row)
+        entry.users = before.users
+        self._forget(before)
+        self.table.touch(np.array([entry.row]))
+        return entry.emission != before.emission
+
+    def check(self, material: Material) -> None:
+        """Raises MaterialTypeError when its parameters are not what its type, which programs know, wants."""
+        compiled = programs(self._device).material_types[material_source(material.type)]
+        compiled.packed(material.name, material.parameters)
+
+    def with_image(self, image: Image) -> list[Material]:
+        """The materials in use that have it. Its pixels have changed: the next that is packed uploads them."""
+        for srgb in (False, True):
+            self._textures.pop((image, srgb), None)
+        return [m for m, entry in self._materials.items() if any(used.image is image for used in entry.images)]
 
     def shape_number(self, hit_group: str) -> int:
         """`SectionRecord.shape` of primitives with this entry "shape/type", whose material has been acquired."""
@@ -212,21 +249,29 @@ class MaterialTable:
 
     def release(self, material: Material) -> None:
         """Somebody stops using it."""
-        key = id(material)
-        self._users[key] -= 1
-        if self._users[key]:
+        entry = self._materials[material]
+        entry.users -= 1
+        if entry.users:
             return
-        row, _ = self._materials.pop(key)
-        del self._users[key]
-        self._type_users[material.type] -= 1
-        self.transparent.discard(row)
-        self.table.give_back(row, 1)
-        for slot in _SLOTS:
-            texture: Texture | None = getattr(material, f"{slot}_texture")
-            if texture is not None:
-                self._release_image(texture.image, slot in _SRGB)
+        del self._materials[material]
+        self.transparent.discard(entry.row)
+        self._forget(entry)
+        self.table.give_back(entry.row, 1)
 
-    def _packed(self, material: Material) -> NDArray[np.void]:
+    def _pack(self, material: Material, row: int) -> _Packed:
+        images: list[_ImageOnGpu] = []
+        self.table.rows[row] = self._packed(material, images)
+        self._type_users[material.type] += 1
+        (self.transparent.add if material.transmission > 0 else self.transparent.discard)(row)
+        return _Packed(row, material.type, _kind(material), images, average_emission(material))
+
+    def _forget(self, entry: _Packed) -> None:
+        self._type_users[entry.type] -= 1
+        for on_gpu in entry.images:
+            self._release_image(on_gpu)
+
+    def _packed(self, material: Material, images: list[_ImageOnGpu]) -> NDArray[np.void]:
+        """Its row; the images that it uses are added to `images`."""
         packed = np.zeros((), MATERIAL)
         for name in ("base_color", "emission", "metallic", "specular_color", "roughness", "ior", "specular"):
             packed[name] = getattr(material, name)
@@ -268,21 +313,24 @@ class MaterialTable:
                 continue
             height, width, _ = texture.image.pixels.shape
             entry = packed[f"{slot}_texture"]
-            entry["texture"] = self._texture(texture.image, slot in _SRGB)
+            images.append(self._image(texture.image, slot in _SRGB))
+            entry["texture"] = images[-1].view.descriptor_handle_ro.value
             entry["sampler"] = self._sampler(texture.sampler).descriptor_handle.value
             entry["transform"] = np.reshape(texture.transform, (2, 3))
             entry["uv_set"] = texture.uv_set
             entry["texels"] = width * height
         return packed
 
-    def _texture(self, image: Image, srgb: bool) -> int:
-        key = (id(image), srgb)
-        if key not in self._textures:
-            self._textures[key] = self._upload(image, srgb)
-        self._textures[key].users += 1
-        return int(self._textures[key].view.descriptor_handle_ro.value)
+    def _image(self, image: Image, srgb: bool) -> _ImageOnGpu:
+        """An image that somebody starts to use; uploaded unless somebody does already."""
+        if (image, srgb) not in self._textures:
+            self._textures[image, srgb] = self._upload(image, srgb)
+            image.follow(self._changes)
+        found = self._textures[image, srgb]
+        found.users += 1
+        return found
 
-    def _upload(self, image: Image, srgb: bool) -> "_ImageOnGpu":
+    def _upload(self, image: Image, srgb: bool) -> _ImageOnGpu:
         height, width, _ = image.pixels.shape
         levels = max(width, height).bit_length()
         with self._device.allocating(f"picture {image.name}, {width}x{height} texels"):
@@ -301,14 +349,14 @@ class MaterialTable:
             encoder = self._device.handle.create_command_encoder()
             encoder.generate_mips(texture)
             self._device.handle.submit_command_buffer(encoder.finish())
-        return _ImageOnGpu(image, texture, texture.create_view())
+        return _ImageOnGpu(image, srgb, texture, texture.create_view())
 
-    def _release_image(self, image: Image, srgb: bool) -> None:
-        on_gpu = self._textures[id(image), srgb]
+    def _release_image(self, on_gpu: _ImageOnGpu) -> None:
         on_gpu.users -= 1
         if not on_gpu.users:
             self._device.count_memory(-on_gpu.texture.memory_usage.device)
-            del self._textures[id(image), srgb]
+            if self._textures.get((on_gpu.image, on_gpu.srgb)) is on_gpu:  # else its pixels were changed
+                del self._textures[on_gpu.image, on_gpu.srgb]
 
     def _sampler(self, sampler: Sampler) -> spy.Sampler:
         if sampler not in self._samplers:
@@ -321,6 +369,11 @@ class MaterialTable:
                 address_v=_WRAP[sampler.wrap_v],
             )
         return self._samplers[sampler]
+
+
+def _kind(material: Material) -> tuple[object, ...]:
+    """What draws, structures and hit groups were made for."""
+    return material.type, material.double_sided, material.alpha_mode is AlphaMode.OPAQUE
 
 
 def average_emission(material: Material) -> float:

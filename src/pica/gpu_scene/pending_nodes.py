@@ -1,18 +1,26 @@
-"""Nodes that come to a running renderer with new material types or shapes: they wait until programs know them."""
+"""Nodes that come to a running renderer with new material types or shapes, and those that take on such: they wait until
+programs know them."""
 
 from collections.abc import Iterable
 
 from pica.errors import MaterialTypeError, PicaError
+from pica.gpu_scene.edits import Edit
 from pica.gpu_scene.materials import MaterialTable
 from pica.programs.library import programs
 from pica.programs.material_types import MaterialTypeSet, ShapeOn, TypeEntry
 from pica.programs.program_round import ProgramRound
 from pica.programs.recipes import TypeRecipe
-from pica.programs.scene_features import Features, features_of_light, features_of_mesh, known_features
+from pica.programs.scene_features import (
+    Features,
+    features_of_environment,
+    features_of_light,
+    features_of_mesh,
+    known_features,
+)
 from pica.rhi.device import Device
 from pica.rhi.profiler import FRAMES_IN_FLIGHT
 from pica.scene.material_registry import material_source, registrations
-from pica.scene.model import Mesh, Node, Section
+from pica.scene.model import Mesh, Node, Scene, Section
 from pica.scene.primitives import Primitives
 from pica.scene.shape_registry import shape_source
 
@@ -27,6 +35,9 @@ class PendingNodes:
         self._dark: dict[Node, None] = {}
         """Who is shown, but waits for its new light."""
         self._relit: list[Node] = []
+        self._edits: dict[Edit, None] = {}
+        """What waits to be shown otherwise than now."""
+        self._ready_edits: list[Edit] = []
         self._round: ProgramRound | None = None
         self._refused: set[TypeEntry | str] = set()
         """Types with a fault, and names that nobody registered."""
@@ -66,6 +77,24 @@ class PendingNodes:
                 self._dark[node] = None
                 self._look = True
 
+    def expect_edits(self, edits: list[Edit]) -> None:
+        """These have been written to."""
+        for edit in edits:
+            if self._knows_edit(edit):
+                self._edits.pop(edit, None)
+                if edit not in self._ready_edits:
+                    self._ready_edits.append(edit)
+            else:
+                self._edits[edit] = None
+                self._look = True
+        if edits and self._waiting:  # perhaps for less than before
+            self._look = True
+
+    @property
+    def ready_edits(self) -> list[Edit]:
+        """What `take` will give of them."""
+        return self._ready_edits
+
     def forget(self, nodes: list[Node]) -> None:
         """These have gone."""
         for node in nodes:
@@ -80,11 +109,11 @@ class PendingNodes:
         """Whether the node's light, as it is now, must wait."""
         return node in self._waiting or node in self._dark
 
-    def take(self) -> tuple[list[Node], list[Node], bool]:
-        """The nodes that can be shown from now on, those whose new lights can shine, and whether the types in use have
-        changed since the last call."""
-        taken = self._ready, self._relit, self._switched
-        self._ready, self._relit, self._switched = [], [], False
+    def take(self) -> tuple[list[Node], list[Node], list[Edit], bool]:
+        """The nodes that can be shown from now on, those whose new lights can shine, what can be shown as it was
+        written, and whether the types in use have changed since the last call."""
+        taken = self._ready, self._relit, self._ready_edits, self._switched
+        self._ready, self._relit, self._ready_edits, self._switched = [], [], [], False
         return taken
 
     def step(self) -> None:
@@ -147,6 +176,11 @@ class PendingNodes:
         known = all(entries.issubset(types) for types in self._used_types())
         return known and features_of_mesh(mesh) <= self._known_features()
 
+    def _knows_edit(self, edit: Edit) -> bool:
+        if isinstance(edit, Mesh):
+            return self._knows(edit)
+        return not isinstance(edit, Scene) or features_of_environment(edit) <= self._known_features()
+
     def _known_features(self) -> Features:
         return frozenset.intersection(*(known_features(types) for types in self._used_types()))
 
@@ -167,7 +201,10 @@ class PendingNodes:
         comers = [*self._ready, *self._waiting]  # who is ready has no material in the table yet
         for light in {node.light for node in comers}:
             features |= features_of_light(light)
-        for mesh in dict.fromkeys(node.mesh for node in comers):
+        for edit in self._edits:
+            features |= features_of_environment(edit) if isinstance(edit, Scene) else frozenset()
+        edited = [edit for edit in self._edits if isinstance(edit, Mesh)]
+        for mesh in dict.fromkeys([*(node.mesh for node in comers), *edited]):
             features |= features_of_mesh(mesh)
             for section in _sections(mesh):
                 name = _name(section)
@@ -215,6 +252,9 @@ class PendingNodes:
                 compiled = programs(self._device).material_types[material_source(material.type)]
                 compiled.packed(material.name, material.parameters)
             self._ready.append(node)
+        for edit in [edit for edit in self._edits if self._knows_edit(edit)]:
+            del self._edits[edit]
+            self._ready_edits.append(edit)
         features = self._known_features()
         for node in [node for node in self._dark if features_of_light(node.light) <= features]:
             del self._dark[node]
@@ -229,7 +269,7 @@ class PendingNodes:
 
 
 def _sections(mesh: Mesh | None) -> list[Section | Primitives]:
-    return [] if mesh is None else [*mesh.sections, *mesh.primitives]
+    return [] if mesh is None else mesh.parts
 
 
 def _name(section: Section | Primitives) -> str:

@@ -1,6 +1,6 @@
 """The records of what is shown: in all views, or in one of them. All lie in one table."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,7 @@ from pica.rhi.acceleration import RtObject, rows_of
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable, rows_of_ranges, rows_of_runs
+from pica.scene.material import Material
 
 
 class RecordSet:
@@ -107,6 +108,11 @@ class RecordSet:
         """Who sees these records, or whether they are mirrored, has changed."""
         self._touch(np.array(records, np.int64))
         if self.emissive.has(records.start) != self._seen_by_surfaces(records):
+            self._shine(mesh, records)
+
+    def relight(self, mesh: GpuMesh, records: range, materials: Set[Material]) -> None:
+        """Some of these materials emit other light than before."""
+        if any(placed.section.material in materials for placed in mesh.sections):
             self._shine(mesh, records)
 
     def number_emissive(self, offset: int) -> None:

@@ -1,5 +1,6 @@
 """A scene's copy on a device: made once, shared by all views, and told what moved."""
 
+from collections.abc import Set
 from typing import TYPE_CHECKING
 from weakref import WeakSet, WeakValueDictionary
 
@@ -11,9 +12,10 @@ from pica.gpu_scene.arrivals import Arrivals
 from pica.gpu_scene.bounds import joined, object_box, world_box
 from pica.gpu_scene.deformation.deformation import Deformation, check_deforming, deform_all, deformation_of
 from pica.gpu_scene.draws import is_mirrored
+from pica.gpu_scene.edits import Edit, Edits
 from pica.gpu_scene.geometry import GeometryBuffers
 from pica.gpu_scene.lights.emissive_triangles import EmissiveTriangles
-from pica.gpu_scene.lights.environment_map import environment_map
+from pica.gpu_scene.lights.environment_map import EnvironmentMap
 from pica.gpu_scene.lights.light_table import LightTable
 from pica.gpu_scene.lights.placed_lights import PlacedLights
 from pica.gpu_scene.masks import INSTANCE_MASK, is_masked, mask_and_channels
@@ -30,6 +32,7 @@ from pica.rhi.tables import HostTable, rows_of_ranges, rows_of_runs
 from pica.scene import leftovers
 from pica.scene.changes import Changes
 from pica.scene.dynamic_vertices import DynamicVertices
+from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
 from pica.scene.node import worth_checking
 from pica.scene.skin import deformed_positions
@@ -57,7 +60,7 @@ class GpuScene:
         self._moves: tuple[list[Node], NDArray[np.float32]] = [], np.zeros((0, 3, 4), np.float32)
         """Of what is due: the nodes that have moved, and where their instances are now, node after node."""
         self.geometry = GeometryBuffers(device)
-        self.materials = MaterialTable(device)
+        self.materials = MaterialTable(device, self._changes)
         self.instance_table = HostTable(device, "instances", INSTANCE)
         self.record_table = HostTable(device, "records", RECORD)
         self.records = self.record_set()
@@ -71,6 +74,8 @@ class GpuScene:
         for node in nodes:
             check_deforming(node)
         scene.check()
+        self._edits = Edits(self._changes, self.materials, self.geometry)
+        self._edits.follow(nodes)
         self.bounds = scene.bounds()
         """Lowest and highest corner (3,) of a box round all that has been shown so far: it never shrinks."""
         self.revision = 0
@@ -80,10 +85,10 @@ class GpuScene:
         self.lights_made = self.lights_moved = 0
         """Count how often `lights` was made anew, and how often only its rows were set."""
         self.placed_lights = PlacedLights()
-        self._lights_for = (0, 0)
+        self._lights_for = (0, 0, 0)
         self._masked: set[Node] = set()
         self.arrivals = Arrivals(self.instance_table, self.records, self.geometry, self.rt_scene)
-        self.environment = environment_map(device, scene.environment)
+        self.environment = EnvironmentMap(device, scene.environment)
         self.lights = self.light_table()
         with device.record() as recording:
             self._grow_bounds(self._add(recording, nodes))
@@ -155,6 +160,8 @@ class GpuScene:
         self._pending_nodes.forget(changes.removed)
         self._pending_nodes.expect(changes.added)
         self._pending_nodes.expect_lights([node for node in changes.altered if node in self.source])
+        self._edits.follow(changes.added)
+        self._pending_nodes.expect_edits(self._edits.needed(changes, self.source))
         if self._due is not None:  # a fault has kept these from their frame, or another view's frame has not begun
             changes = self._due.then(changes)
         self._due = changes
@@ -164,6 +171,11 @@ class GpuScene:
             self._pending_nodes.finish()
         else:
             self._pending_nodes.step()
+        edits = self._pending_nodes.ready_edits
+        self._edits.check(edits)
+        for node in self._shown_by(edits):
+            node.check()
+            check_deforming(node)
 
     def update(self, recording: Recording) -> None:
         """Record the upload of what changed since the last frame of any view. Admits it, unless `admit` did."""
@@ -189,6 +201,11 @@ class GpuScene:
         for mesh in new_meshes.values():
             mesh.check()
 
+    def _shown_by(self, edits: list[Edit]) -> list[Node]:
+        """Who shows one of the meshes among these."""
+        meshes = {edit for edit in edits if isinstance(edit, Mesh)}
+        return [node for node in self.source.nodes() if node.mesh in meshes] if meshes else []
+
     def _moves_of(self, changes: Changes) -> tuple[list[Node], NDArray[np.float32]]:
         """Raises SceneError for a place that 32-bit floats do not hold."""
         gone = set(changes.removed)
@@ -204,10 +221,13 @@ class GpuScene:
         return moved, now
 
     def _update(self, recording: Recording, changes: Changes) -> None:
-        come, relit, switched = self._pending_nodes.take()
-        for node in changes.removed:
+        come, relit, edits, switched = self._pending_nodes.take()
+        self._relight(self._edits.take(edits))
+        waiting = set(self._pending_nodes.waiting)
+        again = [node for node in self._shown_by(edits) if node not in come and node not in waiting]
+        for node in (*changes.removed, *again):
             self._remove(node)
-        added = self._add(recording, come)
+        added = self._add(recording, [*come, *again])
         self._grow_bounds(added)
         self.geometry.build(recording.encoder)
         moved, now = self._moves
@@ -216,17 +236,30 @@ class GpuScene:
         self.arrivals.place_objects([self.placements[node] for node in added])
         masked = [node for node in changes.altered if self._mask(node)]
         lights_moved = self._follow_lights(come, relit, changes)
-        lights_differ = self._lights_for != (self.placed_lights.revision, self.records.emissive.revision)
+        if self.source in edits:
+            self.environment.replace(self.source.environment)
+        lights_differ = self._lights_for != self._lights_source()
         if lights_differ:
             self._make_lights()
         elif lights_moved:
             self.lights.update(recording.encoder, self.placed_lights)
             self.lights_moved += 1
-        if changes.removed or added or moved or masked or lights_differ or lights_moved or switched or deformed:
+        differs = changes.removed or added or moved or masked or switched or deformed
+        if differs or lights_differ or lights_moved or edits:
             self.revision += 1
             self.flush(recording)
         shines = any(_shines(node) for node in (*moved, *deformed))
-        self.lights_revision += lights_differ or lights_moved or shines
+        # What surfaces reflect onto others is light too.
+        self.lights_revision += lights_differ or lights_moved or shines or bool(edits)
+
+    def _relight(self, materials: Set[Material]) -> None:
+        """These emit other light than before."""
+        if materials:
+            for placement in self.placements.values():
+                if placement.mesh is not None:
+                    self.records.relight(placement.mesh, placement.records, materials)
+            for view in self.views:
+                view.own.relight(materials)
 
     def flush(self, recording: Recording) -> None:
         """Record the upload of the tables."""
@@ -362,7 +395,8 @@ class GpuScene:
     def _follow_lights(self, come: list[Node], relit: list[Node], changes: Changes) -> bool:
         """Take the nodes' lights as they are now; False: of those that stay, none has moved or was set."""
         for node in changes.removed:
-            self.placed_lights.remove(node)
+            if node not in self.source:
+                self.placed_lights.remove(node)
         told = *relit, *changes.moved, *changes.altered
         stay = [node for node in told if self.placed_lights.has(node) or node.light]
         shining = [node for node in come if node.light is not None]
@@ -376,11 +410,15 @@ class GpuScene:
         triangles = [self.records.emissive] if own is None else [self.records.emissive, own]
         low, high = self.bounds
         radius = float(np.linalg.norm(high - low)) / 2
-        return LightTable(self._device, self.placed_lights, triangles, self.source.environment, radius)
+        return LightTable(self._device, self.placed_lights, triangles, self.environment.source, radius)
+
+    def _lights_source(self) -> tuple[int, int, int]:
+        """What the table of lights is made of."""
+        return self.placed_lights.revision, self.records.emissive.revision, self.environment.revision
 
     def _make_lights(self) -> None:
         self._device.give_back(*self.lights.buffers())
-        self._lights_for = self.placed_lights.revision, self.records.emissive.revision
+        self._lights_for = self._lights_source()
         self.lights = self.light_table()
         self.lights_made += 1
 

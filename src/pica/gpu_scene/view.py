@@ -51,7 +51,7 @@ class SceneView:
         self.places.note(every[:0], every)
         self.positions.come(deformation.mesh for deformation in gpu.deformations.values())
         self.block = device.parameter_block("gpu_scene/scene.slang", "scene")
-        self.block.bind(environment=gpu.environment)
+        self._environment_revision = -1
         self._bind()
         gpu.views.add(self)
         self._finalizer = finalize(self, device.turn.later, self.own.close)
@@ -76,6 +76,11 @@ class SceneView:
     def lights(self) -> LightTable:
         """Everything that shines."""
         return self._own_lights or self.scene.lights
+
+    @property
+    def environment_revision(self) -> int:
+        """Counts how often the environment was replaced."""
+        return self.scene.environment.revision
 
     @property
     def records(self) -> NDArray[np.void]:
@@ -193,6 +198,9 @@ class SceneView:
     def _bind(self) -> None:
         """Let the block know where everything is now."""
         scene, geometry = self.scene, self.scene.geometry
+        if self._environment_revision != scene.environment.revision:
+            self._environment_revision = scene.environment.revision
+            self.block.bind(environment=scene.environment.fields)
         self.block.bind(
             positions=geometry.positions,
             previousPositions=self.positions.buffer,

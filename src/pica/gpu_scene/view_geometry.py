@@ -1,6 +1,7 @@
 """What of a scene depends on a view's camera: quads and ribbons that face it, and the detail of landscapes."""
 
 from collections import Counter
+from collections.abc import Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ from pica.rhi.tables import GrowingBuffer, Runs
 from pica.scene.camera import Camera
 from pica.scene.deformer import CameraFacing
 from pica.scene.landscape import Landscape, Levels
+from pica.scene.material import Material
 from pica.scene.model import Mesh, Node
 
 
@@ -58,6 +60,11 @@ class ViewGeometry:
     def touch(self, nodes: list[Node]) -> None:
         """These have come, gone, moved, deformed or are seen by others than before."""
         self._touched.update(dict.fromkeys(nodes))
+
+    def relight(self, materials: Set[Material]) -> None:
+        """Some of these materials emit other light than before."""
+        for shown in self._shown.values():
+            self.records.relight(shown.mesh, shown.records, materials)
 
     def mesh(self, node: Node) -> GpuMesh:
         """What the view shows a node by."""

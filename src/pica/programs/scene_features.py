@@ -14,8 +14,7 @@ from pica.programs.material_types import Bundle, Feature, MaterialTypeSet
 from pica.rhi.device import Device
 from pica.scene.light import DiskLight, Light, RectangleLight, TubeLight
 from pica.scene.material import AlphaMode, Material
-from pica.scene.model import Mesh, Scene, Section
-from pica.scene.primitives import Primitives
+from pica.scene.model import Mesh, Scene
 
 _LIGHTS_MODULE = "gpu_scene.lights.lights"
 LIGHTS = Feature("lights", _LIGHTS_MODULE, "LIGHTS_IN_USE")
@@ -97,14 +96,17 @@ def features_of_light(light: Light | None) -> Features:
 
 def features_of_mesh(mesh: Mesh | None) -> Features:
     """Of all that it shows."""
-    sections: list[Section | Primitives] = [] if mesh is None else [*mesh.sections, *mesh.primitives]
-    return frozenset().union(*(features_of(section.material) for section in sections))
+    return frozenset().union(*(features_of(part.material) for part in ([] if mesh is None else mesh.parts)))
+
+
+def features_of_environment(scene: Scene) -> Features:
+    """Of its environment."""
+    return _NONE if scene.environment is None else frozenset((ENVIRONMENT,))
 
 
 def features_of_scene(scene: Scene) -> Features:
     """Of its lights and its environment."""
-    lights = (features_of_light(node.light) for node in scene.nodes())
-    return frozenset(() if scene.environment is None else (ENVIRONMENT,)).union(*lights)
+    return features_of_environment(scene).union(*(features_of_light(node.light) for node in scene.nodes()))
 
 
 def known_features(types: MaterialTypeSet) -> Features:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from pica.errors import SceneError
 from pica.scene.arrays import doubles
-from pica.scene.checked_field import CheckedField, described, fitting
+from pica.scene.checked_field import CheckedField, described, fitting, read_only
+from pica.scene.fixed import Fixed
 from pica.scene.values import LARGEST, Check, UnfitError, choice, instance, items, number, text
 
 if TYPE_CHECKING:
@@ -41,13 +42,15 @@ class Pose:
 
     def __post_init__(self) -> None:
         for name, count in _PLACING.items():
-            object.__setattr__(self, name, fitting(self, name, doubles(count), getattr(self, name)))
+            object.__setattr__(self, name, read_only(fitting(self, name, doubles(count), getattr(self, name))))
         if not np.linalg.norm(self.rotation):
             raise SceneError(f"pose: rotation: {_NO_TURN}")
 
     @staticmethod
     def of(translation: Floats, rotation: Floats, scale: Floats) -> "Pose":
-        """A pose of arrays that are known to fit."""
+        """A pose of arrays that are known to fit and that nobody writes into."""
+        for values in (translation, rotation, scale):
+            values.setflags(write=False)
         pose = object.__new__(Pose)
         pose.__dict__.update(translation=translation, rotation=rotation, scale=scale)
         return pose
@@ -100,7 +103,7 @@ class Channel:
             raise SceneError(f"channel: values: {fault}, {self.interpolation} and {self.path}")
 
 
-class Animation:
+class Animation(Fixed):
     """Channels that play together. Raises SceneError for a channel that moves a node without a pose, and for one whose
     numbers are not finite or whose times do not ascend.
 
@@ -117,7 +120,7 @@ class Animation:
     ) -> None:
         self.name = fitting(self, "name", text, name)
         self.channels = fitting(self, "channels", items(Channel), channels)
-        self.drivers = list(drivers)
+        self.drivers = tuple(drivers)
         least = fitting(self, "duration", number(0), duration)
         placing = (channel.node for channel in self.channels if channel.path in _PLACING)
         self._nodes = list(dict.fromkeys(placing))

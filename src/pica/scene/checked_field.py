@@ -2,7 +2,9 @@
 
 import re
 from collections.abc import Callable
-from typing import Any, Generic, TypeVar, overload
+from typing import Any, Generic, NoReturn, TypeVar, overload
+
+import numpy as np
 
 from pica.errors import SceneError, shown
 from pica.scene.values import Check, UnfitError
@@ -15,7 +17,8 @@ class CheckedField(Generic[_Value]):
     """A field that keeps what its check gives for the value that it is set to. Raises SceneError, naming the field.
 
     A descriptor, as dataclasses know them. The default is not checked; a class stands for a new object of it each time.
-    Without a default the field must be given.
+    Without a default the field must be given. Values are changed by assignment alone, which can be checked and
+    followed: arrays are read-only views, and dictionaries refuse to be written into.
     """
 
     def __init__(self, check: Check[_Value], default: Any = _REQUIRED) -> None:
@@ -44,11 +47,34 @@ class CheckedField(Generic[_Value]):
             value = fitting(holder, self._name, self._check, value)
         elif self._make is not None:
             value = self._make()
-        holder.__dict__[self._name] = value
+        holder.__dict__[self._name] = read_only(value)
 
     def check_again(self, holder: object) -> None:
         """Raises SceneError when what was written into an array since does not fit."""
         CheckedField.__set__(self, holder, self.__get__(holder, type(holder)))
+
+
+class ReadOnlyDict(dict[Any, Any]):
+    """A dictionary that is assigned as a whole."""
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise SceneError("a dictionary of a scene is read-only; assign a new one, such as {**old, name: value}")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ReadOnlyDict, (dict(self),)
+
+
+def read_only(value: Any) -> Any:
+    """The value, such that it cannot be written into: an array as a view of itself, a dictionary as a copy."""
+    if isinstance(value, np.ndarray):
+        if value.flags.writeable:
+            value = value.view()
+            value.setflags(write=False)
+    elif type(value) is dict:
+        return ReadOnlyDict(value)
+    return value
 
 
 def fitting(holder: object, field: str, check: Check[_Value], value: Any) -> _Value:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.scene.camera import Camera
+from pica.scene.fixed import Fixed
 
 if TYPE_CHECKING:
     from pica.scene.model import Node, Section
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 
-class Deformer(ABC):
+class Deformer(Fixed, ABC):
     """Gives the vertices of one node's mesh their places. Assign it to `node.deformer` before the node is shown.
 
     What a section's rest positions mean is the deformer's own affair. A compute pass writes the vertices on the GPU

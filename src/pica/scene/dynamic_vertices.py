@@ -60,8 +60,7 @@ class DynamicVertices(Deformer):
         given = None if normals is None else self._checked("normals", normals)
         if given is not None and not given.any(axis=1).all():
             raise SceneError(f"dynamic vertices of node {self._node_name!r}: a normal has no length; leave normals out")
-        self.positions, self.normals = checked, given
-        self.version += 1
+        self._renew(positions=checked, normals=given, version=self.version + 1)
         self.__dict__.pop("_frames", None)
         self.changed()
 

@@ -17,6 +17,7 @@ from pica.errors import SceneError, shown
 from pica.scene.arrays import doubles
 from pica.scene.camera import Camera
 from pica.scene.deformer import Floats
+from pica.scene.fixed import Fixed
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Section
 from pica.scene.values import checked, positive, whole
@@ -35,7 +36,7 @@ class Levels:
     """(patches along Z, along X, 4) every how many of the heights a patch has a vertex on each border, as Edges."""
 
 
-class Landscape:
+class Landscape(Fixed):
     """A heightfield round the origin of `node`, in XZ.
 
     For the camera of each view every patch has a level: 0, the finest, within `full_detail` metres, and one more, with

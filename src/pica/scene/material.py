@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from pica.errors import shown
 from pica.scene.anisotropy import Anisotropy
 from pica.scene.arrays import integers, picture
+from pica.scene.changes import Followed
 from pica.scene.checked_field import CheckedField
 from pica.scene.coat import Coat, coats
 from pica.scene.iridescence import Iridescence
 from pica.scene.light import COLOR, WHITE, Color
 from pica.scene.material_registry import STANDARD
 from pica.scene.sheen import Sheen
+from pica.scene.tracked_field import TrackedField
 from pica.scene.values import BRIGHTEST, UnfitError, flag, instance, number, optional, text, vector, whole
 
 _SHARE = number(0, 1)
@@ -51,14 +53,15 @@ class Sampler:
     """Interpolate between texels; False shows them as blocks."""
 
 
-@dataclass(frozen=True, eq=False)
-class Image:
+@dataclass(eq=False)
+class Image(Followed):
     """Pixels of a texture: (height, width, 4) uint8, row 0 on top; what they mean depends on the use.
 
-    Raises SceneError for other shapes, sides beyond 16384, and what is not an integer of 0 to 255.
+    Assign other pixels, of any size, to have them in the next picture. Raises SceneError for other shapes, sides beyond
+    16384, and what is not an integer of 0 to 255.
     """
 
-    pixels: CheckedField[NDArray[np.uint8]] = CheckedField(picture(integers(np.uint8, "height", "width", 4)))
+    pixels: TrackedField[NDArray[np.uint8]] = TrackedField(picture(integers(np.uint8, "height", "width", 4)))
     name: CheckedField[str] = CheckedField(text, "")
 
 
@@ -95,86 +98,87 @@ def _index_of_refraction(value: Any) -> float:
 
 
 @dataclass(eq=False)
-class Material:
+class Material(Followed):
     """Metallic-roughness material; factors multiply their textures (glTF 2.0, 3.9).
 
-    Raises SceneError, whenever a field is set, for what is out of its range: 0 to 1 where nothing else is said.
+    Assign to a field to change all that has the material, in the next picture. Raises SceneError, whenever a field is
+    set, for what is out of its range: 0 to 1 where nothing else is said.
     """
 
     name: CheckedField[str] = CheckedField(text, "")
-    base_color: CheckedField[tuple[float, float, float, float]] = CheckedField(vector(4, 0, 1), (1.0, 1.0, 1.0, 1.0))
+    base_color: TrackedField[tuple[float, float, float, float]] = TrackedField(vector(4, 0, 1), (1.0, 1.0, 1.0, 1.0))
     """Linear Rec. 709 and alpha."""
-    metallic: CheckedField[float] = CheckedField(_SHARE, 1.0)
-    roughness: CheckedField[float] = CheckedField(_SHARE, 1.0)
+    metallic: TrackedField[float] = TrackedField(_SHARE, 1.0)
+    roughness: TrackedField[float] = TrackedField(_SHARE, 1.0)
     """GGX's alpha is roughness squared."""
-    emission: CheckedField[Color] = CheckedField(vector(3, 0, BRIGHTEST), (0.0, 0.0, 0.0))
+    emission: TrackedField[Color] = TrackedField(vector(3, 0, BRIGHTEST), (0.0, 0.0, 0.0))
     """Nits, 0 or more: glTF's emissiveFactor times KHR_materials_emissive_strength."""
-    base_color_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    base_color_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """sRGB; alpha linear."""
-    metallic_roughness_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    metallic_roughness_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear: roughness in green, metallic in blue."""
-    normal_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    normal_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, tangent space, +Y up."""
-    normal_scale: CheckedField[float] = CheckedField(number(), 1.0)
+    normal_scale: TrackedField[float] = TrackedField(number(), 1.0)
     """Any number: less than 0 turns bumps into dents."""
-    occlusion_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    occlusion_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in red."""
-    occlusion_strength: CheckedField[float] = CheckedField(_SHARE, 1.0)
-    emissive_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    occlusion_strength: TrackedField[float] = TrackedField(_SHARE, 1.0)
+    emissive_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """sRGB."""
-    alpha_mode: CheckedField[AlphaMode] = CheckedField(instance(AlphaMode), AlphaMode.OPAQUE)
-    alpha_cutoff: CheckedField[float] = CheckedField(_NOT_NEGATIVE, 0.5)
+    alpha_mode: TrackedField[AlphaMode] = TrackedField(instance(AlphaMode), AlphaMode.OPAQUE)
+    alpha_cutoff: TrackedField[float] = TrackedField(_NOT_NEGATIVE, 0.5)
     """0 or more."""
-    double_sided: CheckedField[bool] = CheckedField(flag, False)
+    double_sided: TrackedField[bool] = TrackedField(flag, False)
     """False: the camera sees front faces only. Other rays meet both sides."""
-    unlit: CheckedField[bool] = CheckedField(flag, False)
+    unlit: TrackedField[bool] = TrackedField(flag, False)
     """Show the base colour as it is (KHR_materials_unlit)."""
-    ior: CheckedField[float] = CheckedField(_index_of_refraction, 1.5)
+    ior: TrackedField[float] = TrackedField(_index_of_refraction, 1.5)
     """Index of refraction (KHR_materials_ior), 1 or more; 0 stands for infinity."""
-    specular: CheckedField[float] = CheckedField(_SHARE, 1.0)
+    specular: TrackedField[float] = TrackedField(_SHARE, 1.0)
     """Strength of the dielectric reflection; 0 leaves pure Lambert (KHR_materials_specular)."""
-    specular_color: CheckedField[Color] = CheckedField(COLOR, WHITE)
+    specular_color: TrackedField[Color] = TrackedField(COLOR, WHITE)
     """0 or more."""
-    specular_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    specular_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in alpha."""
-    specular_color_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    specular_color_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """sRGB."""
-    transmission: CheckedField[float] = CheckedField(_SHARE, 0.0)
+    transmission: TrackedField[float] = TrackedField(_SHARE, 0.0)
     """Share of the light that enters the dielectric and leaves on its far side, 0 to 1, tinted by the base colour
     (KHR_materials_transmission). Only shadows of direct light know of it; all else sees an opaque surface."""
-    transmission_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    transmission_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in red."""
-    thin_walled: CheckedField[bool] = CheckedField(flag, True)
+    thin_walled: TrackedField[bool] = TrackedField(flag, True)
     """True: the surface is a pane with air on both sides. False: it bounds a solid, which light enters at the front and
     leaves at the back (KHR_materials_volume with a thickness)."""
-    coats: CheckedField[tuple[Coat, ...]] = CheckedField(coats, ())
+    coats: TrackedField[tuple[Coat, ...]] = TrackedField(coats, ())
     """Clear layers over all this, the topmost first, 3 at most. Textures are the topmost one's."""
-    coat_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    coat_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in red: times its strength (KHR_materials_clearcoat)."""
-    coat_roughness_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    coat_roughness_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in green."""
-    coat_normal_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    coat_normal_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, tangent space, +Y up; all coats have its normals, and none those of normal_texture."""
-    coat_normal_scale: CheckedField[float] = CheckedField(number(), 1.0)
+    coat_normal_scale: TrackedField[float] = TrackedField(number(), 1.0)
     """Any number."""
-    iridescence: CheckedField[Iridescence | None] = CheckedField(optional(instance(Iridescence)), None)
+    iridescence: TrackedField[Iridescence | None] = TrackedField(optional(instance(Iridescence)), None)
     """A thin film, below all coats."""
-    iridescence_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    iridescence_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in red: times its strength (KHR_materials_iridescence)."""
-    iridescence_thickness_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    iridescence_thickness_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in green: from the smallest to the largest thickness."""
-    anisotropy: CheckedField[Anisotropy | None] = CheckedField(optional(instance(Anisotropy)), None)
+    anisotropy: TrackedField[Anisotropy | None] = TrackedField(optional(instance(Anisotropy)), None)
     """Of the mirror below all coats."""
-    anisotropy_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    anisotropy_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear: direction in red and green, from -1 to 1, strength in blue (KHR_materials_anisotropy)."""
-    sheen: CheckedField[Sheen | None] = CheckedField(optional(instance(Sheen)), None)
+    sheen: TrackedField[Sheen | None] = TrackedField(optional(instance(Sheen)), None)
     """Fibres that stand up, over all but the coats."""
-    sheen_color_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    sheen_color_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """sRGB (KHR_materials_sheen)."""
-    sheen_roughness_texture: CheckedField[Texture | None] = CheckedField(_TEXTURE, None)
+    sheen_roughness_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in alpha."""
-    type: CheckedField[str] = CheckedField(text, STANDARD)
+    type: TrackedField[str] = TrackedField(text, STANDARD)
     """"standard", or the name that register_material gave to a type of your own."""
-    parameters: CheckedField[dict[str, float | Sequence[float]]] = CheckedField(_parameters, dict)
+    parameters: TrackedField[dict[str, float | Sequence[float]]] = TrackedField(_parameters, dict)
     """The numbers that a type of your own wants, by the names in its `struct Parameters`."""
     extras: dict[str, object] = field(default_factory=dict)

@@ -1,5 +1,6 @@
 """Meshes: triangles and other primitives, each with a material."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,58 +8,63 @@ from numpy.typing import NDArray
 
 from pica.errors import SceneError
 from pica.scene.arrays import floats, integers, place_of
+from pica.scene.changes import Followed
 from pica.scene.checked_field import CheckedField, check_again, described
 from pica.scene.material import Material
 from pica.scene.primitives import Primitives
+from pica.scene.tracked_field import TrackedField
 from pica.scene.values import flag, instance, items, optional, text
 
 _OFFSETS = optional(floats("targets", "vertices", 3))
 
 
 @dataclass(eq=False)
-class Section:
+class Section(Followed):
     """A part of a mesh with one material (a glTF primitive): indexed triangles. One without triangles shows nothing.
 
     Attributes that a file lacks are generated when it is loaded, so all are always there. Arrays of the type and shape
-    below are kept as they are, not copied; others are converted where that loses nothing but a float's last digits.
-    Raises SceneError, which names the field, for what is not finite or does not fit, when a field is set; for what does
-    not fit each other, and for what was written into an array since, before the mesh is shown. What is shown does not
-    follow what is written into these arrays: DynamicVertices is for that.
+    below are not copied: the fields give read-only views of them. Others are converted where that loses nothing but a
+    float's last digits. Raises SceneError, which names the field, for what is not finite or does not fit, when a field
+    is set; for what does not fit each other, before the mesh is shown.
+
+    To change what is shown, assign: `section.positions = moved` or `section.material = other` is in the next picture.
+    What is written into an array that was assigned is in a picture once that array is assigned again. For vertices that
+    move in every frame DynamicVertices is faster.
     """
 
-    positions: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 3))
+    positions: TrackedField[NDArray[np.float32]] = TrackedField(floats("vertices", 3))
     """(vertices, 3) metres, object space."""
-    normals: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 3))
+    normals: TrackedField[NDArray[np.float32]] = TrackedField(floats("vertices", 3))
     """(vertices, 3) unit length."""
-    tangents: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 4))
+    tangents: TrackedField[NDArray[np.float32]] = TrackedField(floats("vertices", 4))
     """(vertices, 4) unit length, w = sign of the bitangent cross(normal, tangent) (glTF 2.0, 3.7.2.1)."""
-    uv0: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 2))
+    uv0: TrackedField[NDArray[np.float32]] = TrackedField(floats("vertices", 2))
     """(vertices, 2) first texture coordinates, v down."""
-    uv1: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 2))
+    uv1: TrackedField[NDArray[np.float32]] = TrackedField(floats("vertices", 2))
     """(vertices, 2) second texture coordinates."""
-    colors: CheckedField[NDArray[np.float32]] = CheckedField(floats("vertices", 4))
+    colors: TrackedField[NDArray[np.float32]] = TrackedField(floats("vertices", 4))
     """(vertices, 4) linear, multiplies the base colour."""
-    indices: CheckedField[NDArray[np.uint32]] = CheckedField(integers(np.uint32, "triangles", 3))
+    indices: TrackedField[NDArray[np.uint32]] = TrackedField(integers(np.uint32, "triangles", 3))
     """(triangles, 3), counter-clockwise from the front."""
-    material: CheckedField[Material] = CheckedField(instance(Material))
-    flat: CheckedField[bool] = CheckedField(flag, False)
+    material: TrackedField[Material] = TrackedField(instance(Material))
+    flat: TrackedField[bool] = TrackedField(flag, False)
     """Normals are those of the triangles, which share no vertices; where those bend, normals follow their new faces."""
-    joints: CheckedField[NDArray[np.uint16] | None] = CheckedField(
+    joints: TrackedField[NDArray[np.uint16] | None] = TrackedField(
         optional(integers(np.uint16, "vertices", "joints a vertex")), None
     )
     """(vertices, k) which of the skin's joints a vertex follows; None: no skin can move it."""
-    weights: CheckedField[NDArray[np.float32] | None] = CheckedField(
+    weights: TrackedField[NDArray[np.float32] | None] = TrackedField(
         optional(floats("vertices", "joints a vertex", low=0)), None
     )
     """(vertices, k) how far it follows each: 0 or more, sums of 1."""
-    morph_positions: CheckedField[NDArray[np.float32] | None] = CheckedField(_OFFSETS, None)
+    morph_positions: TrackedField[NDArray[np.float32] | None] = TrackedField(_OFFSETS, None)
     """(targets, vertices, 3) metres, offsets that the node's weights scale and add; None: no morph targets."""
-    morph_normals: CheckedField[NDArray[np.float32] | None] = CheckedField(_OFFSETS, None)
+    morph_normals: TrackedField[NDArray[np.float32] | None] = TrackedField(_OFFSETS, None)
     """(targets, vertices, 3) offsets to the normals; None: they stay."""
-    morph_tangents: CheckedField[NDArray[np.float32] | None] = CheckedField(_OFFSETS, None)
+    morph_tangents: TrackedField[NDArray[np.float32] | None] = TrackedField(_OFFSETS, None)
     """(targets, vertices, 3) offsets to the tangents' directions; None: they stay."""
 
-    rows: CheckedField[NDArray[np.uint32] | None] = CheckedField(optional(integers(np.uint32, "vertices")), None)
+    rows: TrackedField[NDArray[np.uint32] | None] = TrackedField(optional(integers(np.uint32, "vertices")), None)
     """(vertices,) which rows of a deformer's arrays the vertices take; None: no deformer has an array for them."""
 
     def __post_init__(self) -> None:
@@ -118,12 +124,13 @@ _WEIGHTS_OFF = 1e-2
 
 
 @dataclass(eq=False)
-class Mesh:
+class Mesh(Followed):
     """Sections and primitives that move together. One without any shows nothing. Raises SceneError for other things."""
 
-    sections: CheckedField[list[Section]] = CheckedField(items(Section), list)
+    sections: TrackedField[Sequence[Section]] = TrackedField(items(Section), ())
+    """A tuple; assign another one to change it."""
     name: CheckedField[str] = CheckedField(text, "")
-    primitives: CheckedField[list[Primitives]] = CheckedField(items(Primitives), list)
+    primitives: TrackedField[Sequence[Primitives]] = TrackedField(items(Primitives), ())
     """What is not made of triangles. A node whose mesh has any can be moved, but not skinned or morphed."""
 
     def __post_init__(self) -> None:
@@ -135,12 +142,16 @@ class Mesh:
         """Raises SceneError when the sections, as they are now, cannot be shown."""
         check_again(self)
         self.__post_init__()
-        parts: list[Section | Primitives] = [*self.sections, *self.primitives]
-        for index, part in enumerate(parts):
+        for index, part in enumerate(self.parts):
             try:
                 part.check()
             except SceneError as fault:
                 raise SceneError(f"{described(self)}: part {index}: {fault}") from None
+
+    @property
+    def parts(self) -> list[Section | Primitives]:
+        """Sections, then primitives."""
+        return [*self.sections, *self.primitives]
 
     @property
     def target_count(self) -> int:

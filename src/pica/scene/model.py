@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,31 +16,38 @@ from pica.scene.environment import Environment
 from pica.scene.mesh import Mesh, Section
 from pica.scene.node import Node, all_instance_transforms, enter, loose, worth_checking
 from pica.scene.skin import deformed_positions
+from pica.scene.tracked_field import TrackedField
 from pica.scene.values import LARGEST, UnfitError, instance, items, number, optional, text
 
 __all__ = ["Mesh", "Node", "Scene", "Section"]
 
 
 class Scene:
-    """Nodes and an environment. A renderer keeps a copy on the GPU and follows what moves."""
+    """Nodes and an environment. A renderer keeps a copy on the GPU and follows what is assigned to any field of it, of
+    its nodes and of what these show; what is not followed cannot be written."""
 
     name: CheckedField[str] = CheckedField(text, "")
-    environment: CheckedField[Environment | None] = CheckedField(optional(instance(Environment)), None)
+    environment: TrackedField[Environment | None] = TrackedField(optional(instance(Environment)), None)
+    """Environments are immutable: set another one, such as `dataclasses.replace(scene.environment, strength=2.0)`."""
 
     def __init__(self, name: str = "", environment: Environment | None = None) -> None:
+        self._listeners = Listeners(self)
         self.name = name
         self.environment = environment
-        self.roots: list[Node] = []
-        """Do not write into it: `add` and `remove` do."""
+        self._roots: list[Node] = []
         self.animations: list[Animation] = []
-        self._together: tuple[list[Animation], Animation] = ([], Animation([]))
-        self._listeners = Listeners(self)
+        self._together: tuple[tuple[Animation, ...], Animation] = ((), Animation([]))
+
+    @property
+    def roots(self) -> tuple[Node, ...]:
+        """The nodes without a parent: `add` adds one, `remove` takes one out."""
+        return tuple(self._roots)
 
     def add(self, node: Node) -> Node:
         """Add a node without a parent, with all below it, and return it. Raises SceneError for one that has a parent or
         is in a scene."""
         below = loose(node, self)
-        self.roots.append(node)
+        self._roots.append(node)
         enter(below, self._listeners)
         return node
 
@@ -47,11 +55,11 @@ class Scene:
         """Take a node out, with all below it. Raises SceneError when it is not in this scene."""
         if not isinstance(node, Node):
             raise SceneError(f"remove: {shown(node)} is not a Node")
-        siblings = self.roots if node.parent is None else node.parent.children
+        siblings = self._roots if node._parent is None else node._parent._children
         if node._listeners is not self._listeners or node not in siblings:
             raise SceneError(f"remove: {described(node)} is not in the scene")
         siblings.remove(node)
-        node.parent = None
+        node._parent = None
         for below in node.walk():
             below._world = None
             below._listeners = None
@@ -60,6 +68,11 @@ class Scene:
 
     def __contains__(self, node: Node) -> bool:
         return node._listeners is self._listeners
+
+    def _written(self, field: str, before: Any) -> None:
+        """As tracked_field.Holder."""
+        for listener in self._listeners:
+            listener.edited[self] = None
 
     def check(self) -> None:
         """Raises SceneError when something, the meshes' own arrays apart, cannot be shown as it is now."""
@@ -70,8 +83,8 @@ class Scene:
 
     def nodes(self) -> Iterator[Node]:
         """Every node, parents before children."""
-        for root in self.roots:
-            if root.children:
+        for root in self._roots:
+            if root._children:
                 yield from root.walk()
             else:
                 yield root
@@ -92,7 +105,7 @@ class Scene:
         animations = fitting(self, "animations", items(Animation), self.animations)
         if which is None:
             if self._together[0] != animations:
-                self._together = list(animations), together(animations)
+                self._together = animations, together(list(animations))
             return self._together[1]
         for index, animation in enumerate(animations):
             if type(which) in (int, str) and which in (index, animation.name):

@@ -5,7 +5,7 @@ World matrices are float64, right-handed, +Y up, metres; column vectors: world =
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +16,7 @@ from pica.scene.arrays import affine, affines, doubles, integers
 from pica.scene.camera import Camera
 from pica.scene.changes import Listeners
 from pica.scene.channels import ALL_CHANNELS, checked_channels
-from pica.scene.checked_field import CheckedField, described, fitting
+from pica.scene.checked_field import CheckedField, described, fitting, read_only
 from pica.scene.deformer import CameraFacing, Deformer
 from pica.scene.light import WIDEST, Light, extent
 from pica.scene.mesh import Mesh
@@ -28,6 +28,12 @@ if TYPE_CHECKING:
     from pica.scene.landscape import Landscape
     from pica.scene.model import Scene
 
+
+def _as_it_is(value: Any) -> Any:
+    """What only Landscape sets, which this module cannot import."""
+    return value
+
+
 _WEIGHTS = doubles("targets")
 _IDENTITIES = optional(integers(np.int64, "count"))
 _FARTHEST = LARGEST**2
@@ -36,15 +42,18 @@ _IN_PLACE = np.eye(4)
 
 @dataclass(eq=False)
 class Node:
-    """A place in the world and what stands there. Set `transform` to move it with its children."""
+    """A place in the world and what stands there. Set `transform` to move it with its children.
+
+    Whatever is assigned to a field is in the next picture. Arrays that fields give are read-only.
+    """
 
     name: CheckedField[str] = CheckedField(text, "")
-    mesh: CheckedField[Mesh | None] = CheckedField(optional(instance(Mesh)), None)
+    mesh: TrackedField[Mesh | None] = TrackedField(optional(instance(Mesh)), None)
     light: TrackedField[Light | None] = TrackedField(optional(instance(*get_args(Light))), None)
     """Lights are immutable: set another one, such as `dataclasses.replace(node.light, intensity=3.0)`."""
     camera: CheckedField[Camera | None] = CheckedField(optional(instance(Camera)), None)
     """Its own transform is ignored: the node's world matrix places it."""
-    instances: CheckedField[NDArray[np.float64] | None] = CheckedField(optional(affines), None)
+    instances: TrackedField[NDArray[np.float64] | None] = TrackedField(optional(affines), None)
     """(count, 4, 4) copies of the mesh relative to this node (EXT_mesh_gpu_instancing); None: one, at the node."""
     extras: dict[str, object] = field(default_factory=dict)
     visible_to_camera: TrackedField[bool] = TrackedField(flag, True)
@@ -58,13 +67,12 @@ class Node:
     reaches those in one of its channels. SceneError for other numbers."""
     pose: CheckedField[Pose | None] = CheckedField(optional(instance(Pose)), None)
     """What a file or an animation made `transform` from; None: a matrix, and animations cannot place the node."""
-    detail: "Landscape | None" = None
-    """What gives the meshes that the node shows to each camera instead of its own; set before it comes into a scene."""
-    identities: CheckedField[NDArray[np.int64] | None] = CheckedField(_IDENTITIES, None)
+    detail: TrackedField["Landscape | None"] = TrackedField(_as_it_is, None)
+    """What gives the meshes that the node shows to each camera instead of its own."""
+    identities: TrackedField[NDArray[np.int64] | None] = TrackedField(_IDENTITIES, None)
     """(count,) which thing each instance shows: where that changes, it has come, not moved. None: always the same."""
-    children: list["Node"] = field(default_factory=list, init=False)
-    """Do not write into it: `add` and Scene.remove do."""
-    parent: "Node | None" = field(default=None, init=False, repr=False)
+    _children: list["Node"] = field(default_factory=list, init=False, repr=False)
+    _parent: "Node | None" = field(default=None, init=False, repr=False)
     _transform: NDArray[np.float64] = field(default_factory=_IN_PLACE.copy)
     _world: NDArray[np.float64] | None = field(default=None, repr=False)
     _weights: NDArray[np.float64] | None = field(default=None, repr=False)
@@ -77,9 +85,19 @@ class Node:
     _listeners: Listeners | None = field(default=None, repr=False)
 
     @property
+    def children(self) -> tuple["Node", ...]:
+        """The nodes that move with this one: `add` adds one, Scene.remove takes one out."""
+        return tuple(self._children)
+
+    @property
+    def parent(self) -> "Node | None":
+        """The node that this one is a child of."""
+        return self._parent
+
+    @property
     def transform(self) -> NDArray[np.float64]:
-        """(4, 4) this node to its parent, last row 0, 0, 0, 1. Assign a new matrix, which is copied, to move the node;
-        do not write into it. Raises SceneError for one that is not finite."""
+        """(4, 4) this node to its parent, last row 0, 0, 0, 1; read-only. Assign a new matrix, which is copied, to move
+        the node. Raises SceneError for one that is not finite."""
         return self._transform
 
     @transform.setter
@@ -88,8 +106,9 @@ class Node:
 
     def place(self, matrix: NDArray[np.float64]) -> None:
         """Set `transform` to a matrix that is known to fit and that nobody writes into."""
+        matrix.setflags(write=False)
         self._transform = matrix
-        for node in self.walk() if self.children else (self,):
+        for node in self.walk() if self._children else (self,):
             node._world = None
             for listener in node._listeners or ():
                 listener.moved[node] = None
@@ -100,15 +119,18 @@ class Node:
 
     @property
     def weights(self) -> NDArray[np.float64] | None:
-        """(targets,) how far the mesh goes towards each morph target; None: the mesh as it is. Assign, do not write."""
+        """(targets,) how far the mesh goes towards each morph target, read-only; None: the mesh as it is."""
         return self._weights
 
     @weights.setter
     def weights(self, weights: ArrayLike) -> None:
         values = fitting(self, "weights", _WEIGHTS, weights)
         self._check_weights(values)
-        self._weights = values.copy()
-        self.tell_deformed()
+        deformed, self._weights = self.deforms, read_only(values.copy())
+        if deformed:
+            self.tell_deformed()
+        else:
+            self._show_anew()
 
     @property
     def skin(self) -> Skin | None:
@@ -124,10 +146,11 @@ class Node:
             skin.root._carried += (self,)
         for link in skin.links:
             link._bent += (self,)
+        self._show_anew()
 
     @property
     def deformer(self) -> Deformer | None:
-        """What writes the mesh's vertices instead of a skin and weights; set it once, before the node is shown."""
+        """What writes the mesh's vertices instead of a skin and weights; set it once."""
         return self._deformer
 
     @deformer.setter
@@ -138,6 +161,7 @@ class Node:
         if deformer.node is not None:
             raise SceneError(f"{described(self)}: its deformer belongs to {described(deformer.node)} already")
         self._deformer, deformer.node = deformer, self
+        self._show_anew()
 
     @property
     def deforms(self) -> bool:
@@ -156,36 +180,47 @@ class Node:
             listener.deformed[self] = None
 
     def show(self, mesh: Mesh | None) -> None:
-        """Show another mesh from the next picture on."""
+        """Show a mesh from the next picture on, as assigning it does. What moved its vertices before does not blur it
+        into the one before: the node counts as one that has just come."""
         self.mesh = mesh
-        for listener in self._listeners or ():
-            listener.remove(self)
-            listener.add(self)
 
     def place_instances(self, instances: NDArray[np.float64], identities: NDArray[np.int64] | None = None) -> None:
-        """Put the copies of the mesh elsewhere: `instances` and `identities` as above, as many as there were or not."""
-        count = None if self.instances is None else len(self.instances)
+        """Put the copies of the mesh elsewhere: `instances` and `identities` as above, both at once, as many as there
+        were or not."""
         placed = fitting(self, "instances", affines, instances)
         numbers = fitting(self, "identities", _IDENTITIES, identities)
         self._check_identities(placed, numbers)
-        self.instances, self.identities = placed, numbers
-        if len(placed) != count:
-            self.show(self.mesh)
+        vars(self)["identities"] = read_only(numbers)
+        self.instances = placed
+
+    def _written(self, field: str, before: Any) -> None:
+        """As tracked_field.Holder."""
         for listener in self._listeners or ():
-            listener.moved[self] = None
+            if field in ("mesh", "detail") or (field == "instances" and _count(self.instances) != _count(before)):
+                listener.show_anew(self)
+            elif field in ("instances", "identities"):
+                listener.moved[self] = None
+            else:
+                listener.altered[self] = None
+
+    def _show_anew(self) -> None:
+        for listener in self._listeners or ():
+            listener.show_anew(self)
 
     @property
     def world(self) -> NDArray[np.float64]:
-        """(4, 4) this node to the world."""
+        """(4, 4) this node to the world, read-only."""
         outdated: list[Node] = []
         above = self
-        while above._world is None and above.parent is not None:  # a loop: files nest deeper than Python recurses
+        while above._world is None and above._parent is not None:  # a loop: files nest deeper than Python recurses
             outdated.append(above)
-            above = above.parent
+            above = above._parent
         world = above._transform if above._world is None else above._world
         above._world = world
         for node in reversed(outdated):
-            node._world = world = world.dot(node._transform)  # unlike @ it has no words for what overflows: check does
+            world = world.dot(node._transform)  # unlike @ it has no words for what overflows: check does
+            world.setflags(write=False)
+            node._world = world
         return world
 
     def add(self, child: "Node") -> "Node":
@@ -194,8 +229,8 @@ class Node:
         below = loose(child, self)
         if self in below:
             raise SceneError(f"{described(self)}: add: {described(child)} is this node, or above it")
-        child.parent = self
-        self.children.append(child)
+        child._parent = self
+        self._children.append(child)
         enter(below, self._listeners)
         return child
 
@@ -205,7 +240,7 @@ class Node:
         while stack:
             node = stack.pop()
             yield node
-            stack.extend(reversed(node.children))
+            stack.extend(reversed(node._children))
 
     def instance_transforms(self) -> NDArray[np.float64]:
         """(count, 4, 4) object to world of every copy of the mesh; count is 1 without `instances`.
@@ -262,6 +297,10 @@ class Node:
             raise SceneError(f"{described(self)}: identities: {len(identities)} for {count} instances")
 
 
+def _count(instances: NDArray[np.float64] | None) -> int | None:
+    return None if instances is None else len(instances)
+
+
 def all_instance_transforms(nodes: list[Node]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Node.instance_transforms of nodes, (n, 4, 4), those of one after those of another; and how many each has."""
     each = [
@@ -284,12 +323,12 @@ def loose(node: Node, above: "Node | Scene") -> list[Node]:
     """A node that is to come below another or into a scene, and all below it. Raises SceneError unless it is free."""
     if not isinstance(node, Node):
         raise SceneError(f"{described(above)}: add: {shown(node)} is not a Node")
-    if node.parent is not None:
-        fault = f"is below {described(node.parent)} already"
+    if node._parent is not None:
+        fault = f"is below {described(node._parent)} already"
         raise SceneError(f"{described(above)}: add: {described(node)} {fault}; a node has one parent")
     if node._listeners is not None and node._listeners.in_use:
         raise SceneError(f"{described(above)}: add: {described(node)} is in a scene already; remove it there first")
-    return list(node.walk()) if node.children else [node]
+    return list(node.walk()) if node._children else [node]
 
 
 def enter(nodes: list[Node], listeners: Listeners | None) -> None:

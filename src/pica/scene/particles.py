@@ -105,7 +105,7 @@ class Sprites(CameraFacing):
         if len(particles.positions) > self.capacity:
             raise SceneError(f"sprites: {len(particles.positions)} particles, but room for {self.capacity}")
         self._particles = particles
-        self.version += 1
+        self._renew(version=self.version + 1)
         self.changed()
 
     def deform(self, section: Section, eye: Eye = FROM_THE_FRONT) -> tuple[Floats, Floats, Floats]:
@@ -176,9 +176,13 @@ class Ribbons(CameraFacing):
             across = np.broadcast_to(across, shape)
         except ValueError:
             raise SceneError(f"ribbons: arrays do not fit {self.strands} strands of {self.points} points") from None
-        self.positions, self.widths, self.colors = places, across, tints
-        self.identities = np.arange(self.strands) if numbers is None else numbers
-        self.version += 1
+        self._renew(
+            positions=places,
+            widths=across,
+            colors=tints,
+            identities=np.arange(self.strands) if numbers is None else numbers,
+            version=self.version + 1,
+        )
         self.changed()
 
     def deform(self, section: Section, eye: Eye = FROM_THE_FRONT) -> tuple[Floats, Floats, Floats]:

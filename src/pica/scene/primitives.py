@@ -8,8 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError, shown
 from pica.scene.arrays import doubles, floats, numbers
-from pica.scene.checked_field import CheckedField, check_again
+from pica.scene.changes import Followed
+from pica.scene.checked_field import check_again, read_only
 from pica.scene.material import Material
+from pica.scene.tracked_field import TrackedField
 from pica.scene.values import UnfitError, checked, instance, text
 
 _Floats = NDArray[np.float64]
@@ -20,27 +22,27 @@ def _arrays(values: Any) -> dict[str, NDArray[np.generic]]:
     kept = {}
     for name, given in instance(dict)(values).items():
         try:
-            kept[text(name)] = numbers()(given)
+            kept[text(name)] = read_only(numbers()(given))
         except UnfitError as unfit:
             raise UnfitError(f"{shown(name)}: {unfit}") from None
     return kept
 
 
 @dataclass(eq=False)
-class Primitives:
+class Primitives(Followed):
     """A part of a mesh with one material: primitives of one shape, which rays meet as they are.
 
     The functions below make the built-in shapes; docs/primitives.md tells of others. Raises SceneError when the arrays
     do not fit each other.
     """
 
-    shape: CheckedField[str] = CheckedField(text)
+    shape: TrackedField[str] = TrackedField(text)
     """"sphere", "capsule", "torus", "rounded_box", or the name that register_shape gave to one of your own."""
-    parameters: CheckedField[dict[str, NDArray[np.generic]]] = CheckedField(_arrays)
+    parameters: TrackedField[dict[str, NDArray[np.generic]]] = TrackedField(_arrays)
     """What the shape's `struct Parameters` names: (count,) or (count, components) each."""
-    bounds: CheckedField[NDArray[np.float32]] = CheckedField(floats())
+    bounds: TrackedField[NDArray[np.float32]] = TrackedField(floats())
     """(count, 2, 3) metres, object space: lowest and highest corner of a box that each keeps within."""
-    material: CheckedField[Material] = CheckedField(instance(Material))
+    material: TrackedField[Material] = TrackedField(instance(Material))
 
     def __post_init__(self) -> None:
         primitives = f"primitives of shape {self.shape!r}"

@@ -1,7 +1,7 @@
 """Skins and morph targets: how the vertices of a node's mesh move against each other (glTF 2.0, 3.7.2.2 and 3.7.3)."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pica.errors import SceneError
 from pica.scene.arrays import doubles
 from pica.scene.checked_field import described, fitting
+from pica.scene.fixed import Fixed
 from pica.scene.normals import face_normals, perpendicular
 from pica.scene.values import UnfitError, items, text
 
@@ -21,7 +22,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(eq=False)
-class Skin:
+class Skin(Fixed):
     """Joints that vertices follow. Make it when the joints hang in their tree, where they then stay.
 
     Skinned vertices are relative to `root`, the joints' closest common ancestor, whose world matrix places them; the
@@ -30,21 +31,23 @@ class Skin:
     Raises SceneError unless there are one or more joints and a finite matrix for each.
     """
 
-    joints: list["Node"]
+    joints: Sequence["Node"]
     inverse_bind: Floats
     """(joints, 4, 4) object space of the mesh to that of each joint, in the bind pose."""
     name: str = ""
     root: "Node | None" = field(init=False)
     """None where the joints have no ancestor in common: vertices are in world space."""
-    links: "list[Node]" = field(init=False)
+    links: "tuple[Node, ...]" = field(init=False)
     """The joints and what lies between them and the root, parents first: moving one of them moves vertices."""
     _parent_rows: list[int] = field(init=False)
     _joint_rows: list[int] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.name = fitting(self, "name", text, self.name)
-        self.joints = fitting(self, "joints", _joints, self.joints)
-        self.inverse_bind = fitting(self, "inverse_bind", doubles("joints", 4, 4), self.inverse_bind)
+        self._renew(name=fitting(self, "name", text, self.name))
+        self._renew(
+            joints=fitting(self, "joints", _joints, self.joints),
+            inverse_bind=fitting(self, "inverse_bind", doubles("joints", 4, 4), self.inverse_bind),
+        )
         if len(self.inverse_bind) != len(self.joints):
             fault = f"{len(self.inverse_bind)} matrices for {len(self.joints)} joints"
             raise SceneError(f"{described(self)}: inverse_bind: {fault}")
@@ -52,12 +55,13 @@ class Skin:
         branches = Counter(node.parent for node in lines)
         below = {node.parent: node for node in lines}
         joints = set(self.joints)
-        self.root = None
+        root: Node | None = None
         above = set()
-        while self.root not in joints and branches[self.root] == 1:
-            self.root = below[self.root]
-            above.add(self.root)
-        self.links = [node for node in lines if node not in above]
+        while root not in joints and branches[root] == 1:
+            root = below[root]
+            above.add(root)
+        self.root = root
+        self.links = tuple(node for node in lines if node not in above)
         rows: dict[Node | None, int] = {node: row for row, node in enumerate(self.links, start=1)}
         self._parent_rows = [rows.get(node.parent, 0) for node in self.links]
         self._joint_rows = [rows.get(joint, 0) for joint in self.joints]
@@ -111,7 +115,7 @@ def deformed_positions(section: "Section", node: "Node") -> Floats:
     return deform(section, node)[0] if node.deformer is None else node.deformer.positions_of(section)
 
 
-def _joints(values: Any) -> "list[Node]":
+def _joints(values: Any) -> "tuple[Node, ...]":
     from pica.scene.model import Node  # which knows skins
 
     joints = items(Node)(values)

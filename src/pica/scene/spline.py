@@ -46,6 +46,10 @@ class Spline(Deformer):
             raise SceneError(f"spline: extent: its ends are the same, {self.extent[0]:g}")
         self.version = 0
         """Counts what `set` was called with."""
+        self.rows: Floats
+        """(n + 2, 8) x, y, z, roll; up x, y, z, scale: of the control points and one beyond either end."""
+        self.places: Floats
+        self.length: float
         self.set(points, rolls, scales)
 
     def set(self, points: ArrayLike, rolls: ArrayLike = 0.0, scales: ArrayLike = 1.0) -> None:
@@ -62,11 +66,12 @@ class Spline(Deformer):
             raise SceneError(f"spline: give one roll and one scale, or one of each for {self._count} points") from None
         rows = np.zeros((self._count, 8))
         rows[:, :3], rows[:, 3], rows[:, 7] = control, *spread
-        self.rows = checked("spline: points and what is beyond its ends", doubles(), _with_ends(rows))
-        """(n + 2, 8) x, y, z, roll; up x, y, z, scale: of the control points and one beyond either end."""
-        self.rows[:, 4:7] = _with_ends(self._transported_ups())
-        self.places, self.length = self._by_length()
-        self.version += 1
+        self._renew(rows=checked("spline: points and what is beyond its ends", doubles(), _with_ends(rows)))
+        turned = self.rows.copy()
+        turned[:, 4:7] = _with_ends(self._transported_ups())
+        self._renew(rows=turned)
+        places, length = self._by_length()
+        self._renew(places=places, length=length, version=self.version + 1)
         self.changed()
 
     def frame(self, parameters: NDArray[np.floating[Any]]) -> dict[str, Floats]:
@@ -175,7 +180,7 @@ def bend(mesh: Mesh, spline: Spline, copies: int = 1, name: str = "") -> Node:
     if high <= low:
         raise SceneError(f"{bent}: needs a mesh that reaches along its Z axis")
     sections = [_repeated(section, copies, high - low) for section in mesh.sections]
-    spline.extent = low, low + copies * (high - low)
+    spline._renew(extent=(low, low + copies * (high - low)))
     node = Node(name or mesh.name, mesh=Mesh(sections, mesh.name))
     node.deformer = spline
     return node

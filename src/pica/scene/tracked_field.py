@@ -1,19 +1,23 @@
 """Fields that tell who follows a scene when they are set anew."""
 
-from typing import TYPE_CHECKING, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from pica.scene.checked_field import CheckedField
-
-if TYPE_CHECKING:
-    from pica.scene.model import Node
 
 _Value = TypeVar("_Value")
 
 
-class TrackedField(CheckedField[_Value]):
-    """A field of Node: setting it puts the node among its scene's altered ones."""
+class Holder(Protocol):
+    """What has such fields."""
 
-    def __set__(self, node: "Node", value: _Value) -> None:  # type: ignore[override]
-        super().__set__(node, value)
-        for listener in node._listeners or ():
-            listener.altered[node] = None
+    def _written(self, field: str, before: Any) -> None:
+        """A field that had the value `before` has been set. Also called in construction, with None."""
+
+
+class TrackedField(CheckedField[_Value]):
+    """A field whose holder tells others when it is set."""
+
+    def __set__(self, holder: Holder, value: _Value) -> None:  # type: ignore[override]
+        before = holder.__dict__.get(self._name)
+        super().__set__(holder, value)
+        holder._written(self._name, before)

@@ -130,15 +130,10 @@ def instance(*kinds: type[Any]) -> Check[Any]:
     return check
 
 
-def items(kind: type[Any]) -> Check[list[Any]]:
-    """A list of objects of a class."""
+def items(kind: type[Any]) -> Check[tuple[Any, ...]]:
+    """Objects of a class, in anything that can be gone through."""
     one = instance(kind)
-
-    def check(values: Any) -> list[Any]:
-        kept = [one(value) for value in _each(values)]
-        return values if isinstance(values, list) else kept
-
-    return check
+    return lambda values: tuple(one(value) for value in _each(values))
 
 
 def optional(check: Check[_Value]) -> Check[_Value | None]:

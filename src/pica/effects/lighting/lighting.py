@@ -20,7 +20,7 @@ class DirectLighting(Effect):
 
     name = "lighting"
 
-    def __init__(self, device: Device, size: Size, scene: SceneView, settings: LightingSettings) -> None:
+    def __init__(self, device: Device, size: Size, settings: LightingSettings) -> None:
         self._device = device
         self._radiance = device.texture("radiance", spy.Format.rgba32_float, size)
         self._no_shadows = device.texture("no shadows", spy.Format.rg32_uint, (1, 1))
@@ -30,8 +30,7 @@ class DirectLighting(Effect):
         self._no_noisy = device.texture("no noisy light", spy.Format.rgba32_float, (1, 1), layers=2)
         self._nothing_mirrored = device.texture("no mirrored surroundings", spy.Format.rgba32_float, (1, 1))
         self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
-        self._use_prefiltered = settings.environment == "prefiltered"
-        self._prefiltered = PrefilteredEnvironment(device, scene, wanted=self._use_prefiltered)
+        self._prefiltered = PrefilteredEnvironment(device, wanted=settings.environment == "prefiltered")
         self._direct = programs(device).compute("effects/lighting/direct.slang", name="lighting")
 
     def resize(self, size: Size) -> None:
@@ -60,6 +59,7 @@ class DirectLighting(Effect):
         `occlusion`: the open share of each pixel's surroundings, which dims the prefiltered environment, the only light
         here that has no shadows of its own.
         """
+        self._prefiltered.update(frame, scene)
         self._direct(scene.material_types)(
             frame,
             frame.grid,

@@ -1,7 +1,8 @@
-"""The environment's light filtered ahead for the raster preset; made once per scene."""
+"""The environment's light filtered ahead for the raster preset; made once for each environment."""
 
 import slangpy as spy
 
+from pica.frame.context import FrameContext
 from pica.gpu_scene.view import SceneView
 from pica.rhi.device import Device
 
@@ -15,22 +16,26 @@ _COSINE_LOBE = -1.0
 class PrefilteredEnvironment:
     """Radiance by direction and roughness, and irradiance. Where it is not wanted, one black texel stands in."""
 
-    def __init__(self, device: Device, scene: SceneView, wanted: bool) -> None:
-        size = _SIZE if wanted else (1, 1)
-        levels = device.texture("prefiltered environment", spy.Format.rgba32_float, size, layers=LEVELS + 1)
+    def __init__(self, device: Device, wanted: bool) -> None:
+        self._size = size = _SIZE if wanted else (1, 1)
+        self._levels = device.texture("prefiltered environment", spy.Format.rgba32_float, size, layers=LEVELS + 1)
         self.block = device.parameter_block("effects/lighting/prefiltered.slang", "prefiltered")
         self.block.bind(
-            levels=levels,
+            levels=self._levels,
             sampler=device.sampler(
                 address_u=spy.TextureAddressingMode.wrap, address_v=spy.TextureAddressingMode.clamp_to_edge
             ),
             enabled=int(wanted),
         )
-        if not wanted:
+        self._prefilter = device.compute("effects/lighting/prefilter.slang") if wanted else None
+        self._made_for = -1
+
+    def update(self, frame: FrameContext, scene: SceneView) -> None:
+        """Follow the scene's environment."""
+        if self._prefilter is None or self._made_for == scene.environment_revision:
             return
-        prefilter = device.compute("effects/lighting/prefilter.slang")
-        with device.record() as recording:
-            for layer in range(LEVELS + 1):
-                alpha = max((layer / (LEVELS - 1)) ** 2, _SMALLEST_ALPHA) if layer < LEVELS else _COSINE_LOBE
-                values = {"layer": layer, "size": spy.uint2(*size), "alpha": alpha, "samples": _SAMPLES}
-                prefilter(recording, (*size, 1), scene=scene, target=levels, **values)
+        self._made_for = scene.environment_revision
+        for layer in range(LEVELS + 1):
+            alpha = max((layer / (LEVELS - 1)) ** 2, _SMALLEST_ALPHA) if layer < LEVELS else _COSINE_LOBE
+            values = {"layer": layer, "size": spy.uint2(*self._size), "alpha": alpha, "samples": _SAMPLES}
+            self._prefilter(frame, (*self._size, 1), scene=scene, target=self._levels, **values)

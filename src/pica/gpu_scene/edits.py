@@ -1,0 +1,90 @@
+"""What was written to meshes, their parts, materials and images that are shown, and what that makes outdated."""
+
+from collections.abc import Iterable, Set
+from typing import TypeAlias
+
+from pica.gpu_scene.geometry import GeometryBuffers
+from pica.gpu_scene.materials import MaterialTable
+from pica.scene.changes import Changes, ChangeSet, Followed
+from pica.scene.material import Image, Material
+from pica.scene.model import Mesh, Node, Scene
+
+Edit: TypeAlias = Mesh | Material | Scene
+"""A mesh whose nodes are shown anew, a material whose row is packed again, or the scene with another environment."""
+
+
+class Edits:
+    """Follows what is written to what nodes show, and takes it into the tables."""
+
+    def __init__(self, changes: ChangeSet, materials: MaterialTable, geometry: GeometryBuffers) -> None:
+        """`changes`: where it is noted."""
+        self._changes, self._materials, self._geometry = changes, materials, geometry
+
+    def follow(self, nodes: Iterable[Node]) -> None:
+        """These nodes show something from now on. Their images are followed by the table of materials."""
+        for mesh in {node.mesh for node in nodes if node.mesh is not None}:
+            self._follow_mesh(mesh)
+
+    def needed(self, changes: Changes, scene: Scene) -> list[Edit]:
+        """What is to be done for what was written to.
+
+        A material costs its row, unless draws, structures or programs depend on what was written: then all meshes that
+        have it are shown anew.
+        """
+        if not changes.edited:
+            return []
+        edits: dict[Edit, None] = {}
+        materials: set[Material] = set()
+        parts: set[Followed] = set()
+        for edited in changes.edited:
+            if isinstance(edited, Scene | Mesh):
+                edits[edited] = None
+            elif isinstance(edited, Material):
+                materials.add(edited)
+            elif isinstance(edited, Image):
+                materials.update(self._materials.with_image(edited))
+            else:
+                parts.add(edited)
+        materials = {material for material in materials if self._materials.has(material)}
+        anew = {material for material in materials if not self._materials.can_renew(material)}
+        edits.update(dict.fromkeys(materials - anew))
+        if anew or parts:
+            for mesh in {node.mesh: None for node in scene.nodes() if node.mesh is not None}:
+                if any(part in parts or part.material in anew for part in mesh.parts):
+                    edits[mesh] = None
+        return list(edits)
+
+    def check(self, edits: list[Edit]) -> None:
+        """Raises SceneError or MaterialTypeError for what cannot be shown as it is now; programs know its types."""
+        for edit in edits:
+            if not isinstance(edit, Material):
+                edit.check()
+            for material in _materials(edit):
+                self._materials.check(material)
+
+    def take(self, edits: list[Edit]) -> Set[Material]:
+        """Pack materials as they are now; nodes that show edited meshes are to be taken out and placed again. Returns
+        the materials that emit other light than before."""
+        used = {material: None for edit in edits for material in _materials(edit) if self._materials.has(material)}
+        meshes = {edit for edit in edits if isinstance(edit, Mesh)}
+        if meshes:
+            self._geometry.retire(meshes, {material for material in used if not self._materials.can_renew(material)})
+            for mesh in meshes:
+                self._follow_mesh(mesh)
+        return {material for material in used if self._materials.renew(material)}
+
+    def _follow_mesh(self, mesh: Mesh) -> None:
+        mesh.follow(self._changes)
+        for part in mesh.parts:
+            part.follow(self._changes)
+            part.material.follow(self._changes)
+
+
+def _materials(edit: Edit) -> Iterable[Material]:
+    match edit:
+        case Material():
+            return (edit,)
+        case Mesh():
+            return {part.material: None for part in edit.parts}
+        case _:
+            return ()
