@@ -5,6 +5,7 @@ import pytest
 
 from pica.gpu_scene.materials import MATERIAL, MaterialTable, average_emission
 from pica.scene.camera import Camera
+from pica.scene.changes import ChangeSet
 from pica.scene.material import Image, Material, Sampler, Texture, Wrap
 from pica.scenes.basic_meshes import plane
 from pica.scenes.placing import turn
@@ -15,7 +16,7 @@ FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
 
 
 def packed(device, *materials):
-    table = MaterialTable(device)
+    table = MaterialTable(device, ChangeSet())
     for material in materials:
         table.acquire(material)
     with device.record() as recording:

@@ -111,7 +111,7 @@ def contents(value, found, depth=0):
     elif hasattr(value, "__dict__") and depth < 8 and type(value).__module__.startswith("pica.scene"):
         found.append(id(value))
         for name, item in vars(value).items():
-            if name not in ("_listeners", "parent", "_world", "_meshes", "node", "detail"):
+            if name not in ("_listeners", "_followers", "_parent", "_world", "_meshes", "node", "detail"):
                 contents(item, found, depth + 1)
     return found
 

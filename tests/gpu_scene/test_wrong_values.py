@@ -65,7 +65,8 @@ def test_whole_positions_are_shown(device):
 @pytest.mark.parametrize("kind", [pica.Renderer, pica.PathTracer])
 def test_what_was_written_into_arrays_is_found_before_they_are_uploaded(device, kind):
     shown = scene(placed(section(), name="cube"))
-    positions = shown.roots[0].mesh.sections[0].positions
+    cube = shown.roots[0].mesh.sections[0]
+    cube.positions = positions = cube.positions.copy()
     before = positions[5, 0]
     positions[5, 0] = np.nan
     with pytest.raises(SceneError, match=r"^mesh 'cube': part 0: section: positions: row 5 is not finite \(nan\)$"):
@@ -98,7 +99,9 @@ def test_what_cannot_be_shown_can_be_taken_out_again(device):
     renderer = pica.Renderer(shown, SIZE, settings=settings(RAYS), device=device)
     expected = renderer.render(1, CAMERA).aov("depth")
     spoilt = placed(section(), name="spoilt")
-    spoilt.mesh.sections[0].indices[0, 0] = 77
+    indices = spoilt.mesh.sections[0].indices.copy()
+    indices[0, 0] = 77
+    spoilt.mesh.sections[0].indices = indices
     lamp = Node("lamp", light=SphereLight(radius=1e15))
     lamp.transform = np.diag([1e10, 1, 1, 1])
     for node, fault in ((spoilt, "row 0 names vertex 77 of 24"), (lamp, "with the node's scale it is too large")):
@@ -114,11 +117,13 @@ def test_an_animated_node_that_leaves_the_numbers_says_so(device):
     renderer = pica.Renderer(shown, SIZE, settings=settings(RAYS), device=device)
     cube = shown.roots[0]
     renderer.render(1, CAMERA)
-    cube.transform = move(1, 0, 0)
-    cube.transform[0, 3] = np.nan  # which nobody hears of
+    above = shown.add(Node("above"))
+    shown.remove(cube)
+    above.add(cube)
+    above.transform = cube.transform = move(3e38, 0, 0)
     with pytest.raises(SceneError, match=r"^node 'cube': its place in the world"):
         renderer.render(1, CAMERA)
-    cube.transform = np.eye(4)
+    above.transform = cube.transform = np.eye(4)
     assert renderer.render(1, CAMERA).aov("instance").any()
 
 

@@ -37,6 +37,8 @@ class FrameContext:
     """The constants that shaders read."""
     started: float
     """time.perf_counter() when the frame began."""
+    camera_moved: bool
+    """Whether the camera differs from the frame before; true in a first frame."""
     changed: bool
     """Whether the camera or, once it is updated, the scene differs from the frame before; true in a first frame."""
     half_block: Callable[[], ParameterBlock]
@@ -138,6 +140,7 @@ class FrameSequence:
             camera=camera,
             block=self._block,
             started=started,
+            camera_moved=moved,
             changed=moved,
             half_block=lambda: self._at_half(camera, previous, size, jitter, previous_jitter, index),
         )

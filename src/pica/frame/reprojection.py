@@ -18,7 +18,9 @@ class Reprojection:
 
     def __init__(self, device: Device, size: Size) -> None:
         self._history = History(device, "reprojection", {"found": spy.Format.r32_uint}, size)
+        self._find_cut = device.compute("frame/cut.slang")
         self._find = device.compute("frame/reprojection.slang")
+        self._cut = device.texture("cut", spy.Format.r32_uint, (1, 1))
         self.block = device.parameter_block("frame/temporal.slang", "reprojection")
         self.unchanged = 0
         """Frames since anything has changed."""
@@ -40,12 +42,17 @@ class Reprojection:
         """Look for all that `gbuffer` shows."""
         textures = self._history.turn(frame)
         self.unchanged = 0 if frame.changed else self.unchanged + 1
+        moved = frame.camera_moved and not self._history.empty
+        if moved:
+            self._find_cut(frame, (1, 1, 1), frame=frame, gbuffer=gbuffer, cut=self._cut)
         self._find(
             frame,
             frame.grid,
             frame=frame,
             gbuffer=gbuffer,
             unknown=int(self._history.empty),
+            cut=self._cut,
+            moved=int(moved),
             unsettled=int(frame.changed_lights),
             **textures,
         )

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError, shown
 from pica.scene.arrays import affine, doubles
-from pica.scene.checked_field import CheckedField, check_again, described
+from pica.scene.checked_field import CheckedField, described
 from pica.scene.values import UnfitError, checked, number, optional, positive, text
 
 _FRAMING_DIRECTION = np.array([0.45, 0.35, 1.0])
@@ -32,8 +32,8 @@ def _degrees(value: float) -> float:
 
 
 def _rigid(matrix: ArrayLike) -> NDArray[np.float64]:
-    """A (4, 4) matrix that turns and moves; mirrors may turn it over. Kept as it is, where it is one of float64."""
-    kept = _MATRIX(matrix)
+    """A copy of a (4, 4) matrix that turns and moves; mirrors may turn it over."""
+    kept = _MATRIX(matrix).copy()
     affine(kept)
     axes = kept[:3, :3]
     if not np.abs(axes.T @ axes - np.eye(3)).max() <= 1e-3:
@@ -65,10 +65,6 @@ class Camera:
             raise SceneError(f"{described(self)}: near: is 0; a perspective camera's is above it")
         if self.orthographic_height is not None and not self.near < self.far:
             raise SceneError(f"{described(self)}: near: {self.near:g} does not lie before far, {self.far:g}")
-
-    def check(self) -> None:
-        """Raises SceneError when what was written into the transform does not fit."""
-        check_again(self)
 
     @staticmethod
     def look_at(
