@@ -2,12 +2,14 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import MISSING, fields
 from typing import Any, Generic, TypeVar, overload
 
 from pica.errors import SceneError, shown
 from pica.scene.values import Check, UnfitError
 
 _Value = TypeVar("_Value")
+_Made = TypeVar("_Made")
 _REQUIRED = object()
 
 
@@ -49,6 +51,35 @@ class CheckedField(Generic[_Value]):
     def check_again(self, holder: object) -> None:
         """Raises SceneError when what was written into an array since does not fit."""
         CheckedField.__set__(self, holder, self.__get__(holder, type(holder)))
+
+
+class UncheckedConstructor(Generic[_Made]):
+    """Makes objects of a dataclass of values that are known to fit: about ten times as fast as the class itself.
+
+    Nothing is checked or converted, `__post_init__` is not called, and fields that are not given have their defaults.
+    For files of many objects, whose values their reader has checked.
+    """
+
+    def __init__(self, made: type[_Made]) -> None:
+        self._class = made
+        self._defaults: dict[str, Any] = {}
+        self._factories: dict[str, Callable[[], Any]] = {}
+        for field in fields(made):  # type: ignore[arg-type]  # of a dataclass
+            factory = field.default if isinstance(field.default, type) else field.default_factory
+            if callable(factory):
+                self._factories[field.name] = factory
+            elif field.default is not MISSING:
+                self._defaults[field.name] = field.default
+
+    def __call__(self, **values: Any) -> _Made:
+        made = object.__new__(self._class)
+        kept = made.__dict__
+        kept.update(self._defaults)
+        for name, factory in self._factories.items():
+            if name not in values:
+                kept[name] = factory()
+        kept.update(values)
+        return made
 
 
 def fitting(holder: object, field: str, check: Check[_Value], value: Any) -> _Value:

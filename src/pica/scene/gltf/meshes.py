@@ -48,13 +48,14 @@ class Meshes:
 
     def __init__(self, document: Document) -> None:
         self._document = document
+        self._meshes = document.entries("meshes")
         self._materials = Materials(document)
         self._made: dict[Element, Mesh] = {}
         self._counts: dict[Mesh, _Counts] = {}
 
     def get(self, node: Element) -> Mesh:
         """The mesh of a node; primitives without a surface are left out with a warning."""
-        entry = node.reference("mesh", self._document.entries("meshes"))
+        entry = node.reference("mesh", self._meshes)
         if entry not in self._made:
             primitives = entry.objects("primitives")
             _check_target_counts(entry, primitives)
@@ -69,6 +70,10 @@ class Meshes:
         """Count what a node shows: parts of the mesh, of which each triangle that shines is a light in each copy."""
         parts, shining, _ = (1, 0, 0) if mesh is None else self._counts[mesh]
         self._document.take(node, instances=copies * parts, vertices=copies * shining)
+
+    def count_shown(self, mesh: Mesh, copies: int) -> None:
+        """As count_placed, of a mesh that so many nodes show as it is."""
+        self.count_placed(next(entry for entry, made in self._made.items() if made is mesh), mesh, copies)
 
     def target_count(self, mesh: Mesh) -> int:
         """As of the mesh."""
