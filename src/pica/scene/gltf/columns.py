@@ -9,7 +9,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.gltf.element import Element
+from pica.scene.gltf.element import MOST, Element
 from pica.scene.values import LARGEST
 
 
@@ -29,3 +29,12 @@ def numbers(
                 return found.reshape(-1, count)
     each = [entry.numbers(key, count, default=default) for entry in entries]
     return np.array(each, np.float64).reshape(-1, count)
+
+
+def integers(entries: Sequence[Element], key: str, default: int = -1) -> NDArray[np.int64]:
+    """(entries,) the values that are integers of at least 0, and -1 for others, for Element to look at."""
+    values = [entry.values.get(key, default) for entry in entries]
+    if set(map(type, values)) <= {int} and (not values or (min(values) >= -1 and max(values) <= MOST)):
+        return np.array(values, np.int64)
+    fitting = [value if type(value) is int and 0 <= value <= MOST else -1 for value in values]
+    return np.array(fitting, np.int64)

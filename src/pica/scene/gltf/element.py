@@ -6,7 +6,7 @@ from typing import Any, ParamSpec, TypeVar
 from pica.errors import SceneError, shown
 from pica.scene.values import LARGEST
 
-_MOST = 1 << 53
+MOST = 1 << 53
 """Integers beyond are not exact in every reader of JSON, and no file is that large."""
 
 _Value = TypeVar("_Value")
@@ -93,7 +93,7 @@ class Element:
         name = self.values.get("name")
         return name if isinstance(name, str) else ""
 
-    def integer(self, key: str, low: int = 0, high: int = _MOST, default: int | None = None) -> int:
+    def integer(self, key: str, low: int = 0, high: int = MOST, default: int | None = None) -> int:
         """An integer from low to high."""
         value = self.values.get(key)
         if value is None and default is not None:
@@ -103,7 +103,7 @@ class Element:
             raise self._unfit(value, f"a whole number{_span(low, high)}", key)
         return whole
 
-    def integers(self, key: str, low: int = 0, high: int = _MOST) -> list[int]:
+    def integers(self, key: str, low: int = 0, high: int = MOST) -> list[int]:
         """The integers of an array, each from low to high; it may be absent."""
         values = self._array(key)
         integers = []
@@ -222,6 +222,6 @@ def _whole(value: Any) -> int | None:
 
 
 def _span(low: float, high: float) -> str:
-    if high not in (_MOST, LARGEST):
+    if high not in (MOST, LARGEST):
         return f" from {low} to {high}"
     return "" if low == -LARGEST else f" of at least {low}"

@@ -1,6 +1,7 @@
 """Meshes: primitives become sections of indexed triangles with every attribute present (3.7.2)."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,6 +42,7 @@ class _Counts(NamedTuple):
     shining: int
     """Vertices of triangles that emit light."""
     targets: int
+    entry: Element
 
 
 class Meshes:
@@ -48,14 +50,17 @@ class Meshes:
 
     def __init__(self, document: Document) -> None:
         self._document = document
-        self._meshes = document.entries("meshes")
         self._materials = Materials(document)
         self._made: dict[Element, Mesh] = {}
         self._counts: dict[Mesh, _Counts] = {}
 
+    @cached_property
+    def _entries(self) -> list[Element]:
+        return self._document.entries("meshes")
+
     def get(self, node: Element) -> Mesh:
         """The mesh of a node; primitives without a surface are left out with a warning."""
-        entry = node.reference("mesh", self._meshes)
+        entry = node.reference("mesh", self._entries)
         if entry not in self._made:
             primitives = entry.objects("primitives")
             _check_target_counts(entry, primitives)
@@ -63,17 +68,17 @@ class Meshes:
             mesh = entry.apply(Mesh, [section for section in sections if section is not None], entry.name)
             self._made[entry] = mesh
             shining = (section.indices.size for section in mesh.sections if max(section.material.emission) > 0)
-            self._counts[mesh] = _Counts(max(len(mesh.sections), 1), sum(shining), mesh.target_count)
+            self._counts[mesh] = _Counts(max(len(mesh.sections), 1), sum(shining), mesh.target_count, entry)
         return self._made[entry]
 
     def count_placed(self, node: Element, mesh: Mesh | None, copies: int) -> None:
         """Count what a node shows: parts of the mesh, of which each triangle that shines is a light in each copy."""
-        parts, shining, _ = (1, 0, 0) if mesh is None else self._counts[mesh]
+        parts, shining = (1, 0) if mesh is None else self._counts[mesh][:2]
         self._document.take(node, instances=copies * parts, vertices=copies * shining)
 
     def count_shown(self, mesh: Mesh, copies: int) -> None:
         """As count_placed, of a mesh that so many nodes show as it is."""
-        self.count_placed(next(entry for entry, made in self._made.items() if made is mesh), mesh, copies)
+        self.count_placed(self._counts[mesh].entry, mesh, copies)
 
     def target_count(self, mesh: Mesh) -> int:
         """As of the mesh."""
