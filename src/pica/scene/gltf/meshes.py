@@ -12,9 +12,10 @@ from pica.scene.gltf.container import Document
 from pica.scene.gltf.deformation import check_per_vertex, joints_and_weights, morph_offsets
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.materials import Materials
+from pica.scene.gltf.section_batch import Attributes, SectionBatch, unit_tangents
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Section
-from pica.scene.normals import face_normals, perpendicular, unit_normals
+from pica.scene.normals import face_normals, unit_normals
 from pica.scene.tangents import generate_tangents
 from pica.scene.values import LARGEST
 
@@ -31,8 +32,6 @@ _SECTION_BYTES = 1 << 15
 _VERTEX_BYTES, _CORNER_BYTES, _TANGENT_BYTES = 200, 16, 400
 """What completing a vertex, putting together the corner of a triangle and finding the tangent there take: as measured,
 and for vertices as much again as they take on a device."""
-Attributes = dict[str, NDArray[Any]]
-"""By name, one row a vertex."""
 
 
 class _Counts(NamedTuple):
@@ -46,13 +45,14 @@ class _Counts(NamedTuple):
 
 
 class Meshes:
-    """The meshes of a file, each made once, when first used."""
+    """The meshes of a file, each made once, when first used; `complete` ends it."""
 
     def __init__(self, document: Document) -> None:
         self._document = document
         self._materials = Materials(document)
         self._made: dict[Element, Mesh] = {}
         self._counts: dict[Mesh, _Counts] = {}
+        self._batch = SectionBatch()
 
     @cached_property
     def _entries(self) -> list[Element]:
@@ -70,6 +70,10 @@ class Meshes:
             shining = (section.indices.size for section in mesh.sections if max(section.material.emission) > 0)
             self._counts[mesh] = _Counts(max(len(mesh.sections), 1), sum(shining), mesh.target_count, entry)
         return self._made[entry]
+
+    def complete(self) -> None:
+        """Complete the meshes: until then sections may lack all but triangles and material."""
+        self._batch.complete()
 
     def count_placed(self, node: Element, mesh: Mesh | None, copies: int) -> None:
         """Count what a node shows: parts of the mesh, of which each triangle that shines is a light in each copy."""
@@ -105,6 +109,8 @@ class Meshes:
         taken = vertices * _VERTEX_BYTES + tangents * triangles.size * _TANGENT_BYTES
         self._document.take(primitive, vertices=vertices, bytes=taken)
         attributes = self._attributes(primitive, accessors, vertex_count, used)
+        if not tangents and self._batch.takes(attributes, triangles):
+            return self._batch.add(primitive, attributes, triangles, material)
         return primitive.apply(_complete, attributes, triangles, material)
 
     def _triangles(self, primitive: Element, vertex_count: int, mode: int) -> tuple[NDArray[np.uint32], Rows | None]:
@@ -198,7 +204,7 @@ def _complete(attributes: Attributes, triangles: NDArray[np.uint32], material: M
     return Section(
         positions=attributes["POSITION"],
         normals=attributes["NORMAL"],
-        tangents=_unit_tangents(attributes.get("TANGENT"), attributes["NORMAL"]),
+        tangents=unit_tangents(attributes.get("TANGENT"), attributes["NORMAL"]),
         uv0=attributes.get("TEXCOORD_0", np.zeros((count, 2), np.float32)),
         uv1=attributes.get("TEXCOORD_1", np.zeros((count, 2), np.float32)),
         colors=_rgba(attributes.get("COLOR_0", np.ones((count, 4), np.float32))),
@@ -228,18 +234,6 @@ def _texture_coordinates(attributes: Attributes, uv_set: int, transform: Sequenc
     matrix = np.array(transform).reshape(2, 3)
     moved = uvs.astype(np.float64) @ matrix[:, :2].T + matrix[:, 2]
     return np.clip(moved, -LARGEST, LARGEST).astype(np.float32)
-
-
-def _unit_tangents(tangents: NDArray[np.float32] | None, normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(vertices, 4) unit tangents; any at a right angle to the normal where there is none."""
-    spare = np.column_stack([perpendicular(normals), np.ones(len(normals), np.float32)])
-    if tangents is None:
-        return spare
-    lengths = np.linalg.norm(tangents[:, :3].astype(np.float64), axis=1, keepdims=True)
-    unit = np.column_stack(
-        [tangents[:, :3] / np.where(lengths > 0, lengths, 1), np.where(tangents[:, 3:] < 0, -1, 1).astype(np.float32)]
-    )
-    return np.where(lengths > 0, unit, spare).astype(np.float32)
 
 
 def _rgba(colors: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -143,6 +143,7 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
             entry.apply(setattr, node, "transform", matrix)
             node.pose = pose
             special.append(entry)
+    meshes.complete()
     del copies[None]
     for mesh, count in copies.items():
         meshes.count_shown(mesh, count)
