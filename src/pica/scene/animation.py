@@ -49,7 +49,8 @@ class Pose:
     def of(translation: Floats, rotation: Floats, scale: Floats) -> "Pose":
         """A pose of arrays that are known to fit."""
         pose = object.__new__(Pose)
-        pose.__dict__.update(translation=translation, rotation=rotation, scale=scale)
+        kept = {"translation": translation, "rotation": rotation, "scale": scale}
+        object.__setattr__(pose, "__dict__", kept)
         return pose
 
     def matrix(self) -> Floats:

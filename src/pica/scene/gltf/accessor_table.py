@@ -61,13 +61,10 @@ class AccessorTable:
         fits &= counts <= lengths
         fits &= offsets + strides * (np.where(fits, counts, 1) - 1) + widths * sizes <= lengths
         columns = (counts, widths, buffers, starts + offsets, strides, starts + lengths)
-        self._found: list[DenseAccessor | None] = [
-            DenseAccessor(kind, COMPONENTS[component], *numbers) if dense else None  # type: ignore[arg-type]
-            for dense, kind, component, *numbers in zip(
-                fits.tolist(), kinds, types.tolist(), *(column.tolist() for column in columns), strict=True
-            )
-        ]
+        dtypes = [COMPONENTS.get(component) for component in types.tolist()]
+        self._found = list(map(DenseAccessor, kinds, dtypes, *(column.tolist() for column in columns)))
+        self._fits = fits.tolist()
 
     def get(self, index: Any) -> DenseAccessor | None:
         """The accessor that a value of the file refers to; None where that is not one of these."""
-        return self._found[index] if type(index) is int and 0 <= index < len(self._found) else None
+        return self._found[index] if type(index) is int and 0 <= index < len(self._fits) and self._fits[index] else None

@@ -4,6 +4,7 @@ A file of a million nodes would take several times as long otherwise. Element sa
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import chain
 
 import numpy as np
@@ -34,7 +35,9 @@ def numbers(
 def integers(entries: Sequence[Element], key: str, default: int = -1) -> NDArray[np.int64]:
     """(entries,) the values that are integers of at least 0, and -1 for others, for Element to look at."""
     values = [entry.values.get(key, default) for entry in entries]
-    if set(map(type, values)) <= {int} and (not values or (min(values) >= -1 and max(values) <= MOST)):
-        return np.array(values, np.int64)
+    if set(map(type, values)) <= {int}:
+        with suppress(OverflowError):
+            found = np.array(values, np.int64)
+            return np.where((found >= 0) & (found <= MOST), found, -1)
     fitting = [value if type(value) is int and 0 <= value <= MOST else -1 for value in values]
     return np.array(fitting, np.int64)

@@ -13,6 +13,7 @@ from pica.errors import SceneError, shown
 from pica.scene.gltf.accessor_table import AccessorTable
 from pica.scene.gltf.asset_files import AssetFiles
 from pica.scene.gltf.element import Element
+from pica.scene.gltf.prefetch import SmallAccessors
 from pica.scene.limits import Budget
 from pica.text import printable
 
@@ -78,6 +79,11 @@ class Document:
         except SceneError:  # for who needs one
             views = []
         return AccessorTable(self.entries("accessors"), views)
+
+    @cached_property
+    def small_accessors(self) -> SmallAccessors:
+        """Those that have been read with others."""
+        return SmallAccessors(self)
 
     def view(self, source: Element, key: str = "bufferView") -> tuple[memoryview, int | None]:
         """The bytes of the buffer view that `source` refers to, and its stride if it gives one (3.6.1)."""

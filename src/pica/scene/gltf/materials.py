@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any
 
 from pica.scene.anisotropy import Anisotropy
-from pica.scene.checked_field import UncheckedConstructor
+from pica.scene.checked_field import unchecked_constructor
 from pica.scene.coat import Coat
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
@@ -18,7 +18,7 @@ from pica.scene.sheen import Sheen
 from pica.scene.values import LARGEST
 
 _ALPHA_MODES = {mode.value: mode for mode in AlphaMode}
-_PLAIN_MATERIAL = UncheckedConstructor(Material)
+_plain_material = unchecked_constructor(Material)
 
 
 class Materials:
@@ -46,7 +46,7 @@ class Materials:
             if key in entry:
                 values |= read(entry)
         if "extensions" not in entry and "emissiveFactor" not in entry:
-            return _PLAIN_MATERIAL(**values)  # what has been read so far is known to fit
+            return _plain_material(**values)  # what has been read so far is known to fit
         return entry.apply(Material, **values, **self._extended(entry))
 
     @cached_property

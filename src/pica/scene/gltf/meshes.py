@@ -1,6 +1,6 @@
 """Meshes: primitives become sections of indexed triangles with every attribute present (3.7.2)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -64,12 +64,21 @@ class Meshes:
         if entry not in self._made:
             primitives = entry.objects("primitives")
             _check_target_counts(entry, primitives)
-            sections = [self._section(primitive) for primitive in primitives]
-            mesh = entry.apply(Mesh, [section for section in sections if section is not None], entry.name)
-            self._made[entry] = mesh
-            shining = (section.indices.size for section in mesh.sections if max(section.material.emission) > 0)
-            self._counts[mesh] = _Counts(max(len(mesh.sections), 1), sum(shining), mesh.target_count, entry)
+            found = [self._section(primitive) for primitive in primitives]
+            sections = [section for section in found if section is not None]
+            mesh = self._made[entry] = entry.apply(Mesh, sections, entry.name)
+            shining = sum(section.indices.size for section in sections if any(section.material.emission))
+            self._counts[mesh] = _Counts(max(len(sections), 1), shining, mesh.target_count, entry)
         return self._made[entry]
+
+    def expect(self, nodes: Iterable[Element]) -> None:
+        """Get ready for the meshes that nodes show."""
+        shown = (node.values["mesh"] for node in nodes if type(node.values.get("mesh")) is int)
+        meshes = self._entries
+        names = dict.fromkeys(mesh for mesh in shown if 0 <= mesh < len(meshes))
+        self._document.small_accessors.prefetch(
+            accessor for mesh in names for accessor in _accessors_of(meshes[mesh].values.get("primitives"))
+        )
 
     def complete(self) -> None:
         """Complete the meshes: until then sections may lack all but triangles and material."""
@@ -140,6 +149,16 @@ class Meshes:
         return attributes
 
 
+def _accessors_of(primitives: Any) -> Iterator[Any]:
+    """What the file says are the accessors of primitives, be it so or not."""
+    for primitive in primitives if type(primitives) is list else ():
+        if type(primitive) is dict:
+            yield primitive.get("indices")
+            attributes = primitive.get("attributes")
+            if type(attributes) is dict:
+                yield from (accessor for name, accessor in attributes.items() if name in _TYPES)
+
+
 def _renumbered(triangles: NDArray[np.uint32], vertex_count: int) -> tuple[NDArray[np.uint32], Rows | None]:
     """The triangles, (n, 3), in numbers among the vertices that they use, and which those are; None for all."""
     if vertex_count > 8 * triangles.size:  # a part of a large mesh: looking at all its vertices would take longer
@@ -147,7 +166,7 @@ def _renumbered(triangles: NDArray[np.uint32], vertex_count: int) -> tuple[NDArr
         return corners.reshape(-1, 3).astype(np.uint32), used.astype(np.intp)
     in_use = np.zeros(vertex_count, bool)
     in_use[triangles] = True
-    if in_use.all():
+    if np.count_nonzero(in_use) == vertex_count:
         return triangles, None
     numbers = np.cumsum(in_use, dtype=np.uint32) - np.uint32(1)
     return numbers[triangles], np.flatnonzero(in_use)
@@ -155,6 +174,8 @@ def _renumbered(triangles: NDArray[np.uint32], vertex_count: int) -> tuple[NDArr
 
 def _check_target_counts(mesh: Element, primitives: list[Element]) -> None:
     """Raises SceneError when the primitives differ in their number of morph targets (3.7.2.2)."""
+    if not any("targets" in primitive for primitive in primitives):
+        return
     counts = sorted({len(primitive.objects("targets")) for primitive in primitives})
     if len(counts) > 1:
         raise mesh.fault(f"differ in their number of morph targets ({counts[0]} to {counts[-1]})", "primitives")
@@ -171,7 +192,8 @@ def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
     else:
         triangles = np.stack([order[1:-1], order[2:], np.full(max(len(order) - 2, 0), order[0])], axis=1)
     a, b, c = triangles.T
-    return triangles[(a != b) & (b != c) & (c != a)]
+    kept = (a != b) & (b != c) & (c != a)
+    return triangles if np.count_nonzero(kept) == len(kept) else triangles[kept]
 
 
 def _tangent_uvs(material: Material) -> tuple[int, Sequence[float]] | None:

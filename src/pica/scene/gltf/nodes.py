@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pica.scene.animation import Pose, compose
 from pica.scene.camera import Camera
-from pica.scene.checked_field import UncheckedConstructor
+from pica.scene.checked_field import unchecked_constructor
 from pica.scene.gltf import columns
 from pica.scene.gltf.accessors import element_count, read_floats
 from pica.scene.gltf.animations import read_animations
@@ -32,7 +32,7 @@ _NO_TRANSLATION, _NO_ROTATION, _NO_SCALE = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 _INSTANCE_DEFAULTS = {"TRANSLATION": _NO_TRANSLATION, "ROTATION": _NO_ROTATION, "SCALE": _NO_SCALE}
 _PLAIN = {"name", "mesh", "children", "matrix", "translation", "rotation", "scale"}
 """The keys of nodes that at most show a mesh, as nearly all of a large file do."""
-_PLAIN_NODE = UncheckedConstructor(Node)
+_plain_node = unchecked_constructor(Node)
 
 _INSTANCE_BYTES = 400
 """What it takes to put a matrix together."""
@@ -128,13 +128,15 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
     document.take(document.root, "nodes", bytes=len(entries) * OBJECT_BYTES)
     transforms, poses = _places(entries)
     near = np.einsum("nij,nij->n", transforms, transforms) <= LARGEST  # so that none is too large
+    if any("mesh" in entry for entry in entries):
+        meshes.expect(entries)
     nodes: dict[Element, Node] = {}
     special: list[Element] = []
     copies: Counter[Mesh] = Counter()
     for entry, matrix, pose, fits in zip(entries, transforms, poses, near.tolist(), strict=True):
         mesh = None if entry.values.get("mesh") is None else meshes.get(entry)
         if fits and entry.values.keys() <= _PLAIN and (mesh is None or not meshes.target_count(mesh)):
-            nodes[entry] = _PLAIN_NODE(
+            nodes[entry] = _plain_node(
                 name=entry.name, mesh=mesh, pose=pose, extras={}, children=[], _transform=matrix
             )  # fmt: skip
             copies[mesh] += 1

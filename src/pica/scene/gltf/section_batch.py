@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.checked_field import UncheckedConstructor
+from pica.scene.checked_field import unchecked_constructor
 from pica.scene.gltf.element import Element
 from pica.scene.material import Material
 from pica.scene.mesh import Section
@@ -16,7 +16,7 @@ from pica.scene.normals import face_normals, perpendicular, unit_normals
 Attributes = dict[str, NDArray[Any]]
 """By name, one row a vertex."""
 
-_SECTION = UncheckedConstructor(Section)
+_section = unchecked_constructor(Section)
 _NAMES = {"POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"}
 _SMALL = 1 << 10
 """Vertices and corners of a section that comes into a batch."""
@@ -50,7 +50,7 @@ class SectionBatch:
     ) -> Section:  # fmt: skip
         """A section that has its material and triangles at once, and the rest once it is complete."""
         flat = "NORMAL" not in attributes
-        section = _SECTION(material=material, indices=triangles, flat=flat)
+        section = _section(material=material, indices=triangles, flat=flat)
         (self._flat if flat else self._smooth).append(_Part(source, attributes, triangles, section))
         self._size += len(attributes["POSITION"]) + triangles.size
         if self._size > _FULL:
