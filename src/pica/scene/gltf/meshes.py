@@ -150,12 +150,12 @@ class Meshes:
 
 
 def _accessors_of(primitives: Any) -> Iterator[Any]:
-    """What the file says are the accessors of primitives, be it so or not."""
+    """What the file says are the accessors of primitives that have a surface, be it so or not."""
     for primitive in primitives if type(primitives) is list else ():
-        if type(primitive) is dict:
-            yield primitive.get("indices")
+        if type(primitive) is dict and primitive.get("mode") in (None, _TRIANGLES, _STRIP, _FAN):
             attributes = primitive.get("attributes")
-            if type(attributes) is dict:
+            if type(attributes) is dict and "POSITION" in attributes:
+                yield primitive.get("indices")
                 yield from (accessor for name, accessor in attributes.items() if name in _TYPES)
 
 

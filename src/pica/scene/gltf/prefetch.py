@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.errors import SceneError
 from pica.scene.gltf.accessor_table import DenseAccessor
 
 if TYPE_CHECKING:
@@ -33,7 +32,10 @@ class SmallAccessors:
         return self._found.get(index) if type(index) is int else None
 
     def prefetch(self, indices: Iterable[Any]) -> None:
-        """Read those of the accessors that are small, dense and sound. The others are left to who needs them."""
+        """Read those of the accessors that are small, dense and sound. The others are left to who needs them.
+
+        Raises SceneError for a buffer that cannot be read: give accessors that the scene needs.
+        """
         alike: dict[tuple[int, str, int, int], dict[int, DenseAccessor]] = {}
         table = self._document.dense_accessors
         for index in dict.fromkeys(index for index in indices if type(index) is int and index not in self._found):
@@ -48,10 +50,10 @@ class SmallAccessors:
     def _read(self, group: dict[int, DenseAccessor]) -> Iterator[tuple[int, NDArray[Any]]]:
         """What those hold, which differ in where they begin and in their count alone."""
         one = next(iter(group.values()))
-        try:
-            content = self._document.buffer(self._document.entries("buffers")[one.buffer])
-        except (SceneError, IndexError):
+        buffers = self._document.entries("buffers")
+        if one.buffer >= len(buffers):
             return
+        content = self._document.buffer(buffers[one.buffer])
         size = one.dtype.itemsize
         starts = np.array([dense.start for dense in group.values()])
         counts = np.array([dense.count for dense in group.values()])
