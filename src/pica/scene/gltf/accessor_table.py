@@ -24,7 +24,7 @@ class DenseAccessor(NamedTuple):
 
     kind: str
     dtype: np.dtype[Any]
-    count: int
+    elements: int
     width: int
     buffer: int
     start: int

@@ -27,7 +27,7 @@ def element_count(document: Document, source: Element, key: str) -> int:
     """How many elements the accessor has that `source` refers to under `key`."""
     dense = document.dense_accessors.get(source.values.get(key))
     if dense is not None:
-        return dense.count
+        return dense.elements
     return _accessor(document, source, key).integer("count", low=1)
 
 
@@ -38,14 +38,14 @@ def read_accessor(
 
     What it takes counts by the rows that are read. Raises SceneError unless the accessor's type is one of `types`.
     """
-    index = source.values.get(key)
+    index: Any = source.values.get(key)
     dense = document.dense_accessors.get(index)
     if dense is not None and dense.kind in types:
         found = document.small_accessors.get(index)
         if found is None:
             found = _dense(document, dense)
         if found is not None:
-            rows = dense.count if wanted is None else len(wanted)
+            rows = dense.elements if wanted is None else len(wanted)
             document.take(document.entries("accessors")[index], bytes=rows * dense.width * _COPIES)
             return found if wanted is None else found[wanted]
     accessor = _accessor(document, source, key)
@@ -111,7 +111,7 @@ def _dense(document: Document, accessor: DenseAccessor) -> NDArray[Any] | None:
     content = document.buffer(buffers[accessor.buffer])
     if accessor.view_end > len(content):
         return None
-    shape, strides = (accessor.count, accessor.width), (accessor.stride, accessor.dtype.itemsize)
+    shape, strides = (accessor.elements, accessor.width), (accessor.stride, accessor.dtype.itemsize)
     return np.ndarray(shape, accessor.dtype, content, accessor.start, strides)
 
 

@@ -6,6 +6,7 @@ A file of a million nodes would take several times as long otherwise. Element sa
 from collections.abc import Sequence
 from contextlib import suppress
 from itertools import chain
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ def numbers(
     entries: Sequence[Element], key: str, count: int, default: tuple[float, ...] | None = None
 ) -> NDArray[np.float64]:
     """(entries, count) what Element.numbers gives for each."""
-    rows = [entry.values.get(key, default) for entry in entries]
+    rows: list[Any] = [entry.values.get(key, default) for entry in entries]
     if set(map(type, rows)) <= {list, tuple} and set(map(len, rows)) == {count}:
         flat = list(chain.from_iterable(rows))
         if set(map(type, flat)) <= {float, int}:

@@ -28,7 +28,7 @@ _TYPES = {
 }  # fmt: skip
 
 _SECTION_BYTES = 1 << 15
-"""What a section counts as beside its vertices: more than its 3 kB, for each takes 300 microseconds."""
+"""What a section counts as beside its vertices: more than its 3 kB, for each takes up to 300 microseconds."""
 _VERTEX_BYTES, _CORNER_BYTES, _TANGENT_BYTES = 200, 16, 400
 """What completing a vertex, putting together the corner of a triangle and finding the tangent there take: as measured,
 and for vertices as much again as they take on a device."""

@@ -30,7 +30,7 @@ _ORTHOGRAPHIC_FAR = 1e4
 _INSTANCING = "EXT_mesh_gpu_instancing"
 _NO_TRANSLATION, _NO_ROTATION, _NO_SCALE = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0)
 _INSTANCE_DEFAULTS = {"TRANSLATION": _NO_TRANSLATION, "ROTATION": _NO_ROTATION, "SCALE": _NO_SCALE}
-_PLAIN = {"name", "mesh", "children", "matrix", "translation", "rotation", "scale"}
+_PLAIN = {"name", "mesh", "children", "extras", "matrix", "translation", "rotation", "scale"}
 """The keys of nodes that at most show a mesh, as nearly all of a large file do."""
 _plain_node = unchecked_constructor(Node)
 
@@ -132,12 +132,13 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
         meshes.expect(entries)
     nodes: dict[Element, Node] = {}
     special: list[Element] = []
-    copies: Counter[Mesh] = Counter()
+    copies: Counter[Mesh | None] = Counter()
     for entry, matrix, pose, fits in zip(entries, transforms, poses, near.tolist(), strict=True):
-        mesh = None if entry.values.get("mesh") is None else meshes.get(entry)
-        if fits and entry.values.keys() <= _PLAIN and (mesh is None or not meshes.target_count(mesh)):
+        mesh, extras = meshes.get(entry) if "mesh" in entry else None, entry.extras
+        plain = fits and entry.values.keys() <= _PLAIN and "pica" not in extras
+        if plain and (mesh is None or not meshes.target_count(mesh)):
             nodes[entry] = _plain_node(
-                name=entry.name, mesh=mesh, pose=pose, extras={}, children=[], _transform=matrix
+                name=entry.name, mesh=mesh, pose=pose, extras=extras, children=[], _transform=matrix
             )  # fmt: skip
             copies[mesh] += 1
         else:
@@ -146,9 +147,9 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
             node.pose = pose
             special.append(entry)
     meshes.complete()
-    del copies[None]
     for mesh, count in copies.items():
-        meshes.count_shown(mesh, count)
+        if mesh is not None:
+            meshes.count_shown(mesh, count)
     for entry, children in hierarchy.children.items():
         if entry in nodes:
             node = nodes[entry]

@@ -40,7 +40,7 @@ class SmallAccessors:
         table = self._document.dense_accessors
         for index in dict.fromkeys(index for index in indices if type(index) is int and index not in self._found):
             dense = table.get(index)
-            if dense is not None and dense.count * dense.width <= _SMALL:
+            if dense is not None and dense.elements * dense.width <= _SMALL:
                 alike.setdefault((dense.buffer, dense.dtype.str, dense.width, dense.stride), {})[index] = dense
         for group in alike.values():
             left = iter(group.items())
@@ -56,7 +56,7 @@ class SmallAccessors:
         content = self._document.buffer(buffers[one.buffer])
         size = one.dtype.itemsize
         starts = np.array([dense.start for dense in group.values()])
-        counts = np.array([dense.count for dense in group.values()])
+        counts = np.array([dense.elements for dense in group.values()])
         ends = np.array([dense.view_end for dense in group.values()])
         fits = (ends <= len(content)) & (starts % size == 0)
         if one.stride % size or not fits.any():

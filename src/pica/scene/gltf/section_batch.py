@@ -1,4 +1,4 @@
-"""Small sections of many meshes get what the file lacks together: one by one, NumPy's calls would take most of the time."""
+"""Small sections of many meshes are completed together: one by one, NumPy's calls would take most of the time."""
 
 from collections.abc import Sequence
 from itertools import pairwise
