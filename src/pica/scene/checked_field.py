@@ -70,8 +70,9 @@ def unchecked_constructor(made: type[_Made]) -> Callable[..., _Made]:
 
     def construct(**values: Any) -> _Made:
         kept = defaults | values
-        for name in factories.keys() - values.keys() if factories else ():
-            kept[name] = factories[name]()
+        for name, factory in factories.items():
+            if name not in values:
+                kept[name] = factory()
         constructed = object.__new__(made)
         object.__setattr__(constructed, "__dict__", kept)  # classes may be frozen
         return constructed

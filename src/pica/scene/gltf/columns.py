@@ -20,6 +20,8 @@ def numbers(
 ) -> NDArray[np.float64]:
     """(entries, count) what Element.numbers gives for each."""
     rows: list[Any] = [entry.values.get(key, default) for entry in entries]
+    if default is not None and rows.count(default) == len(rows):
+        return np.tile(default, (len(rows), 1))
     if set(map(type, rows)) <= {list, tuple} and set(map(len, rows)) == {count}:
         flat = list(chain.from_iterable(rows))
         if set(map(type, flat)) <= {float, int}:

@@ -98,7 +98,7 @@ class Meshes:
         return self._counts[mesh].targets
 
     def _section(self, primitive: Element) -> Section | None:
-        mode = primitive.integer("mode", high=_FAN, default=_TRIANGLES)
+        mode = primitive.integer("mode", high=_FAN, default=_TRIANGLES) if "mode" in primitive else _TRIANGLES
         if mode < _TRIANGLES:
             self._document.warn("points and lines have no surface and are left out")
             return None

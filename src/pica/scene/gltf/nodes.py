@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,10 +133,17 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
     nodes: dict[Element, Node] = {}
     special: list[Element] = []
     copies: Counter[Mesh | None] = Counter()
+    still: dict[Any, Mesh | None] = {None: None}
+    """Meshes without morph targets, by what a node says."""
     for entry, matrix, pose, fits in zip(entries, transforms, poses, near.tolist(), strict=True):
-        mesh, extras = meshes.get(entry) if "mesh" in entry else None, entry.extras
-        plain = fits and entry.values.keys() <= _PLAIN and "pica" not in extras
-        if plain and (mesh is None or not meshes.target_count(mesh)):
+        values, extras = entry.values, entry.extras
+        index = values.get("mesh")
+        if index is not None and (type(index) is not int or index not in still):
+            shown = meshes.get(entry)
+            if not meshes.target_count(shown):
+                still[index] = shown
+        if fits and index in still and values.keys() <= _PLAIN and "pica" not in extras:
+            mesh = still[index]
             nodes[entry] = _plain_node(
                 name=entry.name, mesh=mesh, pose=pose, extras=extras, children=[], _transform=matrix
             )  # fmt: skip
@@ -147,9 +154,9 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
             node.pose = pose
             special.append(entry)
     meshes.complete()
-    for mesh, count in copies.items():
-        if mesh is not None:
-            meshes.count_shown(mesh, count)
+    for each, count in copies.items():
+        if each is not None:
+            meshes.count_shown(each, count)
     for entry, children in hierarchy.children.items():
         if entry in nodes:
             node = nodes[entry]
