@@ -52,6 +52,10 @@ def mixed() -> GltfFile:
         place = {"translation": [number, 0.5, 0], "rotation": [0, 0.6, 0, 0.8]} if number % 8 else {"matrix": MATRIX}
         node = {"name": f"node {number}", "extras": {"kind": number}, **place}
         file.mesh(floats(file, count, 3), node, attributes=attributes, material=materials[number % 9], **indices)
+    interleaved = file.view(RANDOM.uniform(-1, 1, (5, 6)).astype("<f4").tobytes(), byteStride=24)
+    entry = {"bufferView": interleaved, "componentType": 5126, "count": 5, "type": "VEC3"}
+    normals = file.add("accessors", byteOffset=12, **entry)
+    file.mesh(file.add("accessors", **entry), {"name": "interleaved"}, attributes={"NORMAL": normals})
     file.json["nodes"][1]["children"] = [2, 3]
     file.json["nodes"][3]["children"] = [8, 9]
     times = file.accessor([0, 0.5, 2])
