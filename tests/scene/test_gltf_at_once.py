@@ -87,6 +87,8 @@ def described(scene: Scene) -> list[Any]:
     for node in scene.nodes():
         parent = node.parent.name if node.parent is not None else ""
         found.append((node.name, parent, [child.name for child in node.children], node.transform.tolist()))
+        above = np.eye(4) if node.parent is None else node.parent.world
+        np.testing.assert_allclose(node.world, above @ node.transform, atol=1e-12)
         found.append(
             (node.world.round(12).tolist(), node.pose and [part.tolist() for part in vars(node.pose).values()])
         )
