@@ -105,7 +105,8 @@ def _eight_bits(image: PIL.Image.Image) -> NDArray[np.uint8]:
     pixels = np.empty((image.height, image.width, 4), np.uint8)
     rows = max(_STRIP // image.width, 1)
     for top in range(0, image.height, rows):
-        strip = image.crop((0, top, image.width, min(top + rows, image.height)))
+        whole = rows >= image.height  # a crop would copy it
+        strip = image if whole else image.crop((0, top, image.width, min(top + rows, image.height)))
         if image.mode.startswith("I"):  # 16-bit grey, which Pillow would clip at 255 instead of scaling
             grey = np.clip(np.round(np.asarray(strip, np.float32) / 257), 0, 255)
             pixels[top : top + rows, :, :3], pixels[top : top + rows, :, 3] = grey[..., None], 255

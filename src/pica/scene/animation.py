@@ -52,7 +52,8 @@ class Pose:
         for values in (translation, rotation, scale):
             values.setflags(write=False)
         pose = object.__new__(Pose)
-        pose.__dict__.update(translation=translation, rotation=rotation, scale=scale)
+        kept = {"translation": translation, "rotation": rotation, "scale": scale}
+        object.__setattr__(pose, "__dict__", kept)
         return pose
 
     def matrix(self) -> Floats:

@@ -6,6 +6,8 @@ they hold, and a few nodes may hold gigabytes of pictures: so it is called for w
 
 import gc
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 from weakref import finalize
 
@@ -35,6 +37,18 @@ def collect() -> None:
         gc.collect()
         now = time.monotonic()
         _due = now + _SHARE * (now - started)
+
+
+@contextmanager
+def paused() -> Iterator[None]:
+    """Python's collector rests: it would look again and again through the objects of a large file, none of which go."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 def _note() -> None:

@@ -31,7 +31,8 @@ def load(
     """
     leftovers.collect()
     budget = Budget(limits)
-    scene = gltf.read(_checked(path, "path"), budget, allow_outside)
+    with leftovers.paused():
+        scene = gltf.read(_checked(path, "path"), budget, allow_outside)
     leftovers.watch(scene)
     if isinstance(environment, Environment):
         scene.environment = environment

@@ -333,8 +333,9 @@ def loose(node: Node, above: "Node | Scene") -> list[Node]:
 
 def enter(nodes: list[Node], listeners: Listeners | None) -> None:
     """Nodes that were free come into a scene, or below a node that is in none."""
+    told = list(listeners or ())
     for node in nodes:
         node._world = None
         node._listeners = listeners
-        for listener in listeners or ():
+        for listener in told:
             listener.add(node)

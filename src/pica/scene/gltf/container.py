@@ -4,13 +4,16 @@ import base64
 import binascii
 import json
 import warnings
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote_to_bytes
 
 from pica.errors import SceneError, shown
+from pica.scene.gltf.accessor_table import AccessorTable
 from pica.scene.gltf.asset_files import AssetFiles
 from pica.scene.gltf.element import Element
+from pica.scene.gltf.prefetch import SmallAccessors
 from pica.scene.limits import Budget
 from pica.text import printable
 
@@ -68,10 +71,24 @@ class Document:
             self._arrays[array] = self.root.objects(array)
         return self._arrays[array]
 
+    @cached_property
+    def dense_accessors(self) -> AccessorTable:
+        """The accessors that need no closer look."""
+        try:
+            views = self.entries("bufferViews")
+        except SceneError:  # for who needs one
+            views = []
+        return AccessorTable(self.entries("accessors"), views)
+
+    @cached_property
+    def small_accessors(self) -> SmallAccessors:
+        """Those that have been read with others."""
+        return SmallAccessors(self)
+
     def view(self, source: Element, key: str = "bufferView") -> tuple[memoryview, int | None]:
         """The bytes of the buffer view that `source` refers to, and its stride if it gives one (3.6.1)."""
         view = source.reference(key, self.entries("bufferViews"))
-        content = self._buffer(view.reference("buffer", self.entries("buffers")))
+        content = self.buffer(view.reference("buffer", self.entries("buffers")))
         offset = view.integer("byteOffset", default=0)
         length = view.integer("byteLength", low=1)
         if offset + length > len(content):
@@ -90,7 +107,8 @@ class Document:
             return _data(uri, source)
         return self._files.read(uri, source.place("uri"), length)
 
-    def _buffer(self, buffer: Element) -> memoryview:
+    def buffer(self, buffer: Element) -> memoryview:
+        """What a buffer holds."""
         if buffer not in self._buffers:
             length = buffer.integer("byteLength", low=1)
             if "uri" in buffer:

@@ -26,6 +26,8 @@ def morph_offsets(
     (vertices, targets, 3), for the `wanted` of all the vertices, or for all.
     """
     offsets: dict[str, NDArray[np.float32]] = {}
+    if "targets" not in primitive:
+        return offsets
     targets = primitive.objects("targets")
     count = vertex_count if wanted is None else len(wanted)
 

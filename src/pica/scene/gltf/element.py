@@ -6,7 +6,7 @@ from typing import Any, ParamSpec, TypeVar
 from pica.errors import SceneError, shown
 from pica.scene.values import LARGEST
 
-_MOST = 1 << 53
+MOST = 1 << 53
 """Integers beyond are not exact in every reader of JSON, and no file is that large."""
 
 _Value = TypeVar("_Value")
@@ -21,19 +21,21 @@ class Element:
     looked at. Places are put together only when a message needs one: a scene has hundreds of thousands of these.
     """
 
-    __slots__ = ("_index", "_key", "_parent", "_values")
+    __slots__ = ("_index", "_key", "_parent", "values")
+    values: dict[str, Any]
+    """The object as the file has it. Nothing of it has been checked: for columns.py, and for who looks at its keys."""
 
     def __init__(
         self, values: dict[str, Any], key: str = "", parent: "Element | None" = None, index: int | None = None
     ) -> None:
-        self._values, self._key, self._parent, self._index = values, key, parent, index
+        self.values, self._key, self._parent, self._index = values, key, parent, index
 
     def __contains__(self, key: str) -> bool:
-        return self._values.get(key) is not None
+        return self.values.get(key) is not None
 
     def keys(self) -> set[str]:
         """Which keys the object has."""
-        return set(self._values)
+        return set(self.values)
 
     def place(self, key: str = "", index: int | None = None) -> str:
         """Where the object stands, or one of its values, or entry `index` of that value; empty for the whole file."""
@@ -56,7 +58,7 @@ class Element:
 
     def object(self, key: str, required: bool = False) -> "Element":
         """The object under a key; one without any keys where there is none, unless it is required."""
-        value = self._values.get(key)
+        value = self.values.get(key)
         if value is None and not required:
             value = {}
         if type(value) is not dict:
@@ -82,18 +84,18 @@ class Element:
     @property
     def extras(self) -> dict[str, Any]:
         """What applications add (3.13), any JSON; empty where that is no object."""
-        extras = self._values.get("extras")
+        extras = self.values.get("extras")
         return extras if isinstance(extras, dict) else {}
 
     @property
     def name(self) -> str:
         """The name; empty where there is none."""
-        name = self._values.get("name")
+        name = self.values.get("name")
         return name if isinstance(name, str) else ""
 
-    def integer(self, key: str, low: int = 0, high: int = _MOST, default: int | None = None) -> int:
+    def integer(self, key: str, low: int = 0, high: int = MOST, default: int | None = None) -> int:
         """An integer from low to high."""
-        value = self._values.get(key)
+        value = self.values.get(key)
         if value is None and default is not None:
             return default
         whole = _whole(value)
@@ -101,7 +103,7 @@ class Element:
             raise self._unfit(value, f"a whole number{_span(low, high)}", key)
         return whole
 
-    def integers(self, key: str, low: int = 0, high: int = _MOST) -> list[int]:
+    def integers(self, key: str, low: int = 0, high: int = MOST) -> list[int]:
         """The integers of an array, each from low to high; it may be absent."""
         values = self._array(key)
         integers = []
@@ -116,7 +118,7 @@ class Element:
         self, key: str, low: float = -LARGEST, high: float = LARGEST, default: float | None = None
     ) -> float:  # fmt: skip
         """A finite number from low to high."""
-        value: Any = self._values.get(key)
+        value: Any = self.values.get(key)
         if value is None and default is not None:
             return default
         if type(value) not in (float, int) or not low <= value <= high:
@@ -128,7 +130,7 @@ class Element:
         default: tuple[float, ...] | None = None,
     ) -> tuple[Any, ...]:  # fmt: skip
         """`count` finite numbers from low to high."""
-        values = self._values.get(key)
+        values = self.values.get(key)
         if values is None and default is not None:
             return default
         if type(values) is not list or len(values) != count:
@@ -140,7 +142,7 @@ class Element:
 
     def flag(self, key: str, default: bool) -> bool:
         """True or false."""
-        value = self._values.get(key)
+        value = self.values.get(key)
         if value is None:
             return default
         if type(value) is not bool:
@@ -149,7 +151,7 @@ class Element:
 
     def text(self, key: str, default: str | None = None) -> str:
         """A string."""
-        value = self._values.get(key)
+        value = self.values.get(key)
         if value is None and default is not None:
             return default
         if type(value) is not str:
@@ -166,7 +168,7 @@ class Element:
 
     def choice(self, key: str, known: Mapping[Any, _Value], default: _Value | None = None) -> _Value:
         """What `known` has for the string or integer."""
-        value = self._values.get(key)
+        value = self.values.get(key)
         if value is None and default is not None:
             return default
         option = value if type(value) is str else _whole(value)
@@ -176,11 +178,17 @@ class Element:
 
     def reference(self, key: str, entries: Sequence["Element"]) -> "Element":
         """The one of `entries` that an integer refers to."""
-        return self._referred(self._values.get(key), entries, key)
+        value = self.values.get(key)
+        if type(value) is int and 0 <= value < len(entries):
+            return entries[value]
+        return self._referred(value, entries, key)
 
     def references(self, key: str, entries: Sequence["Element"]) -> list["Element"]:
         """Those of `entries` that an array of integers refers to, which may be absent."""
-        return [self._referred(value, entries, key, index) for index, value in enumerate(self._array(key))]
+        values = self._array(key)
+        if set(map(type, values)) == {int} and min(values) >= 0 and max(values) < len(entries):
+            return [entries[value] for value in values]
+        return [self._referred(value, entries, key, index) for index, value in enumerate(values)]
 
     def _referred(
         self, value: Any, entries: Sequence["Element"], key: str, index: int | None = None
@@ -193,7 +201,7 @@ class Element:
         return entries[whole]
 
     def _array(self, key: str) -> list[Any]:
-        value = self._values.get(key)
+        value = self.values.get(key)
         if value is None:
             return []
         if type(value) is not list:
@@ -214,6 +222,6 @@ def _whole(value: Any) -> int | None:
 
 
 def _span(low: float, high: float) -> str:
-    if high not in (_MOST, LARGEST):
+    if high not in (MOST, LARGEST):
         return f" from {low} to {high}"
     return "" if low == -LARGEST else f" of at least {low}"

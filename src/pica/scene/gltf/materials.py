@@ -1,8 +1,11 @@
 """Materials (3.9) and their extensions."""
 
+from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 from pica.scene.anisotropy import Anisotropy
+from pica.scene.checked_field import unchecked_constructor
 from pica.scene.coat import Coat
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
@@ -15,6 +18,7 @@ from pica.scene.sheen import Sheen
 from pica.scene.values import LARGEST
 
 _ALPHA_MODES = {mode.value: mode for mode in AlphaMode}
+_plain_material = unchecked_constructor(Material)
 
 
 class Materials:
@@ -37,39 +41,60 @@ class Materials:
 
     def _make(self, entry: Element) -> Material:
         self._document.take(entry, bytes=OBJECT_BYTES)
-        pbr = entry.object("pbrMetallicRoughness")
+        values: dict[str, Any] = {"name": entry.name, "extras": entry.extras}
+        for key, read in self._parts.items():
+            if key in entry:
+                values |= read(entry)
+        if "extensions" not in entry and "emissiveFactor" not in entry:
+            return _plain_material(**values)  # what has been read so far is known to fit
+        return entry.apply(Material, **values, **self._extended(entry))
+
+    @cached_property
+    def _parts(self) -> dict[str, Callable[[Element], dict[str, Any]]]:
+        """What is to be read where a material has a key."""
+        read = self._textures.get
+        return {
+            "pbrMetallicRoughness": lambda entry: self._metallic_roughness(entry.object("pbrMetallicRoughness")),
+            "normalTexture": lambda entry: {
+                "normal_texture": read(entry, "normalTexture"),
+                "normal_scale": entry.object("normalTexture").number("scale", default=1.0),
+            },
+            "occlusionTexture": lambda entry: {
+                "occlusion_texture": read(entry, "occlusionTexture"),
+                "occlusion_strength": entry.object("occlusionTexture").number("strength", 0, 1, 1.0),
+            },
+            "emissiveTexture": lambda entry: {"emissive_texture": read(entry, "emissiveTexture")},
+            "alphaMode": lambda entry: {"alpha_mode": entry.choice("alphaMode", _ALPHA_MODES)},
+            "alphaCutoff": lambda entry: {"alpha_cutoff": entry.number("alphaCutoff", low=0)},
+            "doubleSided": lambda entry: {"double_sided": entry.flag("doubleSided", default=False)},
+        }
+
+    def _metallic_roughness(self, pbr: Element) -> dict[str, Any]:
+        return {
+            "base_color": pbr.numbers("baseColorFactor", 4, 0, 1, (1.0, 1.0, 1.0, 1.0)),
+            "metallic": pbr.number("metallicFactor", 0, 1, 1.0),
+            "roughness": pbr.number("roughnessFactor", 0, 1, 1.0),
+            "base_color_texture": self._textures.get(pbr, "baseColorTexture"),
+            "metallic_roughness_texture": self._textures.get(pbr, "metallicRoughnessTexture"),
+        }
+
+    def _extended(self, entry: Element) -> dict[str, Any]:
+        """What extensions add, and emission, which one of them multiplies."""
         strength = entry.extension("KHR_materials_emissive_strength").number("emissiveStrength", low=0, default=1.0)
         red, green, blue = entry.numbers("emissiveFactor", 3, low=0, default=(0.0, 0.0, 0.0))
         if max(red, green, blue) * strength > LARGEST:
             raise entry.fault(f"times a strength of {strength:g} is too bright", "emissiveFactor")
-        read = self._textures.get
-        return entry.apply(
-            Material,
-            name=entry.name,
-            base_color=pbr.numbers("baseColorFactor", 4, 0, 1, (1.0, 1.0, 1.0, 1.0)),
-            metallic=pbr.number("metallicFactor", 0, 1, 1.0),
-            roughness=pbr.number("roughnessFactor", 0, 1, 1.0),
-            emission=(red * strength, green * strength, blue * strength),
-            base_color_texture=read(pbr, "baseColorTexture"),
-            metallic_roughness_texture=read(pbr, "metallicRoughnessTexture"),
-            normal_texture=read(entry, "normalTexture"),
-            normal_scale=entry.object("normalTexture").number("scale", default=1.0),
-            occlusion_texture=read(entry, "occlusionTexture"),
-            occlusion_strength=entry.object("occlusionTexture").number("strength", 0, 1, 1.0),
-            emissive_texture=read(entry, "emissiveTexture"),
-            alpha_mode=entry.choice("alphaMode", _ALPHA_MODES, AlphaMode.OPAQUE),
-            alpha_cutoff=entry.number("alphaCutoff", low=0, default=0.5),
-            double_sided=entry.flag("doubleSided", default=False),
-            unlit=entry.has_extension("KHR_materials_unlit"),
-            ior=_index_of_refraction(entry),
-            extras=entry.extras,
+        return {
+            "emission": (red * strength, green * strength, blue * strength),
+            "unlit": entry.has_extension("KHR_materials_unlit"),
+            "ior": _index_of_refraction(entry),
             **self._specular(entry.extension("KHR_materials_specular")),
             **self._transmission(entry),
             **self._clearcoat(entry.extension("KHR_materials_clearcoat")),
             **self._anisotropy(entry.extension("KHR_materials_anisotropy")),
             **self._iridescence(entry.extension("KHR_materials_iridescence")),
             **self._sheen(entry.extension("KHR_materials_sheen")),
-        )
+        }
 
     def _specular(self, specular: Element) -> dict[str, Any]:
         return {

@@ -1,6 +1,7 @@
 """Meshes: primitives become sections of indexed triangles with every attribute present (3.7.2)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,9 +12,10 @@ from pica.scene.gltf.container import Document
 from pica.scene.gltf.deformation import check_per_vertex, joints_and_weights, morph_offsets
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.materials import Materials
+from pica.scene.gltf.section_batch import Attributes, SectionBatch, unit_tangents
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Section
-from pica.scene.normals import face_normals, perpendicular, unit_normals
+from pica.scene.normals import face_normals, unit_normals
 from pica.scene.tangents import generate_tangents
 from pica.scene.values import LARGEST
 
@@ -26,12 +28,10 @@ _TYPES = {
 }  # fmt: skip
 
 _SECTION_BYTES = 1 << 15
-"""What a section counts as beside its vertices: more than its 3 kB, for each takes 300 microseconds."""
+"""What a section counts as beside its vertices: more than its 3 kB, for each takes up to 300 microseconds."""
 _VERTEX_BYTES, _CORNER_BYTES, _TANGENT_BYTES = 200, 16, 400
 """What completing a vertex, putting together the corner of a triangle and finding the tangent there take: as measured,
 and for vertices as much again as they take on a device."""
-Attributes = dict[str, NDArray[Any]]
-"""By name, one row a vertex."""
 
 
 class _Counts(NamedTuple):
@@ -41,41 +41,64 @@ class _Counts(NamedTuple):
     shining: int
     """Vertices of triangles that emit light."""
     targets: int
+    entry: Element
 
 
 class Meshes:
-    """The meshes of a file, each made once, when first used."""
+    """The meshes of a file, each made once, when first used; `complete` ends it."""
 
     def __init__(self, document: Document) -> None:
         self._document = document
         self._materials = Materials(document)
         self._made: dict[Element, Mesh] = {}
         self._counts: dict[Mesh, _Counts] = {}
+        self._batch = SectionBatch()
+
+    @cached_property
+    def _entries(self) -> list[Element]:
+        return self._document.entries("meshes")
 
     def get(self, node: Element) -> Mesh:
         """The mesh of a node; primitives without a surface are left out with a warning."""
-        entry = node.reference("mesh", self._document.entries("meshes"))
+        entry = node.reference("mesh", self._entries)
         if entry not in self._made:
             primitives = entry.objects("primitives")
             _check_target_counts(entry, primitives)
-            sections = [self._section(primitive) for primitive in primitives]
-            mesh = entry.apply(Mesh, [section for section in sections if section is not None], entry.name)
-            self._made[entry] = mesh
-            shining = (section.indices.size for section in mesh.sections if max(section.material.emission) > 0)
-            self._counts[mesh] = _Counts(max(len(mesh.sections), 1), sum(shining), mesh.target_count)
+            found = [self._section(primitive) for primitive in primitives]
+            sections = [section for section in found if section is not None]
+            mesh = self._made[entry] = entry.apply(Mesh, sections, entry.name)
+            shining = sum(section.indices.size for section in sections if any(section.material.emission))
+            self._counts[mesh] = _Counts(max(len(sections), 1), shining, mesh.target_count, entry)
         return self._made[entry]
+
+    def expect(self, nodes: Iterable[Element]) -> None:
+        """Get ready for the meshes that nodes show."""
+        shown = (node.values["mesh"] for node in nodes if type(node.values.get("mesh")) is int)
+        meshes = self._entries
+        names = dict.fromkeys(mesh for mesh in shown if 0 <= mesh < len(meshes))
+        self._document.small_accessors.prefetch(
+            accessor for mesh in names for accessor in _accessors_of(meshes[mesh].values.get("primitives"))
+        )
+
+    def complete(self) -> None:
+        """Complete the meshes: until then sections may lack all but triangles and material."""
+        self._batch.complete()
 
     def count_placed(self, node: Element, mesh: Mesh | None, copies: int) -> None:
         """Count what a node shows: parts of the mesh, of which each triangle that shines is a light in each copy."""
-        parts, shining, _ = (1, 0, 0) if mesh is None else self._counts[mesh]
+        parts, shining = (1, 0) if mesh is None else self._counts[mesh][:2]
         self._document.take(node, instances=copies * parts, vertices=copies * shining)
+
+    def count_shown(self, mesh: Mesh, copies: int) -> None:
+        """As count_placed, of a mesh that so many nodes show as it is."""
+        self.count_placed(self._counts[mesh].entry, mesh, copies)
 
     def target_count(self, mesh: Mesh) -> int:
         """As of the mesh."""
         return self._counts[mesh].targets
 
     def _section(self, primitive: Element) -> Section | None:
-        mode = primitive.integer("mode", high=_FAN, default=_TRIANGLES)
+        mode = primitive.integer("mode", high=_FAN, default=_TRIANGLES) if "mode" in primitive else _TRIANGLES
         if mode < _TRIANGLES:
             self._document.warn("points and lines have no surface and are left out")
             return None
@@ -95,6 +118,8 @@ class Meshes:
         taken = vertices * _VERTEX_BYTES + tangents * triangles.size * _TANGENT_BYTES
         self._document.take(primitive, vertices=vertices, bytes=taken)
         attributes = self._attributes(primitive, accessors, vertex_count, used)
+        if not tangents and self._batch.takes(attributes, triangles):
+            return self._batch.add(primitive, attributes, triangles, material)
         return primitive.apply(_complete, attributes, triangles, material)
 
     def _triangles(self, primitive: Element, vertex_count: int, mode: int) -> tuple[NDArray[np.uint32], Rows | None]:
@@ -124,6 +149,16 @@ class Meshes:
         return attributes
 
 
+def _accessors_of(primitives: Any) -> Iterator[Any]:
+    """What the file says are the accessors of primitives that have a surface, be it so or not."""
+    for primitive in primitives if type(primitives) is list else ():
+        if type(primitive) is dict and primitive.get("mode") in (None, _TRIANGLES, _STRIP, _FAN):
+            attributes = primitive.get("attributes")
+            if type(attributes) is dict and "POSITION" in attributes:
+                yield primitive.get("indices")
+                yield from (accessor for name, accessor in attributes.items() if name in _TYPES)
+
+
 def _renumbered(triangles: NDArray[np.uint32], vertex_count: int) -> tuple[NDArray[np.uint32], Rows | None]:
     """The triangles, (n, 3), in numbers among the vertices that they use, and which those are; None for all."""
     if vertex_count > 8 * triangles.size:  # a part of a large mesh: looking at all its vertices would take longer
@@ -131,7 +166,7 @@ def _renumbered(triangles: NDArray[np.uint32], vertex_count: int) -> tuple[NDArr
         return corners.reshape(-1, 3).astype(np.uint32), used.astype(np.intp)
     in_use = np.zeros(vertex_count, bool)
     in_use[triangles] = True
-    if in_use.all():
+    if np.count_nonzero(in_use) == vertex_count:
         return triangles, None
     numbers = np.cumsum(in_use, dtype=np.uint32) - np.uint32(1)
     return numbers[triangles], np.flatnonzero(in_use)
@@ -139,6 +174,8 @@ def _renumbered(triangles: NDArray[np.uint32], vertex_count: int) -> tuple[NDArr
 
 def _check_target_counts(mesh: Element, primitives: list[Element]) -> None:
     """Raises SceneError when the primitives differ in their number of morph targets (3.7.2.2)."""
+    if not any("targets" in primitive for primitive in primitives):
+        return
     counts = sorted({len(primitive.objects("targets")) for primitive in primitives})
     if len(counts) > 1:
         raise mesh.fault(f"differ in their number of morph targets ({counts[0]} to {counts[-1]})", "primitives")
@@ -155,7 +192,8 @@ def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
     else:
         triangles = np.stack([order[1:-1], order[2:], np.full(max(len(order) - 2, 0), order[0])], axis=1)
     a, b, c = triangles.T
-    return triangles[(a != b) & (b != c) & (c != a)]
+    kept = (a != b) & (b != c) & (c != a)
+    return triangles if np.count_nonzero(kept) == len(kept) else triangles[kept]
 
 
 def _tangent_uvs(material: Material) -> tuple[int, Sequence[float]] | None:
@@ -188,7 +226,7 @@ def _complete(attributes: Attributes, triangles: NDArray[np.uint32], material: M
     return Section(
         positions=attributes["POSITION"],
         normals=attributes["NORMAL"],
-        tangents=_unit_tangents(attributes.get("TANGENT"), attributes["NORMAL"]),
+        tangents=unit_tangents(attributes.get("TANGENT"), attributes["NORMAL"]),
         uv0=attributes.get("TEXCOORD_0", np.zeros((count, 2), np.float32)),
         uv1=attributes.get("TEXCOORD_1", np.zeros((count, 2), np.float32)),
         colors=_rgba(attributes.get("COLOR_0", np.ones((count, 4), np.float32))),
@@ -218,18 +256,6 @@ def _texture_coordinates(attributes: Attributes, uv_set: int, transform: Sequenc
     matrix = np.array(transform).reshape(2, 3)
     moved = uvs.astype(np.float64) @ matrix[:, :2].T + matrix[:, 2]
     return np.clip(moved, -LARGEST, LARGEST).astype(np.float32)
-
-
-def _unit_tangents(tangents: NDArray[np.float32] | None, normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(vertices, 4) unit tangents; any at a right angle to the normal where there is none."""
-    spare = np.column_stack([perpendicular(normals), np.ones(len(normals), np.float32)])
-    if tangents is None:
-        return spare
-    lengths = np.linalg.norm(tangents[:, :3].astype(np.float64), axis=1, keepdims=True)
-    unit = np.column_stack(
-        [tangents[:, :3] / np.where(lengths > 0, lengths, 1), np.where(tangents[:, 3:] < 0, -1, 1).astype(np.float32)]
-    )
-    return np.where(lengths > 0, unit, spare).astype(np.float32)
 
 
 def _rgba(colors: NDArray[np.float32]) -> NDArray[np.float32]:

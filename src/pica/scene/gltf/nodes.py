@@ -2,12 +2,15 @@
 
 import math
 from collections import Counter
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pica.scene.animation import Pose, compose
 from pica.scene.camera import Camera
+from pica.scene.checked_field import unchecked_constructor
+from pica.scene.gltf import columns
 from pica.scene.gltf.accessors import element_count, read_floats
 from pica.scene.gltf.animations import read_animations
 from pica.scene.gltf.container import Document
@@ -27,6 +30,9 @@ _ORTHOGRAPHIC_FAR = 1e4
 _INSTANCING = "EXT_mesh_gpu_instancing"
 _NO_TRANSLATION, _NO_ROTATION, _NO_SCALE = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0)
 _INSTANCE_DEFAULTS = {"TRANSLATION": _NO_TRANSLATION, "ROTATION": _NO_ROTATION, "SCALE": _NO_SCALE}
+_PLAIN = {"name", "mesh", "children", "extras", "matrix", "translation", "rotation", "scale"}
+"""The keys of nodes that at most show a mesh, as nearly all of a large file do."""
+_plain_node = unchecked_constructor(Node)
 
 _INSTANCE_BYTES = 400
 """What it takes to put a matrix together."""
@@ -39,11 +45,13 @@ def build_scene(document: Document) -> Scene:
     hierarchy = _Hierarchy(document)
     name, roots = hierarchy.shown()
     scene = Scene(name)
-    nodes = _make_nodes(document, hierarchy, roots)
+    made = _make_nodes(document, hierarchy, roots)
+    nodes = made.nodes
     for root in roots:
         scene.add(nodes[root])
-    _bind_skins(document, nodes)
-    entries = {node: entry for entry, node in nodes.items()}
+    _bind_skins(document, made)
+    far = _place_in_world(made, hierarchy)
+    entries = {nodes[entry]: entry for entry in dict.fromkeys([*made.special, *far])}
     for node in worth_checking(list(entries)):
         entries[node].apply(node.check)  # what a renderer would find, where it stands in the file
     scene.animations = read_animations(document, nodes)
@@ -58,7 +66,9 @@ class _Hierarchy:
     def __init__(self, document: Document) -> None:
         self._document = document
         self._nodes = document.entries("nodes")
-        self.children = {node: node.references("children", self._nodes) for node in self._nodes}
+        self.children = {
+            node: node.references("children", self._nodes) for node in self._nodes if "children" in node.values
+        }
         self._parents: dict[Element, Element] = {}
         for node, children in self.children.items():
             for child in children:
@@ -67,16 +77,18 @@ class _Hierarchy:
                     raise child.fault(f"is a child twice, of {first} and {node.place()}")
                 self._parents[child] = node
         tops = [node for node in self._nodes if node not in self._parents]
-        reached = set(self.below(tops))
-        for node in self._nodes:
-            if node not in reached:
-                raise node.fault("is its own ancestor, or below a node that is")
+        reached = self.below(tops)
+        if len(reached) < len(self._nodes):
+            found = set(reached)
+            lost = next(node for node in self._nodes if node not in found)
+            raise lost.fault("is its own ancestor, or below a node that is")
 
     def below(self, tops: list[Element]) -> list[Element]:
         """The nodes and all below them, parents first."""
         found = list(tops)
         for node in found:
-            found += self.children[node]
+            if node in self.children:
+                found += self.children[node]
         return found
 
     def shown(self) -> tuple[str, list[Element]]:
@@ -98,17 +110,60 @@ class _Hierarchy:
         return scene.name, roots
 
 
-def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element]) -> dict[Element, Node]:
-    """The nodes and all below them, by what the file says of them."""
+class _MadeNodes(NamedTuple):
+    """The nodes of a scene."""
+
+    nodes: dict[Element, Node]
+    """By what the file says of them, parents first."""
+    special: list[Element]
+    """Those that show more than a mesh as it is."""
+    transforms: NDArray[np.float64]
+    """(nodes, 4, 4) node to parent."""
+
+
+def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element]) -> _MadeNodes:
+    """The nodes and all below them, each where it is relative to its parent."""
     lights, meshes = Lights(document), Meshes(document)
     entries = hierarchy.below(roots)
     document.take(document.root, "nodes", bytes=len(entries) * OBJECT_BYTES)
-    nodes = {entry: _node(document, entry, lights, meshes) for entry in entries}
-    _place(nodes)
-    for entry, node in nodes.items():
-        for child in hierarchy.children[entry]:
-            node.add(nodes[child])
-    return nodes
+    transforms, poses = _places(entries)
+    near = np.einsum("nij,nij->n", transforms, transforms) <= LARGEST  # so that none is too large
+    if any("mesh" in entry for entry in entries):
+        meshes.expect(entries)
+    nodes: dict[Element, Node] = {}
+    special: list[Element] = []
+    copies: Counter[Mesh | None] = Counter()
+    still: dict[Any, Mesh | None] = {None: None}
+    """Meshes without morph targets, by what a node says."""
+    for entry, matrix, pose, fits in zip(entries, transforms, poses, near.tolist(), strict=True):
+        values, extras = entry.values, entry.extras
+        index = values.get("mesh")
+        if index is not None and (type(index) is not int or index not in still):
+            shown = meshes.get(entry)
+            if not meshes.target_count(shown):
+                still[index] = shown
+        if fits and index in still and values.keys() <= _PLAIN and "pica" not in extras:
+            mesh = still[index]
+            nodes[entry] = _plain_node(
+                name=entry.name, mesh=mesh, pose=pose, extras=extras, _transform=matrix
+            )  # fmt: skip
+            copies[mesh] += 1
+        else:
+            nodes[entry] = node = _node(document, entry, lights, meshes)
+            entry.apply(setattr, node, "transform", matrix)
+            node.pose = pose
+            special.append(entry)
+    meshes.complete()
+    for each, count in copies.items():
+        if each is not None:
+            meshes.count_shown(each, count)
+    for entry, children in hierarchy.children.items():
+        if entry in nodes:
+            node = nodes[entry]
+            node._children = [nodes[child] for child in children]
+            for child in node._children:
+                child._parent = node
+    return _MadeNodes(nodes, special, transforms)
 
 
 def _node(document: Document, entry: Element, lights: Lights, meshes: Meshes) -> Node:
@@ -142,34 +197,49 @@ def _vertex_count(mesh: Mesh) -> int:
     return sum(len(section.positions) for section in mesh.sections)
 
 
-def _place(nodes: dict[Element, Node]) -> None:
-    """Put the nodes where the file says (3.5.3): all in one go, one by one it would take most of the time."""
-    with_matrix = [entry for entry in nodes if "matrix" in entry]
-    _set_transforms(with_matrix, nodes, _matrices(with_matrix))
-    posed = [entry for entry in nodes if "matrix" not in entry]
-    translations = _rows(posed, "translation", _NO_TRANSLATION)
-    rotations = _rows(posed, "rotation", _NO_ROTATION)
-    scales = _rows(posed, "scale", _NO_SCALE)
+def _places(entries: list[Element]) -> tuple[NDArray[np.float64], list[Pose | None]]:
+    """Where the file puts nodes (3.5.3): (nodes, 4, 4) relative to their parents, and what that is made from.
+
+    All in one go: one by one it would take most of the time.
+    """
+    has_matrix = np.array(["matrix" in entry for entry in entries], bool)
+    posed = [entry for entry, has in zip(entries, has_matrix.tolist(), strict=True) if not has]
+    translations = columns.numbers(posed, "translation", 3, _NO_TRANSLATION)
+    rotations = columns.numbers(posed, "rotation", 4, _NO_ROTATION)
+    scales = columns.numbers(posed, "scale", 3, _NO_SCALE)
     for row in _zero_rotations(rotations):
         raise posed[row].fault(_NO_TURN, "rotation")
-    _set_transforms(posed, nodes, compose(translations, rotations, scales))
-    for entry, *pose in zip(posed, translations, rotations, scales, strict=True):
-        nodes[entry].pose = Pose.of(*pose)
+    transforms = np.empty((len(entries), 4, 4))
+    transforms[has_matrix] = _matrices([entry for entry in entries if "matrix" in entry])
+    transforms[~has_matrix] = compose(translations, rotations, scales)
+    poses = map(Pose.of, translations, rotations, scales)
+    return transforms, [None if has else next(poses) for has in has_matrix.tolist()]
 
 
-def _set_transforms(entries: list[Element], nodes: dict[Element, Node], matrices: NDArray[np.float64]) -> None:
-    near = np.einsum("nij,nij->n", matrices, matrices) <= LARGEST  # so that none is too large
-    for entry, matrix, fits in zip(entries, matrices, near.tolist(), strict=True):
-        if fits:
-            nodes[entry].place(matrix)
-        else:
-            entry.apply(setattr, nodes[entry], "transform", matrix)
+def _place_in_world(made: _MadeNodes, hierarchy: _Hierarchy) -> list[Element]:
+    """Find the nodes' world matrices, generation by generation. Returns those that may be too far away."""
+    entries = list(made.nodes)
+    rows = {entry: row for row, entry in enumerate(entries)}
+    parents = np.full(len(entries), -1)
+    for entry, children in hierarchy.children.items():
+        if entry in rows:
+            parents[[rows[child] for child in children]] = rows[entry]
+    worlds = made.transforms.copy()
+    start, end = 0, int(np.count_nonzero(parents < 0))
+    with np.errstate(over="ignore", invalid="ignore"):
+        while end < len(entries):
+            start, end = end, int(np.searchsorted(parents, end))
+            worlds[start:end] = worlds[parents[start:end]] @ worlds[start:end]
+        near = np.einsum("nij,nij->n", worlds, worlds) <= LARGEST
+    worlds.setflags(write=False)
+    for node, world in zip(made.nodes.values(), worlds, strict=True):
+        node._world = world
+    return [entries[row] for row in np.flatnonzero(~near)]
 
 
 def _matrices(entries: list[Element]) -> NDArray[np.float64]:
     """(entries, 4, 4) node to parent, of nodes that give it as a matrix."""
-    values = [entry.numbers("matrix", 16) for entry in entries]
-    matrices = np.array(values, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
+    matrices = columns.numbers(entries, "matrix", 16).reshape(-1, 4, 4).transpose(0, 2, 1)
     affine = np.isclose(matrices[:, 3], (0, 0, 0, 1), atol=1e-4).all(axis=1)
     for row in np.flatnonzero(~affine):
         raise entries[row].fault("its last row must be 0, 0, 0, 1", "matrix")
@@ -177,22 +247,18 @@ def _matrices(entries: list[Element]) -> NDArray[np.float64]:
     return matrices
 
 
-def _rows(entries: list[Element], key: str, default: tuple[float, ...]) -> NDArray[np.float64]:
-    """(entries, components)"""
-    values = [entry.numbers(key, len(default), default=default) for entry in entries]
-    return np.array(values, np.float64).reshape(-1, len(default))
-
-
 def _zero_rotations(rotations: NDArray[np.float64]) -> NDArray[np.intp]:
     """Which of the quaternions, (count, 4), are zero, and so no rotation."""
     return np.flatnonzero(np.linalg.norm(rotations, axis=1) == 0)
 
 
-def _bind_skins(document: Document, nodes: dict[Element, Node]) -> None:
+def _bind_skins(document: Document, made: _MadeNodes) -> None:
     """Give nodes their skins, once all joints hang in their tree."""
+    nodes = made.nodes
     skins: dict[Element, Skin] = {}
     bound: Counter[Skin] = Counter()
-    for entry, node in nodes.items():
+    for entry in made.special:
+        node = nodes[entry]
         if "skin" not in entry or node.mesh is None:
             continue
         element = entry.reference("skin", document.entries("skins"))

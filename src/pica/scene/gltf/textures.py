@@ -7,6 +7,7 @@ from urllib.parse import unquote
 
 from pica import pictures
 from pica.errors import shown
+from pica.scene.checked_field import unchecked_constructor
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.material import Image, Sampler, Texture, Wrap
@@ -17,6 +18,11 @@ _UNREADABLE_SUFFIXES = {"image/ktx2": ".ktx2", "image/vnd-ms.dds": ".dds", "imag
 """Picture formats that extensions bring in and that are left out with a warning."""
 
 UV_SETS = 2
+_PLACING = {"texCoord", "extensions"}
+"""Keys of texture infos that say where on a surface a texture is."""
+_DEFAULT_SAMPLER = Sampler()
+_NO_FILE = PurePosixPath()
+_plain_texture = unchecked_constructor(Texture)
 
 
 class Textures:
@@ -25,6 +31,7 @@ class Textures:
     def __init__(self, document: Document) -> None:
         self._document = document
         self._images: dict[Element, Image | None] = {}
+        self._samplers: dict[Element, Sampler] = {}
         self._by_content: dict[bytes, Image] = {}
 
     def get(self, owner: Element, key: str) -> Texture | None:
@@ -34,6 +41,8 @@ class Textures:
         info = owner.object(key)
         entry = info.reference("index", self._document.entries("textures"))
         image = self._image(entry)
+        if image is not None and not info.values.keys() & _PLACING:  # as nearly all
+            return _plain_texture(image=image, sampler=self._sampler(entry))
         transform = info.extension("KHR_texture_transform")
         uv_set = transform.integer("texCoord", default=info.integer("texCoord", default=0))
         if uv_set >= UV_SETS:
@@ -45,17 +54,20 @@ class Textures:
 
     def _sampler(self, texture: Element) -> Sampler:
         if "sampler" not in texture:
-            return Sampler()
-        sampler = texture.reference("sampler", self._document.entries("samplers"))
-        return Sampler(
-            wrap_u=sampler.choice("wrapS", _WRAPS, default=Wrap.REPEAT),
-            wrap_v=sampler.choice("wrapT", _WRAPS, default=Wrap.REPEAT),
-            linear=sampler.choice("magFilter", _MAG_FILTERS, default=True),
-        )
+            return _DEFAULT_SAMPLER
+        entry = texture.reference("sampler", self._document.entries("samplers"))
+        if entry not in self._samplers:
+            self._samplers[entry] = Sampler(
+                wrap_u=entry.choice("wrapS", _WRAPS, default=Wrap.REPEAT),
+                wrap_v=entry.choice("wrapT", _WRAPS, default=Wrap.REPEAT),
+                linear=entry.choice("magFilter", _MAG_FILTERS, default=True),
+            )
+        return self._samplers[entry]
 
     def _image(self, texture: Element) -> Image | None:
-        webp = texture.extension("EXT_texture_webp")
-        holder = webp if texture.has_extension("EXT_texture_webp") else texture
+        holder = texture
+        if texture.has_extension("EXT_texture_webp"):
+            holder = texture.extension("EXT_texture_webp")
         if "source" not in holder:
             self._document.warn(f"{texture.place()}: left out, it has no picture of a format that can be read")
             return None
@@ -66,7 +78,7 @@ class Textures:
 
     def _decoded(self, entry: Element) -> Image | None:
         uri, kind = entry.text("uri", default=""), entry.text("mimeType", default="")
-        file = PurePosixPath("" if uri.startswith("data:") else unquote(uri))
+        file = _NO_FILE if not uri or uri.startswith("data:") else PurePosixPath(unquote(uri))
         suffix = file.suffix.lower()
         if kind in _UNREADABLE_SUFFIXES or suffix in _UNREADABLE_SUFFIXES.values():
             what = kind if kind in _UNREADABLE_SUFFIXES else suffix
