@@ -32,6 +32,7 @@ class Renderer(Stages):
     def __init__(
         self,
         scene: Scene,
+        *,
         size: Size = (1280, 720),
         settings: Settings | None = None,
         device: Device | str | None = None,
@@ -65,7 +66,7 @@ class Renderer(Stages):
         return self._frames.host_seconds
 
     @alone
-    def advance(self, camera: Camera, jittered: bool = True) -> dict[str, spy.Texture]:
+    def advance(self, camera: Camera, *, jittered: bool = True) -> dict[str, spy.Texture]:
         """Record and submit one frame. Returns its buffers, which the next frame overwrites.
 
         `jittered`: False looks through the pixels' centres in every frame, which tells effects and antialiasing apart.
@@ -126,6 +127,7 @@ class Renderer(Stages):
     def render(
         self,
         frames: int = 16,
+        *,
         camera: Camera | None = None,
         progress: Progress | None = None,
         denoise: Denoise = False,

@@ -144,7 +144,7 @@ def test_level_of_detail_follows_the_distance(device):
     wall = placed(plane(2, 2, material), turn("x", 90))
     spread = []
     for distance in (1.0, 2.0, 4.0, 8.0, 16.0):
-        camera = Camera.look_at((0, 0, distance), (0, 0, 0), fov=2 * np.degrees(np.arctan(0.5 / distance)))
+        camera = Camera.look_at((0, 0, distance), (0, 0, 0), vertical_fov=2 * np.arctan(0.5 / distance))
         size = round(128 / distance)  # pixels for one metre, 128 texels
         spread.append(render(device, scene_of(wall), 1, camera, (size, size)).aov("albedo")[..., 0].std())
     # Averages of 4 times as many texels spread half as much; one texel a pixel: 0.5, softened by the filter.

@@ -114,7 +114,7 @@ class Sequence:
             scene.animate(time, find_animation(scene, self.animation))
             corners = scene.bounds()
             low, high = np.minimum(low, corners[0]), np.maximum(high, corners[1])
-        return pica.Camera.framing(low, high, self.size[0] / self.size[1])
+        return pica.Camera.framing(low, high, aspect=self.size[0] / self.size[1])
 
     def missing(self, count: int) -> list[int]:
         """Which of `count` pictures an earlier run has not made. Raises PicaError if it made them in another size."""

@@ -143,7 +143,7 @@ class Scene:
         Raises SceneError for a scene that cannot be shown.
         """
         cameras = self.cameras()
-        return cameras[0] if cameras else Camera.framing(*self.bounds(), aspect)
+        return cameras[0] if cameras else Camera.framing(*self.bounds(), aspect=aspect)
 
     def triangle_count(self) -> int:
         """Triangles over all nodes and copies."""

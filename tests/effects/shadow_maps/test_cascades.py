@@ -38,7 +38,7 @@ def corners(camera: Camera, near: float, far: float) -> np.ndarray:
 @pytest.mark.parametrize("fov", [10, 45, 100])
 @pytest.mark.parametrize("ends", [(0.1, 3), (5, 6), (1, 400)])
 def test_the_sphere_just_holds_its_slice(fov, ends):
-    camera = Camera.look_at((1, 2, 3), (4, 0, 1), fov)
+    camera = Camera.look_at((1, 2, 3), (4, 0, 1), vertical_fov=np.radians(fov))
     sphere = slice_sphere(camera, ASPECT, *ends)
     reach = np.linalg.norm(corners(camera, *ends) - sphere.center, axis=1)
     assert reach.max() == pytest.approx(sphere.radius)
