@@ -168,7 +168,7 @@ def test_far_plane_of_an_orthographic_camera_cuts(device, values):
 
 @WAYS
 def test_normals_and_depth_of_a_sphere(device, values):
-    camera = front(4.0, fov=40)
+    camera = front(4.0, vertical_fov=np.radians(40))
     frame = render(device, scene_of(placed(sphere(1, lambert(), 128))), 1, camera, (96, 96), values)
     origins, directions = pixel_rays(camera, (96, 96))
     along = -np.sum(origins * directions, -1)
