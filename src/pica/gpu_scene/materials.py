@@ -224,7 +224,7 @@ class MaterialTable:
         for slot in _SLOTS:
             texture: Texture | None = getattr(material, f"{slot}_texture")
             if texture is not None:
-                self._release_image(texture.image, slot in _SRGB)
+                self._release_image(texture.image, _is_srgb(texture.image, slot))
 
     def _packed(self, material: Material) -> NDArray[np.void]:
         packed = np.zeros((), MATERIAL)
@@ -268,7 +268,7 @@ class MaterialTable:
                 continue
             height, width, _ = texture.image.pixels.shape
             entry = packed[f"{slot}_texture"]
-            entry["texture"] = self._texture(texture.image, slot in _SRGB)
+            entry["texture"] = self._texture(texture.image, _is_srgb(texture.image, slot))
             entry["sampler"] = self._sampler(texture.sampler).descriptor_handle.value
             entry["transform"] = np.reshape(texture.transform, (2, 3))
             entry["uv_set"] = texture.uv_set
@@ -323,11 +323,16 @@ class MaterialTable:
         return self._samplers[sampler]
 
 
+def _is_srgb(image: Image, slot: str) -> bool:
+    return slot in _SRGB if image.encoding is None else image.encoding == "srgb"
+
+
 def average_emission(material: Material) -> float:
     """Mean luminance that the material emits, nits; estimates what a light is worth, nothing more."""
     luminance = np.dot(material.emission, (0.2126, 0.7152, 0.0722))
     texture = material.emissive_texture
     if texture is not None and luminance > 0:
-        pixels = texture.image.pixels[::4, ::4, :3] / 255.0
-        luminance *= float(np.mean(pixels**2.2 @ (0.2126, 0.7152, 0.0722)))
+        exponent = 2.2 if _is_srgb(texture.image, "emissive") else 1.0
+        pixels = (texture.image.pixels[::4, ::4, :3] / 255.0) ** exponent
+        luminance *= float(np.mean(pixels @ (0.2126, 0.7152, 0.0722)))
     return float(luminance)
