@@ -136,9 +136,9 @@ class Renderer(Stages):
 
         All that is in the scene is shown: material types that are new are compiled before the frame that meets them.
         The G-buffer's AOVs are those of the first of these frames, when motion is that since the call before.
-        `camera` None takes the scene's first, or one that shows the whole scene. `progress(done, frames)` is called
-        after each frame. `denoise`: as PathTracer's, at the end. Raises SceneError for what cannot be shown as it is
-        now: in each call, until it is mended.
+        `camera` None takes Scene.default_camera. `progress(done, frames)` is called after each frame. `denoise`: as
+        PathTracer's, at the end. Raises SceneError for what cannot be shown as it is now: in each call, until it is
+        mended.
         """
         frames = checked_count("render: frames", frames)
         check_progress("render", progress)

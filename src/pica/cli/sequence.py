@@ -104,7 +104,7 @@ class Sequence:
         return [self.start + number / self.fps for number in range(count)]
 
     def framing(self, scene: "Scene", times: list[float]) -> "Camera":
-        """A camera that shows the whole scene at all times; leaves the scene at the first of them."""
+        """A camera that shows what is looked at, at all times; leaves the scene at the first of them."""
         import numpy as np
 
         import pica
@@ -112,7 +112,7 @@ class Sequence:
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for time in reversed(times[:: math.ceil(len(times) / _FRAMED)]):
             scene.animate(time, find_animation(scene, self.animation))
-            corners = scene.bounds()
+            corners = scene.subject_bounds()
             low, high = np.minimum(low, corners[0]), np.maximum(high, corners[1])
         return pica.Camera.framing(low, high, aspect=self.size[0] / self.size[1])
 

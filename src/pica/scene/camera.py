@@ -16,6 +16,8 @@ from pica.scene.values import UnfitError, angle, checked, choice, number, option
 _FRAMING_DIRECTION = np.array([0.45, 0.35, 1.0])
 _FRAMING_SHARE = 0.9
 """Of the picture that a framed box may fill."""
+_WIDEST = math.radians(100.0)
+"""Of the views that `framing` takes where it has no room to step back."""
 
 
 _NARROWEST = 1e-6
@@ -190,11 +192,18 @@ class Camera:
 
     @staticmethod
     def framing(
-        low: ArrayLike, high: ArrayLike, *, aspect: float, vertical_fov: float = math.radians(40.0)
+        low: ArrayLike,
+        high: ArrayLike,
+        *,
+        aspect: float,
+        vertical_fov: float = math.radians(40.0),
+        farthest: float | None = None,
     ) -> "Camera":
         """A camera that shows the whole box from `low` to `high`, slightly from above and from the right.
 
-        `aspect` is the picture's width over its height, `vertical_fov` in radians. Raises SceneError as look_at does.
+        `aspect` is the picture's width over its height, `vertical_fov` in radians. `farthest`: metres from the
+        box's middle at most; where that is too near, the view is wider, up to 100 degrees, even if that leaves corners
+        out. Raises SceneError as look_at does.
         """
         box = [checked(f"camera 'framing': {name}", _POINT, corner) for name, corner in (("low", low), ("high", high))]
         aspect = checked("camera 'framing': aspect", positive(), aspect)
@@ -211,6 +220,12 @@ class Camera:
             float((np.abs(offsets[:, 1]) / slope + offsets[:, 2]).max()),
             radius * 1e-3,
         )
+        farthest = checked("camera 'framing': farthest", optional(positive()), farthest)
+        if farthest is not None and farthest < distance:
+            distance = farthest
+            depths = np.maximum(distance - offsets[:, 2], radius * 1e-3)
+            slope = float((np.abs(offsets[:, :2]) / (aspect, 1) / depths[:, None]).max())
+            vertical_fov = min(2 * math.atan(slope / _FRAMING_SHARE), max(vertical_fov, _WIDEST))
         eye = center + _FRAMING_DIRECTION / np.linalg.norm(_FRAMING_DIRECTION) * distance
         near = max((distance - radius) * 0.1, radius * 1e-3)
         return Camera.look_at(eye, center, vertical_fov=vertical_fov, name="framing", near=near)
