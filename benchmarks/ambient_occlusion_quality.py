@@ -30,7 +30,10 @@ def main() -> None:
         values = {"ambient_occlusion.mode": mode, "ambient_occlusion.max_distance": "0.6"}
         for motion in ("still", "camera", "objects"):
             renderer = pica.Renderer(
-                pica.scenes.machine_world(), size, pica.Settings().with_values(values | {"shadows.mode": "off"}), device
+                pica.scenes.machine_world(),
+                size=size,
+                settings=pica.Settings().with_values(values | {"shadows.mode": "off"}),
+                device=device,
             )
             errors = compare_effect(renderer, "ambient_occlusion", motion, arguments.frames, arguments.samples)
             found = {"mode": mode, "sequence": motion, "psnr": round(float(np.mean(errors.psnr)), 2)}

@@ -79,7 +79,7 @@ def played(
 ) -> dict[int, Pixels]:
     """Pictures of the compared frames (height, width, 3), in linear radiance, as a renderer that runs shows them."""
     scene, play, more = SEQUENCES[name](size)
-    renderer = pica.Renderer(scene, size, pica.Settings().with_values(more | values), device)
+    renderer = pica.Renderer(scene, size=size, settings=pica.Settings().with_values(more | values), device=device)
     pictures = {}
     for frame in range(frames):
         picture = renderer.advance(play(frame))["color"]
@@ -91,11 +91,11 @@ def played(
 def reference(device: Device, name: str, size: tuple[int, int], compared: list[int], samples: int) -> dict[int, Pixels]:
     """What the compared frames should be."""
     scene, play, more = SEQUENCES[name](size)
-    renderer = pica.Renderer(scene, size, pica.Settings().with_values(more | UNFILTERED), device)
+    renderer = pica.Renderer(scene, size=size, settings=pica.Settings().with_values(more | UNFILTERED), device=device)
     pictures = {}
     for frame in compared:
         renderer.reset()
-        pictures[frame] = renderer.render(samples, play(frame)).color
+        pictures[frame] = renderer.render(samples, camera=play(frame)).color
     return pictures
 
 
@@ -139,7 +139,7 @@ def wire_grid(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
 
     def play(frame: int) -> Camera:
         x, y = 0.15 * pixel * frame, 0.06 * pixel * frame
-        return Camera.look_at((0.3 + x, 0.2 + y, 3), (0.1 + x, y, 0), fov=35)
+        return Camera.look_at((0.3 + x, 0.2 + y, 3), (0.1 + x, y, 0), vertical_fov=np.radians(35))
 
     return _scene(*wires, wall), play, PLAIN
 
@@ -163,7 +163,7 @@ def disocclusion(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
     def play(frame: int) -> Camera:
         for node, y, speed in boxes:
             node.transform = move(speed * (frame - 30), y, 0)
-        return Camera.look_at((0, 0, 3), (0, 0, 0), fov=35)
+        return Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=np.radians(35))
 
     return _scene(*(node for node, _, _ in boxes), board), play, PLAIN
 
@@ -180,7 +180,7 @@ def bright_boards(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
     def play(frame: int) -> Camera:
         for node, y, angle, speed in boards:
             node.transform = move(speed * (frame - 30), y, 0) @ turn("z", angle)
-        return Camera.look_at((0, 0, 3), (0, 0, 0), fov=35)
+        return Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=np.radians(35))
 
     return _scene(*(node for node, *_ in boards), wall), play, PLAIN
 

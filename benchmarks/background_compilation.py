@@ -11,6 +11,7 @@ reports them, `code` and `pipeline` are its parts of the time, with their sizes.
 
 import argparse
 import json
+import math
 import os
 import tempfile
 import time
@@ -86,8 +87,8 @@ def measure(folder: Path, size: Any, device_name: str | None, values: list[str])
     sun = Node(light=DirectionalLight(illuminance=3.0, angular_diameter=0.01))
     sun.transform = aim((1, 2, 1.5), (0, 0, 0))
     scene.add(sun)
-    camera = pica.Camera.look_at((0.0, 2.5, 7.0), (0.0, 0.5, 0.0), 45.0)
-    renderer = pica.Renderer(scene, size, settings, device)
+    camera = pica.Camera.look_at((0.0, 2.5, 7.0), (0.0, 0.5, 0.0), vertical_fov=math.radians(45.0))
+    renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
 
     def register(name: str, step: int, holes: float) -> None:
         path = folder / f"{name}.slang"

@@ -35,7 +35,7 @@ def main() -> None:
     device = Device()
     for name, values in VARIANTS.items():
         scene = lit(pica.scenes.machine_world(), *LIGHTS["sun 0.5"])
-        renderer = pica.Renderer(scene, size, pica.Settings().with_values(values), device)
+        renderer = pica.Renderer(scene, size=size, settings=pica.Settings().with_values(values), device=device)
         measured = benchmark(renderer, frames=arguments.frames)
         times = {name: round(float(np.round(value, 4)), 4) for name, value in measured["gpu_ms"].items()}
         print(json.dumps({"effect": name, "host_ms": round(measured["host_ms"], 3), "gpu_ms": times}), flush=True)

@@ -66,7 +66,7 @@ def world() -> Scene:
 def fly(size: tuple[int, int], frames: int, surfels: int, device: str | None) -> None:
     """Four laps, in a figure of eight five metres above the ground."""
     values = {"global_illumination.mode": "surfels", "global_illumination.surfels": str(surfels)}
-    renderer = pica.Renderer(world(), size, pica.Settings().with_values(values), Device(device))
+    renderer = pica.Renderer(world(), size=size, settings=pica.Settings().with_values(values), device=Device(device))
 
     def place(share: float) -> tuple[float, float, float]:
         turn = 8 * np.pi * share
@@ -75,7 +75,7 @@ def fly(size: tuple[int, int], frames: int, surfels: int, device: str | None) ->
     assert renderer.global_illumination is not None
     milliseconds, most = [], 0
     for frame in range(frames):
-        camera = pica.Camera.look_at(place(frame / frames), place((frame + 20) / frames), 60)
+        camera = pica.Camera.look_at(place(frame / frames), place((frame + 20) / frames), vertical_fov=np.radians(60))
         began = time.perf_counter()
         renderer.advance(camera)
         renderer.device.handle.wait_for_idle()
@@ -108,7 +108,7 @@ def main() -> None:
     scene = Scene(environment=Environment(np.ones((2, 4, 3), np.float32)))
     scene.add(Node(mesh=Mesh([plane(6, 6, Material())])))
     renderer = pica.Renderer(scene, size=(width, height), device=Device(arguments.device))
-    camera = pica.Camera.look_at((0, 3, 6), (0, 0, 0), 45)
+    camera = pica.Camera.look_at((0, 3, 6), (0, 0, 0), vertical_fov=np.radians(45))
     guests: deque[Node] = deque()
     for frame in range(1, arguments.frames + 1):
         guests.append(scene.add(guest(frame)))

@@ -35,7 +35,7 @@ def helmet_on_plane(path: str, environment: str | None = None) -> tuple[Scene, p
     sun = Node(name="sun", light=DirectionalLight(illuminance=3.0, angular_diameter=math.radians(5.0)))
     sun.transform = towards_sun.transform
     scene.add(sun)
-    return scene, pica.Camera.look_at((0.7, 0.6, 1.2), (0.0, 0.34, 0.0), 35.0)
+    return scene, pica.Camera.look_at((0.7, 0.6, 1.2), (0.0, 0.34, 0.0), vertical_fov=math.radians(35.0))
 
 
 def main() -> None:
@@ -57,7 +57,7 @@ def main() -> None:
         measured = benchmark(renderer, camera, frames=arguments.frames)
         print(json.dumps({"device": device.name, "size": [width, height], "primary": primary, **measured}), flush=True)
         if arguments.picture:
-            renderer.render(16, camera).save(arguments.picture.replace(".png", f"_{primary}.png"))
+            renderer.render(16, camera=camera).save(arguments.picture.replace(".png", f"_{primary}.png"))
 
 
 if __name__ == "__main__":

@@ -30,13 +30,13 @@ PLAIN = {
 
 def camera(frame: int) -> Camera:
     """Where the camera is, a centimetre further in each frame."""
-    return Camera.look_at((0.3 + 0.01 * frame, 2.2, 3.2), (0, 0.3, 0), fov=40)
+    return Camera.look_at((0.3 + 0.01 * frame, 2.2, 3.2), (0, 0.3, 0), vertical_fov=np.radians(40))
 
 
 def picture(device: Device, cameras: list[Camera], values: dict[str, object]) -> NDArray[np.float32]:
     """The last of some frames."""
     scene = stage(*many_lights(40), *lamp(), environment=sky())
-    renderer = pica.Renderer(scene, SIZE, pica.Settings().with_values({**PLAIN, **values}), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=pica.Settings().with_values({**PLAIN, **values}), device=device)
     for view in cameras:
         shown = renderer.advance(view, jittered=False)["color"]
     return np.ascontiguousarray(shown.to_numpy()[..., :3], np.float32)

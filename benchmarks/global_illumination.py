@@ -69,7 +69,7 @@ def main() -> None:
 
 def _baked(scene: Any, spacing: float | None, paths: int) -> tuple[pica.LightMap, dict[str, float]]:
     began = time.perf_counter()
-    light_map = pica.bake(scene, spacing, paths)
+    light_map = pica.bake(scene, spacing=spacing, samples=paths)
     found = {"bake": time.perf_counter() - began, "probes": float(len(light_map.harmonics))}
     with TemporaryDirectory() as folder:
         file = Path(folder) / "scene.lightmap"
@@ -96,7 +96,7 @@ def _converged(
     frames: int,
     samples: int,
 ) -> dict[str, float]:
-    renderer = pica.Renderer(scene, size, settings, light_map=light_map)
+    renderer = pica.Renderer(scene, size=size, settings=settings, light_map=light_map)
     changes, first = [], 0.0
     before = None
     for frame in range(frames):
@@ -126,7 +126,7 @@ def _step(scene: Any, camera: Camera, size: tuple[int, int], settings: pica.Sett
     lamps = [node for node in scene.nodes() if node.light is not None]
     if not lamps:
         return {}
-    renderer = pica.Renderer(scene, size, settings)
+    renderer = pica.Renderer(scene, size=size, settings=settings)
     means = []
     for frame in range(240):
         if frame == 120:
@@ -158,13 +158,13 @@ def _whole(
     out: Path | None,
 ) -> dict[str, float]:
     scene = getattr(pica.scenes, name)()
-    picture = pica.Renderer(scene, size, settings, light_map=light_map).render(frames).color
+    picture = pica.Renderer(scene, size=size, settings=settings, light_map=light_map).render(frames).color
     found = {}
     depths = {"flip": None}
     if settings.global_illumination.mode in ("path_traced", "restir"):
         depths["flip_depth"] = settings.global_illumination.bounces + 2
     for key, depth in depths.items():
-        truth = pica.PathTracer(scene, size, depth, settings).render(samples).color
+        truth = pica.PathTracer(scene, size=size, max_depth=depth, settings=settings).render(samples).color
         errors = quality.compare(truth, picture)
         found[key] = errors.flip
         if key == "flip" and out is not None:
@@ -178,9 +178,13 @@ def _whole(
 
 def _door(size: tuple[int, int], settings: pica.Settings, spacing: float | None, paths: int) -> float:
     scene = pica.scenes.rooms(door=0.0)
-    light_map = pica.bake(scene, spacing, paths) if settings.global_illumination.mode == "light_map" else None
-    renderer = pica.Renderer(scene, size, settings, light_map=light_map)
-    lit = renderer.render(32, Camera.look_at((-1.2, 1.5, 1.8), (-2.4, 1.0, -1.2), fov=75)).color.mean()
+    light_map = (
+        pica.bake(scene, spacing=spacing, samples=paths) if settings.global_illumination.mode == "light_map" else None
+    )
+    renderer = pica.Renderer(scene, size=size, settings=settings, light_map=light_map)
+    lit = renderer.render(
+        32, camera=Camera.look_at((-1.2, 1.5, 1.8), (-2.4, 1.0, -1.2), vertical_fov=np.radians(75))
+    ).color.mean()
     return float(renderer.render(32).color.mean() / lit)
 
 

@@ -67,7 +67,7 @@ def _times(
 ) -> dict[str, float]:
     scene = getattr(pica.scenes, name)()
     play = sequence("camera", scene, scene.default_camera(size[0] / size[1]))
-    renderer = pica.Renderer(scene, size, settings, light_map=light_map)
+    renderer = pica.Renderer(scene, size=size, settings=settings, light_map=light_map)
     for frame in range(_TIMED):
         renderer.advance(play(frame))
     renderer.device.profiler.flush()
@@ -90,7 +90,7 @@ def _errors(
     """[FLIP, relative error, mean] by frame; `references` are kept for other modes."""
     scene = getattr(pica.scenes, name)()
     play = sequence(motion, scene, scene.default_camera(size[0] / size[1]))
-    renderer = pica.Renderer(scene, size, settings, light_map=light_map)
+    renderer = pica.Renderer(scene, size=size, settings=settings, light_map=light_map)
     measured = MeasuredEffect(renderer, "global_illumination")
     found = {}
     for frame in range(_FRAMES[motion][-1] + 1):

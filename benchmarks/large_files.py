@@ -64,7 +64,7 @@ def main() -> None:
         write(path, arguments.nodes)
         scene = timed("load", lambda: pica.load(path))
     timed("device", open_device)
-    renderer = timed("renderer", lambda: pica.Renderer(scene, (32, 18)))
+    renderer = timed("renderer", lambda: pica.Renderer(scene, size=(32, 18)))
     for _ in range(2):
         timed("render(frames=1)", lambda: renderer.render(frames=1))
 

@@ -50,7 +50,7 @@ def measure_crowd(device: Device, instances: int, moving: int = 100, frames: int
     started = time.perf_counter()
     renderer = pica.Renderer(scene, size=(640, 360), device=device)
     built = time.perf_counter() - started
-    camera = pica.Camera.look_at((0.0, 30.0, 60.0), (0.0, 0.0, 0.0), 50.0)
+    camera = pica.Camera.look_at((0.0, 30.0, 60.0), (0.0, 0.0, 0.0), vertical_fov=np.radians(50.0))
     for _ in range(10):
         renderer.advance(camera)
     chosen = nodes[:: max(len(nodes) // moving, 1)][:moving]
@@ -92,7 +92,7 @@ def measure_coming(device: Device, kind: str, instances: int, rounds: int = 7) -
     scene, _ = copies(instances) if kind == "copies" else crowd(instances, rings=3)
     settings = pica.Settings().with_values({"visibility.primary": "raster"})
     renderer = pica.Renderer(scene, size=(64, 36), settings=settings, device=device)
-    camera = pica.Camera.look_at((0.0, 30.0, 60.0), (0.0, 0.0, 0.0), 50.0)
+    camera = pica.Camera.look_at((0.0, 30.0, 60.0), (0.0, 0.0, 0.0), vertical_fov=np.radians(50.0))
     matt, glowing = Material(metallic=0.0), Material(metallic=0.0, emission=(5.0, 4.0, 3.0))
     new: dict[str, Callable[[], Node]] = {
         "mesh": lambda: Node(mesh=Mesh([sphere(0.4, matt, 12)])),
@@ -145,7 +145,7 @@ def twisting(cells: int = 400) -> tuple[Scene, Node]:
 def measure_deforming(device: Device, size: tuple[int, int]) -> list[dict[str, object]]:
     """Refits only, the default, and a build each frame: milliseconds, and rays per second after 100 frames."""
     results: list[dict[str, object]] = []
-    camera = pica.Camera.look_at((0.0, 3.0, 4.0), (0.0, 0.0, 0.0), 45.0)
+    camera = pica.Camera.look_at((0.0, 3.0, 4.0), (0.0, 0.0, 0.0), vertical_fov=np.radians(45.0))
     for name, rebuild_at in (("refit only", "100"), ("default", "1.5"), ("build each frame", "0")):
         scene, node = twisting()
         settings = pica.Settings().with_values({"geometry.rebuild_at": rebuild_at, "visibility.primary": "rays"})
@@ -183,7 +183,7 @@ def measure_small_deforming(device: Device, count: int = 1000, frames: int = 20)
         nodes.append(scene.add(node))
     before = device.memory
     renderer = pica.Renderer(scene, size=(64, 36), device=device)
-    camera = pica.Camera.look_at((0.0, 20.0, 30.0), (0.0, 0.0, 0.0), 50.0)
+    camera = pica.Camera.look_at((0.0, 20.0, 30.0), (0.0, 0.0, 0.0), vertical_fov=np.radians(50.0))
     host, passes = [], []
     for frame in range(frames + 3):
         for node in nodes:

@@ -26,7 +26,7 @@ def open_files() -> int:
 def cycle(file: str, size: tuple[int, int], settings: pica.Settings) -> None:
     """What somebody writes who knows of no `close`."""
     scene = pica.load(file)
-    frame = pica.Renderer(scene, size, settings).render(frames=2)
+    frame = pica.Renderer(scene, size=size, settings=settings).render(frames=2)
     assert frame.display.shape == (*size[::-1], 3)
 
 

@@ -20,7 +20,7 @@ from pica.scene.model import Mesh, Node, Scene
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move
 
-CAMERA = pica.Camera.look_at((0.0, 6.0, 14.0), (0.0, 0.5, 0.0), 50.0)
+CAMERA = pica.Camera.look_at((0.0, 6.0, 14.0), (0.0, 0.5, 0.0), vertical_fov=np.radians(50.0))
 RUNS = ((8, 16), (100, 16), (1000, 1), (1000, 8), (1000, 16), (1000, 32))
 """Lights and candidates."""
 
@@ -47,11 +47,11 @@ def bazaar(lights: int) -> Scene:
 def measure(device: Device, size: tuple[int, int], lights: int, candidates: int, frames: int) -> dict[str, object]:
     """Times of the passes and the noise of one frame."""
     settings = pica.Settings().with_values({"lighting.candidates": str(candidates)})
-    renderer = pica.Renderer(bazaar(lights), size, settings, device)
+    renderer = pica.Renderer(bazaar(lights), size=size, settings=settings, device=device)
     times = benchmark(renderer, CAMERA, frames, warm_up=min(frames, 50))
     renderer.reset()
-    single = renderer.render(1, CAMERA).color
-    mean = renderer.render(255, CAMERA).color
+    single = renderer.render(1, camera=CAMERA).color
+    mean = renderer.render(255, camera=CAMERA).color
     return {
         "device": device.name,
         "size": size,
@@ -79,8 +79,8 @@ def main() -> None:
         found = measure(device, (width, height), lights, candidates, arguments.frames)
         if arguments.reference:
             if lights not in references:
-                tracer = pica.PathTracer(bazaar(lights), (width, height), 2, device=device)
-                mean = tracer.render(arguments.reference, CAMERA).color.mean((0, 1))
+                tracer = pica.PathTracer(bazaar(lights), size=(width, height), max_depth=2, device=device)
+                mean = tracer.render(arguments.reference, camera=CAMERA).color.mean((0, 1))
                 references[lights] = [round(float(part), 5) for part in mean]
             found["reference mean"] = references[lights]
         print(json.dumps(found), flush=True)

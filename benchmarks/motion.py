@@ -38,7 +38,7 @@ def played(name: str, size: tuple[int, int]) -> tuple[Scene, Sequence]:
 def errors(device: Device, name: str, size: tuple[int, int], settings: pica.Settings, samples: int) -> list[float]:
     """FLIP of FRAMES."""
     scene, play = played(name, size)
-    renderer = pica.Renderer(scene, size, settings, device)
+    renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
     pictures = {}
     for frame in range(FRAMES[-1] + 1):
         picture = renderer.advance(play(frame))["color"]
@@ -46,15 +46,15 @@ def errors(device: Device, name: str, size: tuple[int, int], settings: pica.Sett
             pictures[frame] = np.ascontiguousarray(picture.to_numpy()[..., :3], np.float32)
     found = []
     for frame, picture in pictures.items():
-        with pica.PathTracer(scene, size, max_depth=2, device=device) as tracer:
-            found.append(round(compare(tracer.render(samples, play(frame)).color, picture).flip, 4))
+        with pica.PathTracer(scene, size=size, max_depth=2, device=device) as tracer:
+            found.append(round(compare(tracer.render(samples, camera=play(frame)).color, picture).flip, 4))
     return found
 
 
 def times(device: Device, size: tuple[int, int], settings: pica.Settings) -> dict[str, float]:
     """Median GPU milliseconds by pass while the camera turns."""
     scene, play = played("camera", size)
-    renderer = pica.Renderer(scene, size, settings, device)
+    renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
     device.profiler.flush()
     device.profiler.finished.clear()
     for frame in range(TIMED):

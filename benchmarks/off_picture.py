@@ -50,21 +50,21 @@ def main() -> None:
     width, height = (int(length) for length in given.size.split("x"))
     size = width, height
     scene = _rooms()
-    tracer = pica.PathTracer(scene, size)
-    truth = {turned: tracer.render(given.samples, _camera(turned)).color for turned in (0, _TURN)}
+    tracer = pica.PathTracer(scene, size=size)
+    truth = {turned: tracer.render(given.samples, camera=_camera(turned)).color for turned in (0, _TURN)}
     light_map = pica.bake(scene, samples=given.paths)
     for mode, mapped, looks in _WAYS:
         settings = pica.Settings().with_values({"global_illumination.mode": mode})
-        renderer = pica.Renderer(scene, size, settings, light_map=light_map if mapped else None)
+        renderer = pica.Renderer(scene, size=size, settings=settings, light_map=light_map if mapped else None)
         for degrees in np.linspace(0, 360, _LOOK) if looks else ():
             renderer.advance(_camera(degrees))
         errors = {}
         for frame in range(1, given.frames + 1):
-            still = renderer.render(1, _camera(0))
+            still = renderer.render(1, camera=_camera(0))
             if frame in (1, 8, given.frames):
                 errors[str(frame)] = _error(still, truth[0])
         for step in range(1, 13):
-            moved = renderer.render(1, _camera(_TURN * step / 12))
+            moved = renderer.render(1, camera=_camera(_TURN * step / 12))
         errors["moving"] = _error(moved, truth[_TURN])
         name = f"{mode}{' with a map' if mapped else ''}{' after a turn about' if looks else ''}"
         print(json.dumps({"way": name, **errors}), flush=True)
@@ -85,7 +85,9 @@ def _rooms() -> Scene:
 
 def _camera(degrees: Any) -> Camera:
     angle = np.radians(degrees) - np.arctan2(1.2, 2.3)
-    return Camera.look_at(_EYE, _EYE + np.array([2.6 * np.cos(angle), -0.3, 2.6 * np.sin(angle)]), fov=70)
+    return Camera.look_at(
+        _EYE, _EYE + np.array([2.6 * np.cos(angle), -0.3, 2.6 * np.sin(angle)]), vertical_fov=np.radians(70)
+    )
 
 
 def _error(frame: pica.Frame, truth: NDArray[np.float32]) -> tuple[float, float]:

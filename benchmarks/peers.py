@@ -54,7 +54,7 @@ def orbit(number: int) -> pica.Camera:
     """The peers' camera, a degree about the helmet further with each picture."""
     turn = np.radians(number)
     x, z = 0.7 * np.cos(turn) + 1.2 * np.sin(turn), -0.7 * np.sin(turn) + 1.2 * np.cos(turn)
-    return pica.Camera.look_at((x, 0.6, z), (0.0, 0.34, 0.0), 35.0)
+    return pica.Camera.look_at((x, 0.6, z), (0.0, 0.34, 0.0), vertical_fov=np.radians(35.0))
 
 
 def times(shoot: Any, frames: int) -> tuple[NDArray[np.float32], float]:
@@ -79,19 +79,19 @@ def ours(arguments: argparse.Namespace, size: tuple[int, int]) -> list[Point]:
     other = pica.Settings().with_values({"seed": "77"})
     truths = {}
     for light, depth in ((DIRECT, 2), (ALL, DEPTH)):
-        with pica.PathTracer(scene, size, depth, other) as tracer:
-            truths[light] = tracer.render(arguments.reference, orbit(0)).color
+        with pica.PathTracer(scene, size=size, max_depth=depth, settings=other) as tracer:
+            truths[light] = tracer.render(arguments.reference, camera=orbit(0)).color
     for light, settings in ((DIRECT, pica.Settings().with_values(WITHOUT_OTHERS)), (ALL, pica.Settings())):
         for frames in (1, 4):
-            with pica.Renderer(scene, size, settings) as renderer:
-                found = times(lambda camera, n=frames, by=renderer: by.render(n, camera), arguments.frames)
+            with pica.Renderer(scene, size=size, settings=settings) as renderer:
+                found = times(lambda camera, n=frames, by=renderer: by.render(n, camera=camera), arguments.frames)
                 add("pica, hybrid", f"{frames} frame{'s' * (frames > 1)}", light, found)
-    with pica.PathTracer(scene, size, DEPTH) as tracer:
+    with pica.PathTracer(scene, size=size, max_depth=DEPTH) as tracer:
         for samples in (1, 4):
             for denoise, mark in ((False, ""), ("fast", " + OIDN fast"), (True, " + OIDN")):
 
                 def shoot(camera: pica.Camera, samples: int = samples, denoise: Any = denoise) -> pica.Frame:
-                    return tracer.render(samples, camera, denoise=denoise)
+                    return tracer.render(samples, camera=camera, denoise=denoise)
 
                 add("pica, path traced", f"{samples}{mark}", ALL, times(shoot, arguments.frames))
     return points

@@ -76,7 +76,7 @@ def main() -> None:
     scene = pica.scenes.sphere_sweep()
     play = sequence(arguments.motion, scene, scene.default_camera(width / height))
     settings = pica.Settings().with_values(dict(value.split("=") for value in arguments.values))
-    renderer = pica.Renderer(scene, (width, height), settings)
+    renderer = pica.Renderer(scene, size=(width, height), settings=settings)
     measured = MeasuredEffect(renderer, "reflections")
     frames = range(arguments.frames)
     compared = frames[-1:] if arguments.motion == "still" else frames[-MEASURED:]

@@ -47,7 +47,7 @@ def orbit(scene: Scene, aspect: float, frame: int) -> pica.Camera:
             offset[2] * math.cos(angle) - offset[0] * math.sin(angle),
         ]
     )
-    return pica.Camera.look_at(target + turned, target, math.degrees(first.vertical_fov), near=first.near)
+    return pica.Camera.look_at(target + turned, target, vertical_fov=first.vertical_fov, near=first.near)
 
 
 def measure(device: Device, size: tuple[int, int], frames: int, case: dict[str, object]) -> dict[str, object]:

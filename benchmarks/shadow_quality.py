@@ -63,7 +63,7 @@ def sequences(device: Device, size: Any, settings: pica.Settings, arguments: arg
     for name, (light, eye) in LIGHTS.items():
         for motion in ("still", "camera", "objects", "light"):
             scene = lit(pica.scenes.machine_world(), light, eye)
-            renderer = pica.Renderer(scene, size, settings, device)
+            renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
             errors = compare_effect(
                 renderer, "shadows", motion, arguments.frames, arguments.samples, jittered=arguments.jitter
             )
@@ -88,11 +88,13 @@ def penumbras(device: Device, size: Any, settings: pica.Settings, arguments: arg
         scene.add(shown(box(1, Material()), move(-2, height, 0) @ np.diag([4, 0.02, 8, 1])))
         sun = scene.add(Node("sun", light=DirectionalLight(illuminance=3, angular_diameter=np.radians(5))))
         sun.transform = aim((0.01, 6, 0), (0, 0, 0))
-        renderer = pica.Renderer(scene, size, settings, device)
+        renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
         measured = MeasuredEffect(renderer, "shadows")
-        camera = Camera.look_at((0, 0.2, 1), (0, 0, 0), fov=50)  # below the boards; x runs across the edge
+        camera = Camera.look_at(
+            (0, 0.2, 1), (0, 0, 0), vertical_fov=np.radians(50)
+        )  # below the boards; x runs across the edge
         for _ in range(60):
-            renderer.advance(camera, arguments.jitter)
+            renderer.advance(camera, jittered=arguments.jitter)
         (result,), (expected,) = measured.result().values(), measured.reference(arguments.samples).values()
         rows = slice(size[1] // 2 - 4, size[1] // 2 + 4)
         found[f"{height} m"] = [round(_width(layer[rows].mean(0)), 2) for layer in (result, expected)]
@@ -112,14 +114,14 @@ def trail(device: Device, size: Any, settings: pica.Settings, arguments: argpars
     for name, (light, eye) in LIGHTS.items():
         scene = lit(pica.scenes.machine_world(), light, eye)
         scene.animations.clear()
-        renderer = pica.Renderer(scene, size, settings, device)
+        renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
         measured = MeasuredEffect(renderer, "shadows")
         camera = scene.default_camera(size[0] / size[1])
         play = sequence("objects", scene, camera)
         before: Any = None
         errors = []
         for frame in range(31 + 60):
-            renderer.advance(play(min(frame, 30)), arguments.jitter)
+            renderer.advance(play(min(frame, 30)), jittered=arguments.jitter)
             if frame in (22, 30, 31, 34, 38, 90):
                 (result,), (expected,) = measured.result().values(), measured.reference(512).values()
                 if frame == 22:
@@ -137,12 +139,12 @@ def switched_off(device: Device, size: Any, settings: pica.Settings, arguments: 
     scene = lit(pica.scenes.machine_world(), *LIGHTS["sun 5"])
     lamp = scene.add(Node("second", light=LIGHTS["rectangle 1 m"][0]))
     lamp.transform = aim(LAMP_FROM, (0, 0, 0))
-    renderer = pica.Renderer(scene, size, settings, device)
+    renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
     camera = scene.default_camera(size[0] / size[1])
-    lit_before = renderer.render(40, camera).color
+    lit_before = renderer.render(40, camera=camera).color
     scene.remove(lamp)
-    pictures = [renderer.render(1, camera).color for _ in range(8)]
-    after = renderer.render(100, camera).color
+    pictures = [renderer.render(1, camera=camera).color for _ in range(8)]
+    after = renderer.render(100, camera=camera).color
     # Noise stays; what counts is how much of the light that went is still there.
     whole = (lit_before - after).sum()
     return {"arrived": [round(float((lit_before - picture).sum() / whole), 4) for picture in pictures]}

@@ -59,7 +59,9 @@ def main() -> None:
     settings = pica.Settings().with_values(dict(value.split("=", 1) for value in arguments.set))
     device, camera = Device(), turned(0).default_camera(width / height)
     truths = [
-        pica.PathTracer(turned(degrees), size, 2, device=device).render(arguments.samples, camera).color
+        pica.PathTracer(turned(degrees), size=size, max_depth=2, device=device)
+        .render(arguments.samples, camera=camera)
+        .color
         for degrees in (0, OPPOSITE)
     ]
     exposure = exposure_for(truths[0])
@@ -68,11 +70,11 @@ def main() -> None:
     pictures, errors = {}, {}
     for name, degrees in (("still", 0.0), ("turning", DEGREES)):
         scene = turned(0)
-        renderer = pica.Renderer(scene, size, settings, device)
+        renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
         for _ in range(arguments.frames):
             if degrees:  # a transform that is set counts as a change
                 turn_fans(scene, degrees)
-            picture = renderer.render(1, camera).color
+            picture = renderer.render(1, camera=camera).color
         pictures[name] = exposed(picture, exposure)
         errors[name] = float(flip(truth, pictures[name])[1][still].mean())
     if arguments.sheet:

@@ -34,17 +34,23 @@ def main() -> None:
     for name in arguments.scenes:
         scene = _scene(name, arguments.env)
         camera = scene.default_camera(width / height)
-        reference = pica.PathTracer(scene, (width, height), 2, device=device).render(arguments.samples, camera).color
+        reference = (
+            pica.PathTracer(scene, size=(width, height), max_depth=2, device=device)
+            .render(arguments.samples, camera=camera)
+            .color
+        )
         exposure = exposure_for(reference)
         truth = exposed(reference, exposure)
         for filtered in ("true", "false"):
             given = dict(value.split("=", 1) for value in arguments.set)
             values = {**DIRECT, **given, "lighting.filter": filtered}
-            renderer = pica.Renderer(scene, (width, height), pica.Settings().with_values(values), device)
+            renderer = pica.Renderer(
+                scene, size=(width, height), settings=pica.Settings().with_values(values), device=device
+            )
             errors = {}
             for frames in FRAMES:
                 renderer.reset()
-                picture = exposed(renderer.render(frames, camera).color, exposure)
+                picture = exposed(renderer.render(frames, camera=camera).color, exposure)
                 errors[frames] = [round(flip(truth, picture)[0], 3), round(psnr(truth, picture), 1)]
             print(json.dumps({"scene": name, "filter": filtered == "true", "flip, psnr": errors}), flush=True)
 

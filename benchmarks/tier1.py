@@ -66,8 +66,8 @@ def main() -> None:
         tracer = "embree" if scheduler == "buffers" else "device"
         settings = pica.Settings().with_values({"rays.scheduler": scheduler, "rays.tracer": tracer})
         renderers[tier] = [
-            pica.Renderer(scene, (width, height), settings, device),
-            pica.PathTracer(scene, (width, height), 5, settings, device),
+            pica.Renderer(scene, size=(width, height), settings=settings, device=device),
+            pica.PathTracer(scene, size=(width, height), max_depth=5, settings=settings, device=device),
         ]
     rounds: list[dict[str, dict[str, float]]] = []
     for number in range(arguments.rounds + 1):
@@ -75,7 +75,7 @@ def main() -> None:
         for tier, pair in renderers.items():
             milliseconds.clear()
             for renderer in pair:
-                renderer.render(1, camera)
+                renderer.render(1, camera=camera)
             times[tier] = {name: milliseconds[effect] for name, effect in EFFECTS.items()}
             times[tier]["both"] = sum(times[tier].values())
         if number:  # the first one compiles

@@ -62,20 +62,20 @@ def main() -> None:
     moving = Moving()
     first = moving.scene.default_camera(width / height)
     low, high = moving.scene.bounds()
-    second = pica.Camera.framing(low, high, width / height)
+    second = pica.Camera.framing(low, high, aspect=width / height)
     start = device.memory
-    one = {pica.Renderer(moving.scene, sizes[0], device=device): first}
+    one = {pica.Renderer(moving.scene, size=sizes[0], device=device): first}
     print(f"one renderer: host {seen(moving, one, arguments.steps)} ms, {(device.memory - start) / 2**20:.1f} MiB")
     (renderer,) = one
-    both = {renderer: first, pica.Renderer(moving.scene, sizes[1], device=device): second}
+    both = {renderer: first, pica.Renderer(moving.scene, size=sizes[1], device=device): second}
     print(f"two: host {seen(moving, both, arguments.steps)} ms, {(device.memory - start) / 2**20:.1f} MiB")
-    pictures = [renderer.render(arguments.frames, camera) for renderer, camera in both.items()]
+    pictures = [renderer.render(arguments.frames, camera=camera) for renderer, camera in both.items()]
     for picture, (shared, camera) in zip(pictures, both.items(), strict=True):
         alone, before = Moving(), device.memory
-        with pica.Renderer(alone.scene, shared.size, device=device) as lone:
+        with pica.Renderer(alone.scene, size=shared.size, device=device) as lone:
             for _ in range(2 if camera is first else 1):
                 seen(alone, {lone: camera}, arguments.steps)
-            error, _ = flip(lone.render(arguments.frames, camera).color, picture.color)
+            error, _ = flip(lone.render(arguments.frames, camera=camera).color, picture.color)
             taken = (device.memory - before) / 2**20
         print(f"{shared.size}: FLIP {error:.4f} to a lone renderer, which takes {taken:.1f} MiB")
     for used in both:

@@ -30,7 +30,7 @@ def main() -> None:
         values = {"mode": mode, "filter": str(filtered), "max_distance": str(arguments.distance)}
         chosen = {f"ambient_occlusion.{name}": value for name, value in values.items()}
         settings = pica.Settings().with_values({**chosen, "shadows.mode": "off", "lighting.environment": "off"})
-        renderer = pica.Renderer(scene, (width, height), settings)
+        renderer = pica.Renderer(scene, size=(width, height), settings=settings)
         return renderer, renderer.render(FRAMES).aov("ambient_occlusion")
 
     renderer, one = rendered("ray_traced", filtered=False)

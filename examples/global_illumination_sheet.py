@@ -34,13 +34,13 @@ def main() -> None:
     camera = scene.default_camera(width / height)
 
     def rendered(values: dict[str, str]) -> Frame:
-        return pica.Renderer(scene, (width, height), pica.Settings().with_values(values)).render(
-            arguments.frames, camera
+        return pica.Renderer(scene, size=(width, height), settings=pica.Settings().with_values(values)).render(
+            arguments.frames, camera=camera
         )
 
     surfels, detail, paths = rendered(_SURFELS), rendered(_DETAIL), rendered({})
     unfiltered = rendered({"global_illumination.filter": "false"})
-    truth = pica.PathTracer(scene, (width, height)).render(arguments.samples, camera).color
+    truth = pica.PathTracer(scene, size=(width, height)).render(arguments.samples, camera=camera).color
     light = quality.exposure_for(surfels.aov("indirect")) / 2
     whole = quality.exposure_for(truth)
 

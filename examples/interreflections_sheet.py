@@ -27,13 +27,15 @@ def main() -> None:
     scene = pica.scenes.corridor()
     head = next(node for node in scene.nodes() if node.name == "head").world[:3, 3]
     x, y, z = (float(metres) for metres in head)
-    camera = Camera.look_at((x + 0.5, y, z + 1.3), (x, y - 0.25, z), fov=35.0)
-    truth = pica.PathTracer(scene, (width, height)).render(arguments.samples, camera).color
+    camera = Camera.look_at((x + 0.5, y, z + 1.3), (x, y - 0.25, z), vertical_fov=np.radians(35.0))
+    truth = pica.PathTracer(scene, size=(width, height)).render(arguments.samples, camera=camera).color
     exposure = quality.exposure_for(truth)
     shown = {"path traced": quality.exposed(truth, exposure)}
     for bounces in (1, 2, 4):
         settings = pica.Settings().with_values({"reflections.bounces": bounces})
-        found = pica.Renderer(scene, (width, height), settings).render(arguments.frames, camera).color
+        found = (
+            pica.Renderer(scene, size=(width, height), settings=settings).render(arguments.frames, camera=camera).color
+        )
         picture = quality.exposed(found, exposure)
         error = quality.flip(picture, shown["path traced"])[0]
         shown[f"{bounces} lit, FLIP {error:.3f}, light {found.mean() / np.mean(truth):.3f}"] = picture

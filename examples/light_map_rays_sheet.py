@@ -44,7 +44,7 @@ def main() -> None:
     def rendered(mode: str, occlusion: str) -> pica.Renderer:
         values = {"global_illumination.mode": mode, "ambient_occlusion.mode": occlusion}
         settings = pica.Settings().with_values(values)
-        renderer = pica.Renderer(scene, (width, height), settings, light_map=light_map)
+        renderer = pica.Renderer(scene, size=(width, height), settings=settings, light_map=light_map)
         for _ in range(given.frames):
             renderer.advance(camera, jittered=False)
         return renderer

@@ -52,11 +52,11 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=1024, help="many rays")
     arguments = parser.parse_args()
     width, height = (int(length) for length in arguments.size.split("x"))
-    camera = Camera.look_at((0, 1.3, 3.6), (0, 0.5, 0), fov=45.0)
+    camera = Camera.look_at((0, 1.3, 3.6), (0, 0.5, 0), vertical_fov=np.radians(45.0))
     found: dict[str, NDArray[np.float32]] = {}
     for way in ("radiance", "ratio"):
         settings = pica.Settings().with_values({"reflections.reconstruction": way})
-        renderer = pica.Renderer(stage(arguments.alpha), (width, height), settings)
+        renderer = pica.Renderer(stage(arguments.alpha), size=(width, height), settings=settings)
         measured = MeasuredEffect(renderer, "reflections")
         for _ in range(arguments.frames):
             color = renderer.advance(camera, jittered=False)["color"]

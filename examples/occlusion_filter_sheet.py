@@ -72,7 +72,7 @@ def main() -> None:
     camera = scene.default_camera(width / height)
 
     def filtered(change: Callable[[Device, Any], None]) -> tuple[pica.Renderer, NDArray[np.float32]]:
-        renderer = pica.Renderer(scene, (width, height), settings)
+        renderer = pica.Renderer(scene, size=(width, height), settings=settings)
         change(renderer.device, renderer.ambient_occlusion)
         for _ in range(given.frames):
             renderer.advance(camera, jittered=False)

@@ -53,13 +53,15 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=1024, help="of the path tracer")
     arguments = parser.parse_args()
     width, height = (int(length) for length in arguments.size.split("x"))
-    scene, camera = stage(), Camera.look_at((0.4, 1.5, 4.2), (0, 0.45, 0), fov=42.0)
-    truth = pica.PathTracer(scene, (width, height), 3).render(arguments.samples, camera).color
+    scene, camera = stage(), Camera.look_at((0.4, 1.5, 4.2), (0, 0.45, 0), vertical_fov=np.radians(42.0))
+    truth = pica.PathTracer(scene, size=(width, height), max_depth=3).render(arguments.samples, camera=camera).color
     exposure = quality.exposure_for(truth)
     panels = {"path traced": quality.exposed(truth, exposure)}
     for title, shapes in (("LTC times shadow", "false"), ("rays meet the lights", "true")):
         settings = pica.Settings().with_values({"global_illumination.bounces": "1", "reflections.area_lights": shapes})
-        found = pica.Renderer(scene, (width, height), settings).render(arguments.frames, camera).color
+        found = (
+            pica.Renderer(scene, size=(width, height), settings=settings).render(arguments.frames, camera=camera).color
+        )
         shown = quality.exposed(found, exposure)
         panels[f"{title}: {decibels(shown, panels['path traced']):.1f} dB, light {found.mean() / truth.mean():.3f}"] = (
             shown

@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=512, help="many rays")
     arguments = parser.parse_args()
     width, height = (int(length) for length in arguments.size.split("x"))
-    renderer = pica.Renderer(getattr(pica.scenes, arguments.scene)(), (width, height))
+    renderer = pica.Renderer(getattr(pica.scenes, arguments.scene)(), size=(width, height))
     renderer.debug = True
     measured = MeasuredEffect(renderer, "reflections")
     frame = renderer.render(1)

@@ -85,13 +85,15 @@ def main() -> None:
     width, height = (int(length) for length in arguments.size.split("x"))
     truth, panels = None, {}
     for title, changes in WAYS.items():
-        renderer = pica.Renderer(stage(), (width, height))
+        renderer = pica.Renderer(stage(), size=(width, height))
         measured = MeasuredEffect(renderer, "reflections")
         assert renderer.reflections is not None
         renderer.reflections._accumulate = history_step(renderer.device, f"reprojection_sheet_{len(panels)}", changes)
         for frame in range(arguments.frames):
             x = arguments.step * (frame - arguments.frames)
-            color = renderer.advance(Camera.look_at((x, 1.3, 4), (x, 0.5, 0), fov=40.0), jittered=False)["color"]
+            color = renderer.advance(
+                Camera.look_at((x, 1.3, 4), (x, 0.5, 0), vertical_fov=np.radians(40.0)), jittered=False
+            )["color"]
         if truth is None:
             many = measured.reference(arguments.samples)["reflections"]
             exposure = quality.exposure_for(np.asarray(color.to_numpy())[..., :3])

@@ -4,12 +4,13 @@ python examples/shadow_maps_sheet.py sheet.png --size 468x263
 """
 
 import argparse
+import math
 
 import pica
 from pica import pictures, quality
 
 FRAMES = 24
-VIEW = pica.Camera.look_at((-3.6, 3.4, 6.4), (-0.7, 0.3, 0.6), fov=26)
+VIEW = pica.Camera.look_at((-3.6, 3.4, 6.4), (-0.7, 0.3, 0.6), vertical_fov=math.radians(26))
 
 
 def main() -> None:
@@ -23,7 +24,7 @@ def main() -> None:
     shown = {}
     for title, method in (("shadow maps", "maps"), ("rays", "rays")):
         settings = pica.Settings.preset("raster").with_values({"shadows.method": method})
-        frame = pica.Renderer(scene, (width, height), settings).render(FRAMES, VIEW)
+        frame = pica.Renderer(scene, size=(width, height), settings=settings).render(FRAMES, camera=VIEW)
         shown[title] = frame.display / 255
     pictures.write_png(arguments.output, quality.sheet(shown))
 

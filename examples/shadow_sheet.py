@@ -21,7 +21,7 @@ from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, stretch
 
 FRAMES, RAYS = 16, 512
-VIEW = pica.Camera.look_at((-0.7, 3.8, 4.0), (-0.45, 0.2, 0.1), fov=26)
+VIEW = pica.Camera.look_at((-0.7, 3.8, 4.0), (-0.45, 0.2, 0.1), vertical_fov=np.radians(26))
 
 
 def main() -> None:
@@ -32,11 +32,11 @@ def main() -> None:
     arguments = parser.parse_args()
     width, height = (int(length) for length in arguments.size.split("x"))
     scene = still_life()
-    renderer = pica.Renderer(scene, (width, height))
+    renderer = pica.Renderer(scene, size=(width, height))
     renderer.debug = True
     turning = sequence("camera", scene, VIEW)
     for moment in range(FRAMES):
-        frame = renderer.render(1, turning(moment))
+        frame = renderer.render(1, camera=turning(moment))
     (reference,) = MeasuredEffect(renderer, "shadows").reference(RAYS).values()
     views = {name: frame.aov(f"debug.shadows.{name}") for name in ("raw", "filtered", "footprint")}
     raw, filtered = (np.where(np.isfinite(reference), views[name][..., 0], np.nan) for name in ("raw", "filtered"))

@@ -144,16 +144,16 @@ def still_life() -> Scene:
     )
 
 
-CAMERA = Camera.look_at((0.4, 1.5, 3.4), (0.1, 0.4, 0), fov=42)
+CAMERA = Camera.look_at((0.4, 1.5, 3.4), (0.1, 0.4, 0), vertical_fov=np.radians(42))
 
 
 def render(device: Device, scene: Scene, frames: int = 1, camera: Camera | None = None, size=SIZE, values=None):
-    return pica.Renderer(scene, size, settings(values), device).render(frames, camera)
+    return pica.Renderer(scene, size=size, settings=settings(values), device=device).render(frames, camera=camera)
 
 
 def trace(device: Device, scene: Scene, samples: int = 1, camera=None, size=SIZE, max_depth=None, values=None):
-    tracer = pica.PathTracer(scene, size, max_depth, settings(values), device)
-    return tracer.render(samples, camera)
+    tracer = pica.PathTracer(scene, size=size, max_depth=max_depth, settings=settings(values), device=device)
+    return tracer.render(samples, camera=camera)
 
 
 def orthographic(eye, target, height: float, near: float = 0.1, far: float = 20.0) -> Camera:

@@ -49,7 +49,7 @@ def test_what_none_can_be_made_with(kind, name, error):
 @pytest.mark.parametrize("kind", KINDS)
 def test_sizes_in_words(kind, size, fault):
     with pytest.raises(PicaError) as caught:
-        kind(scene_of(), size)
+        kind(scene_of(), size=size)
     assert str(caught.value) == fault
 
 
@@ -69,16 +69,18 @@ def test_kinds_in_words(kind):
 @pytest.mark.parametrize("depth", [value for label, value in VALUES.items() if label not in TAKEN["max_depth"]])
 def test_depths_that_no_path_has(depth):
     with pytest.raises(SettingsError, match=r"^max_depth .*: must be 1 or more, or None for no limit$"):
-        pica.PathTracer(scene_of(), (8, 8), depth)
+        pica.PathTracer(scene_of(), size=(8, 8), max_depth=depth)
 
 
 @pytest.mark.device
 @pytest.mark.parametrize("kind", KINDS)
 def test_denoise_is_yes_or_no(device, kind):
-    renderer = kind(scene_of(), (8, 8), device=device)
+    renderer = kind(scene_of(), size=(8, 8), device=device)
     for label, value in VALUES.items():
         if label != "true":
-            assert fault_of(renderer.render, 1, CAMERA, denoise=value).endswith(" is not True, False or 'fast'"), label
+            assert fault_of(renderer.render, 1, camera=CAMERA, denoise=value).endswith(
+                " is not True, False or 'fast'"
+            ), label
 
 
 def test_settings_of_a_wrong_kind():
@@ -98,25 +100,25 @@ def test_settings_of_a_wrong_kind():
 @pytest.fixture(scope="module", params=KINDS, ids=lambda kind: kind.__name__)
 def renderer(request, device):
     scene = scene_of(placed(box(1, lambert())), shining(PointLight(), move(1, 2, 2)))
-    return request.param(scene, (8, 8), device=device)
+    return request.param(scene, size=(8, 8), device=device)
 
 
 def test_what_none_can_render(renderer):
-    before = renderer.render(1, CAMERA).color
+    before = renderer.render(1, camera=CAMERA).color
     for label, value in VALUES.items():
         if label not in ("true", "zero", "one", "minus one"):
-            assert "render: " in fault_of(renderer.render, value, CAMERA), label
+            assert "render: " in fault_of(renderer.render, value, camera=CAMERA), label
         if value is not None:
-            assert "render: camera: " in fault_of(renderer.render, 1, value), label
+            assert "render: camera: " in fault_of(renderer.render, 1, camera=value), label
             if label not in ("class", "function"):
-                assert "render: progress: " in fault_of(renderer.render, 1, CAMERA, value), label
+                assert "render: progress: " in fault_of(renderer.render, 1, camera=CAMERA, progress=value), label
         if isinstance(renderer, pica.Renderer):
             assert "render: camera: " in fault_of(renderer.advance, value)
             assert "picture size" in fault_of(renderer.resize, value)
             assert "configure: settings: " in fault_of(renderer.configure, value)
     if isinstance(renderer, pica.Renderer):
         renderer.reset()
-    np.testing.assert_array_equal(renderer.render(1, CAMERA).color, before)
+    np.testing.assert_array_equal(renderer.render(1, camera=CAMERA).color, before)
 
 
 def test_cameras_keep_a_matrix_of_their_own():

@@ -43,7 +43,7 @@ def case(path: Path):
 @pytest.mark.parametrize("path", [case(path) for path in RENDERABLE])
 def test_asset_renders(device, path):
     scene = loaded(path)
-    frame = pica.Renderer(scene, SIZE, device=device).render(2)
+    frame = pica.Renderer(scene, size=SIZE, device=device).render(2)
     assert np.isfinite(frame.color).all() and frame.color.min() >= 0
     if path.name not in DARK and (scene.triangle_count() or scene.environment is not None):
         assert frame.color.max() > 0 and frame.display.max() > 0
@@ -56,5 +56,5 @@ def test_most_assets_can_be_rendered():
 
 @pytest.mark.parametrize("name", ["FlightHelmet/FlightHelmet.gltf", "DepthOfFieldExample/DepthOfFieldExample.glb"])
 def test_asset_is_path_traced(device, name):
-    frame = pica.PathTracer(loaded(ASSETS / name), SIZE, device=device).render(2)
+    frame = pica.PathTracer(loaded(ASSETS / name), size=SIZE, device=device).render(2)
     assert np.isfinite(frame.color).all() and frame.color.mean() > 0

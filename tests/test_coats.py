@@ -149,10 +149,12 @@ def test_a_coat_that_is_the_same_as_the_base_hides_its_reflection(device):
 
 
 def test_scenes_without_coats_have_no_room_for_them(device):
-    renderers = [pica.Renderer(scene_of(wall(**RED, coats=coats)), (16, 16), device=device) for coats in ((), STACK)]
+    renderers = [
+        pica.Renderer(scene_of(wall(**RED, coats=coats)), size=(16, 16), device=device) for coats in ((), STACK)
+    ]
     rooms = []
     for renderer in renderers:
-        renderer.render(1, FRONT)
+        renderer.render(1, camera=FRONT)
         known = COATS in known_features(renderer.view.material_types)
         (gbuffer,) = (effect for effect in renderer.effects if effect.name == "gbuffer")
         rooms.append((known, gbuffer._buffer.has_room_for("coats")))

@@ -75,3 +75,13 @@ def test_the_readme_s_program_runs(tmp_path, monkeypatch):
     assert (tmp_path / "out.png").exists()
     assert names["frame"].display.shape == names["reference"].display.shape == (18, 32, 3)
     assert 0.5 < names["frame"].color.mean() / names["reference"].color.mean() < 1.1  # no light of many bounces
+
+
+@pytest.mark.device
+def test_the_scene_from_arrays_can_be_shown(tmp_path, monkeypatch):
+    (program,) = (block for block in blocks(ROOT / "docs" / "scenes.md", "python") if "from_arrays(" in block)
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(program.replace("(320, 180)", "(32, 18)"), names)
+    assert (tmp_path / "waves.png").exists()
+    assert len(names["mesh"].sections[0].positions) == 65 * 65

@@ -22,8 +22,8 @@ SCENES = [pytest.param(pica.scenes.cornell, id="cornell"), pytest.param(helmet, 
 def check(device, make, size, samples, folder):
     """Mean FLIP of 256 frames against the path tracer at two edges; pictures stay in `folder` for a look."""
     scene = make()
-    hybrid = pica.Renderer(scene, size, DIRECT, device).render(FRAMES)
-    reference = pica.PathTracer(scene, size, max_depth=2, device=device).render(samples)
+    hybrid = pica.Renderer(scene, size=size, settings=DIRECT, device=device).render(FRAMES)
+    reference = pica.PathTracer(scene, size=size, max_depth=2, device=device).render(samples)
     hybrid.save(folder / "hybrid.exr", aovs=())
     reference.save(folder / "reference.exr", aovs=())
     errors = compare(reference.color, hybrid.color)

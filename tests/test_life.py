@@ -30,16 +30,16 @@ def test_renderers_that_are_dropped_leave_nothing(device, tmp_path, monkeypatch,
     file.mesh()
     path = file.write(tmp_path)
     # Compilers leave circles that hold who called them.
-    pica.Renderer(pica.load(path), SIZE, RASTER).render(2)
+    pica.Renderer(pica.load(path), size=SIZE, settings=RASTER).render(2)
     gc.collect()
     gc.disable()
     try:
         scenes, left = [], []
         for _ in range(4):
-            scene = pica.load(path, pica.Environment(np.ones((2, 4, 3), np.float32)))
+            scene = pica.load(path, environment=pica.Environment(np.ones((2, 4, 3), np.float32)))
             assert not any(other() for other in scenes)
             scenes = [weakref.ref(each) for each in (scene, scene.roots[0], scene.roots[0].mesh)]
-            renderer = pica.Renderer(scene, SIZE, RASTER)
+            renderer = pica.Renderer(scene, size=SIZE, settings=RASTER)
             assert renderer.device is device
             assert renderer.render(2).display.any()
             renderer = weakref.ref(renderer)
@@ -60,11 +60,11 @@ def test_scenes_that_are_only_loaded_go_too(tmp_path):
     gc.disable()
     try:
         for _ in range(3):
-            scene = pica.load(path, pica.Environment(np.ones((2, 4, 3), np.float32)))
+            scene = pica.load(path, environment=pica.Environment(np.ones((2, 4, 3), np.float32)))
             root = weakref.ref(scene.roots[0])
             del scene
             assert root() is not None, "a circle"
-            pica.load(path, pica.Environment(np.ones((2, 4, 3), np.float32)))
+            pica.load(path, environment=pica.Environment(np.ones((2, 4, 3), np.float32)))
             assert root() is None
     finally:
         gc.enable()
@@ -72,13 +72,13 @@ def test_scenes_that_are_only_loaded_go_too(tmp_path):
 
 def test_renderers_in_threads_take_turns(device):
     """Frame by frame, and give what they give alone."""
-    alone = pica.Renderer(still_life(), SIZE, RASTER).render(6, CAMERA)
+    alone = pica.Renderer(still_life(), size=SIZE, settings=RASTER).render(6, camera=CAMERA)
     log, found, start = [], {}, threading.Barrier(3)
 
     def work(name):
         start.wait()
-        with pica.Renderer(still_life(), SIZE, RASTER) as renderer:
-            frame = renderer.render(6, CAMERA, lambda done, frames: log.append(name))
+        with pica.Renderer(still_life(), size=SIZE, settings=RASTER) as renderer:
+            frame = renderer.render(6, camera=CAMERA, progress=lambda done, frames: log.append(name))
         found[name] = frame.color, frame.timings
 
     threads = [threading.Thread(target=work, args=(name,)) for name in "abc"]
@@ -94,11 +94,11 @@ def test_renderers_in_threads_take_turns(device):
 
 
 def test_threads_that_share_a_renderer_use_it_one_after_the_other(device):
-    renderer = pica.Renderer(still_life(), SIZE, RASTER)
+    renderer = pica.Renderer(still_life(), size=SIZE, settings=RASTER)
     log, found = [], []
 
     def work(name):
-        found.append(renderer.render(4, CAMERA, lambda done, frames: log.append(name)))
+        found.append(renderer.render(4, camera=CAMERA, progress=lambda done, frames: log.append(name)))
 
     threads = [threading.Thread(target=work, args=(name,)) for name in "ab"]
     for thread in threads:
@@ -109,12 +109,12 @@ def test_threads_that_share_a_renderer_use_it_one_after_the_other(device):
 
 
 def test_who_waits_for_a_renderer_that_is_closed_is_told(device):
-    renderer = pica.Renderer(still_life(), SIZE, RASTER)
+    renderer = pica.Renderer(still_life(), size=SIZE, settings=RASTER)
     told = []
 
     def work():
         try:
-            renderer.render(1, CAMERA)
+            renderer.render(1, camera=CAMERA)
         except PicaError as error:
             told.append(str(error))
 
@@ -125,7 +125,7 @@ def test_who_waits_for_a_renderer_that_is_closed_is_told(device):
             renderer.close()
 
     thread = threading.Thread(target=work)
-    frame = renderer.render(3, CAMERA, in_between)
+    frame = renderer.render(3, camera=CAMERA, progress=in_between)
     thread.join(100)
     assert frame.color.shape == (16, 24, 3), "what was rendered stays"
     assert told == ["Renderer: it is closed; make another one"]
@@ -134,8 +134,8 @@ def test_who_waits_for_a_renderer_that_is_closed_is_told(device):
 def test_dropping_in_the_midst_of_a_frame_waits_for_its_end(device):
     """As when Python's collector finds something there, or another thread drops it."""
     scene = still_life()
-    first, second = (pica.Renderer(scene, SIZE, RASTER) for _ in range(2))
-    first.render(1, CAMERA)
+    first, second = (pica.Renderer(scene, size=SIZE, settings=RASTER) for _ in range(2))
+    first.render(1, camera=CAMERA)
     view, own = second.view.scene, second.view.own
     closed, close = [], own.close
     own.close = lambda: (closed.append(True), close())
@@ -156,8 +156,8 @@ def test_a_device_that_is_closed_says_so():
     mine = Device()
     assert mine is not open_device()
     scene = still_life()
-    renderer = pica.Renderer(scene, SIZE, RASTER, mine)
-    frame, unread = renderer.render(1, CAMERA), renderer.render(1, CAMERA)
+    renderer = pica.Renderer(scene, size=SIZE, settings=RASTER, device=mine)
+    frame, unread = renderer.render(1, camera=CAMERA), renderer.render(1, camera=CAMERA)
     assert frame.color.shape == (16, 24, 3)
     ended = []
     mine.handle.register_device_close_callback(ended.append)
@@ -165,12 +165,12 @@ def test_a_device_that_is_closed_says_so():
     mine.close()
     assert mine.closed and len(ended) == 1
     calls = (
-        lambda: renderer.render(1, CAMERA),
+        lambda: renderer.render(1, camera=CAMERA),
         lambda: renderer.advance(CAMERA),
         lambda: renderer.resize((8, 8)),
         lambda: renderer.configure(RASTER),
         lambda: unread.color,
-        lambda: pica.Renderer(scene, SIZE, RASTER, mine),
+        lambda: pica.Renderer(scene, size=SIZE, settings=RASTER, device=mine),
     )
     for call in calls:
         with pytest.raises(DeviceError, match=r"device .*: it is closed"):
@@ -179,7 +179,7 @@ def test_a_device_that_is_closed_says_so():
     with renderer:
         pass
     assert renderer.closed
-    pica.Renderer(scene, SIZE, RASTER).render(1, CAMERA)
+    pica.Renderer(scene, size=SIZE, settings=RASTER).render(1, camera=CAMERA)
 
 
 @pytest.mark.device

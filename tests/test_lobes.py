@@ -144,7 +144,7 @@ def test_what_travels_is_enough(device):
 def test_a_sheen_is_as_its_textures_say(device):
     """On a black wall that is seen and lit from one side: colour as sRGB, roughness by alpha."""
     lamp = shining(DirectionalLight(illuminance=4.0), aim((0.3, -3, 0.8), (0, 0, 0)))
-    camera = pica.Camera.look_at((0, -0.7, 0.2), (0, 0, 0), fov=50)
+    camera = pica.Camera.look_at((0, -0.7, 0.2), (0, 0, 0), vertical_fov=np.radians(50))
 
     def seen(sheen, **values):
         node = wall(base_color=(0.0, 0.0, 0.0, 1.0), metallic=0.0, specular=0.0, sheen=sheen, **values)
@@ -164,7 +164,7 @@ def test_a_sheen_is_as_its_textures_say(device):
 def test_highlights_are_drawn_out_along_the_tangent(device):
     """Which is the wall's X; a quarter of a turn makes that its Y, as does a texture; mirrored walls mirror it."""
     lamp = shining(DirectionalLight(illuminance=4.0), aim((0, 0, 3), (0, 0, 0)))
-    camera = pica.Camera.look_at((0, 0, 0.7), (0, 0, 0), fov=110)
+    camera = pica.Camera.look_at((0, 0, 0.7), (0, 0, 0), vertical_fov=np.radians(110))
 
     def seen(anisotropy, transform=None, **values):
         node = wall(**METAL, anisotropy=anisotropy, **values)
@@ -186,8 +186,10 @@ def test_highlights_are_drawn_out_along_the_tangent(device):
 def test_scenes_without_have_no_room_for_them(device):
     rooms = []
     for film in (None, FILM):
-        renderer = pica.Renderer(scene_of(wall(**METAL, iridescence=film)), (16, 16), settings(), device)
-        renderer.render(1, FRONT)
+        renderer = pica.Renderer(
+            scene_of(wall(**METAL, iridescence=film)), size=(16, 16), settings=settings(), device=device
+        )
+        renderer.render(1, camera=FRONT)
         known = LOBES in known_features(renderer.view.material_types)
         (gbuffer,) = (effect for effect in renderer.effects if effect.name == "gbuffer")
         rooms.append((known, gbuffer._buffer.has_room_for("lobes")))

@@ -221,11 +221,11 @@ def test_motion_of_a_moving_primitive(device, values):
     frames = []
     for nodes in ([primitives_node()], meshes()):
         scene = lit(*nodes)
-        renderer = pica.Renderer(scene, (96, 64), settings(values), device)
-        renderer.render(1, CAMERA)
+        renderer = pica.Renderer(scene, size=(96, 64), settings=settings(values), device=device)
+        renderer.render(1, camera=CAMERA)
         for node in nodes:
             node.transform = move(0.1, 0.05, 0) @ node.transform
-        frames.append(renderer.render(1, CAMERA))
+        frames.append(renderer.render(1, camera=CAMERA))
     ours, theirs = frames
     moving = (ours.aov("material") > 1) & (theirs.aov("material") > 1) & ~edges(ours.aov("material"))
     assert moving.sum() > 200 and np.abs(ours.aov("motion")[moving]).max() > 1
@@ -236,17 +236,17 @@ def test_motion_of_a_moving_primitive(device, values):
 def test_primitives_come_and_go(device):
     """With the settings as they come: Embree's rays, where it is installed, give way and come back."""
     scene = lit(placed_ball := meshes()[0])
-    renderer = pica.Renderer(scene, (48, 32), device=device)
-    before = renderer.render(2, CAMERA)
+    renderer = pica.Renderer(scene, size=(48, 32), device=device)
+    before = renderer.render(2, camera=CAMERA)
     node = scene.add(primitives_node(transform=move(0.5, 0, 0)))
     renderer.reset()
-    among = renderer.render(2, CAMERA)
+    among = renderer.render(2, camera=CAMERA)
     assert (among.aov("instance") == 4).sum() > 50
     fresh = render(device, scene, 2, CAMERA, (48, 32), {})
     np.testing.assert_allclose(among.color, fresh.color, atol=1e-4)
     scene.remove(node)
     renderer.reset()
-    after = renderer.render(2, CAMERA)
+    after = renderer.render(2, camera=CAMERA)
     np.testing.assert_allclose(after.color, before.color, atol=1e-5)
     assert placed_ball in scene.roots
 
@@ -261,7 +261,7 @@ def test_scenes_without_primitives_are_not_told_of_them(device):
 def test_a_shape_of_ones_own(device, gyroid):
     """Raster and rays see the same; what is seen lies on the surface."""
     scene = scene_of(primitives_node([gyroid]))
-    camera = Camera.look_at((0, 0.5, 3), (0, 0, 0), fov=32)
+    camera = Camera.look_at((0, 0.5, 3), (0, 0, 0), vertical_fov=np.radians(32))
     raster, rays = (render(device, scene, 1, camera, (96, 96), values) for values in (RASTER_ALONE, RAYS))
     inner = ~edges(raster.aov("material")) & ~edges(rays.aov("material")) & (rays.aov("material") > 0)
     assert inner.sum() > 1000 and (raster.aov("material")[inner] == 1).all()
@@ -310,7 +310,7 @@ def test_arrays_must_fit(make, fault):
 
 def shown(device, primitives: Primitives) -> str:
     with pytest.raises(ShapeError) as caught:
-        pica.Renderer(scene_of(primitives_node([primitives])), (8, 8), device=device)
+        pica.Renderer(scene_of(primitives_node([primitives])), size=(8, 8), device=device)
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
@@ -342,4 +342,4 @@ def test_skinned_or_morphed_primitives_are_an_error(device):
     node.weights = [0.5]
     node.mesh.primitives = all_four()
     with pytest.raises(SceneError, match="has primitives, which cannot be skinned or morphed"):
-        pica.Renderer(scene_of(node), (8, 8), device=device)
+        pica.Renderer(scene_of(node), size=(8, 8), device=device)

@@ -35,7 +35,7 @@ OTHER = Camera.look_at((-1.5, 1.2, 2.5), (0, 0.3, 0))
 @pytest.fixture(scope="module")
 def shared(device):
     """One renderer of the still life for all tests that leave its scene alone."""
-    return pica.Renderer(still_life(), SIZE, device=device)
+    return pica.Renderer(still_life(), size=SIZE, device=device)
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def renderer(shared):
 
 @pytest.mark.smoke
 def test_pictures_have_their_shapes_and_types(renderer):
-    frame = renderer.render(2, CAMERA)
+    frame = renderer.render(2, camera=CAMERA)
     width, height = SIZE
     assert frame.color.shape == (height, width, 3) and frame.color.dtype == np.float32
     assert frame.display.shape == (height, width, 3) and frame.display.dtype == np.uint8
@@ -71,7 +71,7 @@ def test_pictures_have_their_shapes_and_types(renderer):
 
 
 def test_display_is_exposed_and_not_clipped_away(renderer):
-    display = renderer.render(8, CAMERA).display
+    display = renderer.render(8, camera=CAMERA).display
     assert 60 < display.mean() < 190
     assert (display == 255).mean() < 0.2 and (display == 0).mean() < 0.2
 
@@ -104,15 +104,15 @@ def test_stops_add_to_the_automatic_exposure(device):
 
 
 def test_timings_name_the_passes(renderer):
-    timings = renderer.render(2, CAMERA).timings
+    timings = renderer.render(2, camera=CAMERA).timings
     assert {"resolve", "lighting", "temporal_resolve", "histogram", "exposure", "tone_map"} <= set(timings)
     assert any(name.startswith("shadow_rays") for name in timings)
     assert all(0 < milliseconds < 10_000 for milliseconds in timings.values())
 
 
 def test_raster_preset_traces_no_ray(device):
-    renderer = pica.Renderer(still_life(), SIZE, pica.Settings.preset("raster"), device)
-    frame = renderer.render(2, CAMERA)
+    renderer = pica.Renderer(still_life(), size=SIZE, settings=pica.Settings.preset("raster"), device=device)
+    frame = renderer.render(2, camera=CAMERA)
     assert not [name for name in frame.timings if "rays" in name], frame.timings
     assert "raster" in frame.timings
     assert {"shadows", "ambient_occlusion"} <= set(frame.aov_names)  # from maps and from the depth buffer
@@ -127,94 +127,94 @@ def test_hybrid_preset_is_the_default(device):
 
 def test_noise_falls_as_frames_grow(device):
     # Filtered light has little noise to begin with.
-    renderer = pica.Renderer(still_life(), SIZE, settings({"lighting.filter": "false"}), device)
-    reference = renderer.render(256, CAMERA).color
+    renderer = pica.Renderer(still_life(), size=SIZE, settings=settings({"lighting.filter": "false"}), device=device)
+    reference = renderer.render(256, camera=CAMERA).color
     errors = []
     for frames in (1, 16, 64):
         renderer.reset()
-        errors.append(np.abs(renderer.render(frames, CAMERA).color - reference).mean())
+        errors.append(np.abs(renderer.render(frames, camera=CAMERA).color - reference).mean())
     assert errors[0] > 2 * errors[1] > 2 * 1.3 * errors[2]
 
 
 def test_frames_add_up_over_calls(renderer):
-    whole = renderer.render(6, CAMERA).color
+    whole = renderer.render(6, camera=CAMERA).color
     renderer.reset()
-    renderer.render(2, CAMERA)
-    renderer.render(3, CAMERA)
-    np.testing.assert_array_equal(renderer.render(1, CAMERA).color, whole)
+    renderer.render(2, camera=CAMERA)
+    renderer.render(3, camera=CAMERA)
+    np.testing.assert_array_equal(renderer.render(1, camera=CAMERA).color, whole)
 
 
 def test_the_mean_of_frames_is_a_mean(renderer):
     """Each frame by itself, averaged in NumPy: the picture of all of them."""
-    camera, twin = CAMERA, Camera.look_at((0.4, 1.5, 3.4), (0.1, 0.4, 0), fov=42)
+    camera, twin = CAMERA, Camera.look_at((0.4, 1.5, 3.4), (0.1, 0.4, 0), vertical_fov=np.radians(42))
     frames = []
     for index in range(5):
         renderer.reset()
         for _ in range(index):
             renderer.advance(camera)
         renderer.antialiasing.reset()
-        frames.append(renderer.render(1, camera).color)
+        frames.append(renderer.render(1, camera=camera).color)
     renderer.reset()
-    np.testing.assert_allclose(renderer.render(5, twin).color, np.mean(frames, axis=0), rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(renderer.render(5, camera=twin).color, np.mean(frames, axis=0), rtol=1e-4, atol=1e-5)
 
 
 def test_reset_starts_the_same_noise_again(renderer):
-    first = renderer.render(3, CAMERA)
+    first = renderer.render(3, camera=CAMERA)
     renderer.reset()
-    again = renderer.render(3, CAMERA)
+    again = renderer.render(3, camera=CAMERA)
     np.testing.assert_array_equal(first.color, again.color)
     np.testing.assert_array_equal(first.display, again.display)
 
 
 def test_two_renderers_make_the_same_bits(renderer, device):
     np.testing.assert_array_equal(
-        renderer.render(3, CAMERA).color, render(device, still_life(), 3, CAMERA, values=WHOLE).color
+        renderer.render(3, camera=CAMERA).color, render(device, still_life(), 3, CAMERA, values=WHOLE).color
     )
 
 
 def test_a_moving_camera_starts_the_mean_anew(device):
     # Filters remember what they saw before.
     unfiltered = settings({"shadows.denoiser": "off", "lighting.filter": "false", "antialiasing.mode": "accumulate"})
-    renderer = pica.Renderer(still_life(), SIZE, unfiltered, device)
-    renderer.render(20, CAMERA)
-    moved = renderer.render(1, OTHER).color
+    renderer = pica.Renderer(still_life(), size=SIZE, settings=unfiltered, device=device)
+    renderer.render(20, camera=CAMERA)
+    moved = renderer.render(1, camera=OTHER).color
     renderer.reset()
     for _ in range(20):
         renderer.advance(OTHER)
     renderer.antialiasing.reset()
-    np.testing.assert_array_equal(renderer.render(1, OTHER).color, moved)
+    np.testing.assert_array_equal(renderer.render(1, camera=OTHER).color, moved)
 
 
 def test_a_camera_that_only_has_another_name_does_not(renderer):
-    whole = renderer.render(4, CAMERA).color
+    whole = renderer.render(4, camera=CAMERA).color
     renderer.reset()
-    renderer.render(3, CAMERA)
-    twin = Camera.look_at((0.4, 1.5, 3.4), (0.1, 0.4, 0), fov=42, name="twin")
-    np.testing.assert_array_equal(renderer.render(1, twin).color, whole)
+    renderer.render(3, camera=CAMERA)
+    twin = Camera.look_at((0.4, 1.5, 3.4), (0.1, 0.4, 0), vertical_fov=np.radians(42), name="twin")
+    np.testing.assert_array_equal(renderer.render(1, camera=twin).color, whole)
 
 
 def test_a_moving_object_starts_the_mean_anew(device):
     scene = still_life()
-    renderer = pica.Renderer(scene, SIZE, device=device)
+    renderer = pica.Renderer(scene, size=SIZE, device=device)
     ball = next(node for node in scene.nodes() if node.name == "ball")
-    renderer.render(10, CAMERA)
+    renderer.render(10, camera=CAMERA)
     ball.transform = move(0, 2, 0) @ ball.transform
-    moved = renderer.render(1, CAMERA).color
+    moved = renderer.render(1, camera=CAMERA).color
     renderer.antialiasing.reset()
-    assert not np.array_equal(moved, renderer.render(1, CAMERA).color), "other noise in the next frame"
+    assert not np.array_equal(moved, renderer.render(1, camera=CAMERA).color), "other noise in the next frame"
     # Nothing of the old place is left: the picture of one frame, bar its noise, is that of the moved scene.
-    still = renderer.render(64, CAMERA).color
+    still = renderer.render(64, camera=CAMERA).color
     assert np.abs(moved - still).mean() < 0.5 * still.mean()
     renderer.reset()
-    assert np.abs(renderer.render(64, CAMERA).color - still).mean() < 0.05 * still.mean()
+    assert np.abs(renderer.render(64, camera=CAMERA).color - still).mean() < 0.05 * still.mean()
 
 
 def test_older_frames_stay_as_they_were(device):
     scene = still_life()
-    renderer = pica.Renderer(scene, SIZE, device=device)
-    frame = renderer.render(2, CAMERA)
+    renderer = pica.Renderer(scene, size=SIZE, device=device)
+    frame = renderer.render(2, camera=CAMERA)
     next(node for node in scene.nodes() if node.name == "box").transform = move(0, 1, 0)
-    newer = renderer.render(2, OTHER)
+    newer = renderer.render(2, camera=OTHER)
     same = render(device, still_life(), 2, CAMERA, values=WHOLE)
     for name in same.aov_names:
         np.testing.assert_array_equal(frame.aov(name), same.aov(name), err_msg=name)
@@ -241,7 +241,7 @@ def test_without_a_camera_the_scenes_own_or_one_that_shows_everything(device):
 @pytest.mark.parametrize("size", [(0, 10), (10, -1), (20000, 5)])
 def test_impossible_sizes_are_one_line(device, size):
     with pytest.raises(PicaError, match=f"picture size {size[0]}x{size[1]}") as raised:
-        pica.Renderer(scene_of(), size, device=device)
+        pica.Renderer(scene_of(), size=size, device=device)
     assert "\n" not in str(raised.value)
 
 
@@ -253,12 +253,12 @@ def test_odd_sizes(device, size):
 
 def test_unknown_device_is_one_line():
     with pytest.raises(DeviceError, match="no device named 'abacus'") as raised:
-        pica.Renderer(scene_of(), SIZE, device="abacus")
+        pica.Renderer(scene_of(), size=SIZE, device="abacus")
     assert "\n" not in str(raised.value)
 
 
 def test_device_by_name(device):
-    renderer = pica.Renderer(scene_of(environment=uniform(1)), (8, 8), device=device.name[:6].lower())
+    renderer = pica.Renderer(scene_of(environment=uniform(1)), size=(8, 8), device=device.name[:6].lower())
     assert renderer.device_name == device.name
     assert isinstance(renderer.device, Device)
     np.testing.assert_allclose(renderer.render(1).color, 1)
@@ -266,35 +266,35 @@ def test_device_by_name(device):
 
 @pytest.mark.parametrize("frames", [0, -1])
 def test_no_frames_count_as_one(renderer, frames):
-    assert renderer.render(frames, CAMERA).color.any()
+    assert renderer.render(frames, camera=CAMERA).color.any()
 
 
 def test_progress_is_told(renderer):
     told = []
-    renderer.render(3, CAMERA, progress=lambda done, total: told.append((done, total)))
+    renderer.render(3, camera=CAMERA, progress=lambda done, total: told.append((done, total)))
     assert told == [(1, 3), (2, 3), (3, 3)]
 
 
 def test_unknown_aov_is_named(renderer):
     with pytest.raises(PicaError, match=r"'depths'.*depth, normal"):
-        renderer.render(1, CAMERA).aov("depths")
+        renderer.render(1, camera=CAMERA).aov("depths")
 
 
 def test_two_scenes_side_by_side_on_one_device(device):
     """Their blocks, profilers and noise do not get in each other's way."""
     first, second = (
-        pica.Renderer(still_life(), SIZE, device=device),
+        pica.Renderer(still_life(), size=SIZE, device=device),
         pica.Renderer(pica.scenes.cornell(), device=device),
     )
     mixed = []
     for _ in range(3):
-        mixed.append(first.render(1, CAMERA).color)
+        mixed.append(first.render(1, camera=CAMERA).color)
         second.render(1)
     np.testing.assert_array_equal(mixed[-1], render(device, still_life(), 3, CAMERA, values=WHOLE).color)
 
 
 def test_frames_are_saved_whole(renderer, tmp_path):
-    frame = renderer.render(1, CAMERA)
+    frame = renderer.render(1, camera=CAMERA)
     frame.save(tmp_path / "picture.exr")
     frame.save(tmp_path / "picture.png")
     from pica.pictures import read_exr_channels, read_image
@@ -308,7 +308,9 @@ def test_frames_are_saved_whole(renderer, tmp_path):
 def test_host_time_of_a_frame_is_small(device):
     """Recording is microseconds a pass: far from what the pictures cost, whatever the machine is busy with."""
     # A tracer on the host would wait for the passes before it.
-    renderer = pica.Renderer(still_life(), SIZE, settings(RAYS | {"rays.tracer": "device"}), device)
+    renderer = pica.Renderer(
+        still_life(), size=SIZE, settings=settings(RAYS | {"rays.tracer": "device"}), device=device
+    )
     best = np.inf
     for _ in range(30):
         renderer.advance(CAMERA)
@@ -319,7 +321,7 @@ def test_host_time_of_a_frame_is_small(device):
 
 def test_no_textures_or_buffers_are_made_after_the_first_frames(renderer):
     """No allocation after the first frame."""
-    renderer.render(2, CAMERA)
+    renderer.render(2, camera=CAMERA)
     before = renderer.device.memory
     start = time.perf_counter()
     for _ in range(10):
@@ -328,6 +330,6 @@ def test_no_textures_or_buffers_are_made_after_the_first_frames(renderer):
 
 
 def test_settings_reach_the_renderer(device):
-    renderer = pica.Renderer(still_life(), SIZE, settings({"shadows.mode": "off"}), device)
+    renderer = pica.Renderer(still_life(), size=SIZE, settings=settings({"shadows.mode": "off"}), device=device)
     assert renderer.settings.shadows.mode == "off" and renderer.shadows is None
-    assert not any("shadow" in name for name in renderer.render(1, CAMERA).timings)
+    assert not any("shadow" in name for name in renderer.render(1, camera=CAMERA).timings)

@@ -40,6 +40,14 @@ def test_values_given_as_text_take_the_setting_s_type():
     assert settings.lighting == Settings().lighting
 
 
+@pytest.mark.parametrize("preset", PRESETS)
+def test_settings_become_values_and_back(preset):
+    settings = replace(Settings.preset(preset), seed=3, shadows=ShadowsSettings(mode="hard", history=9))
+    values = settings.values()
+    assert set(values) == set(SCHEMA["settings"]) and values["shadows.mode"] == "hard"
+    assert Settings().with_values(json.loads(json.dumps(values))) == settings
+
+
 def test_values_may_have_their_own_types():
     values = {"shadows.mode": "hard", "shadows.max_lights": 3, "post.exposure": -1.5, "post.auto_exposure": False}
     assert Settings().with_values(values) == Settings().with_values({name: str(each) for name, each in values.items()})

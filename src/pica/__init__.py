@@ -12,101 +12,161 @@ The names below are imported when they are first used, so that `import pica` cos
 from importlib import import_module
 
 TYPE_CHECKING = False  # as in `typing`, which takes longer to import than all of this
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # what checkers of types and editors know; a test holds it against _HOME
     from typing import Any
 
-    from pica import errors, scenes
-    from pica.baking.bake import bake
-    from pica.errors import (
-        BindingError,
-        DeviceError,
-        MaterialTypeError,
-        PicaError,
-        SceneError,
-        SettingsError,
-        ShapeError,
-    )
-    from pica.light_map.light_map import LightMap
-    from pica.output import Frame
-    from pica.path_tracer.path_tracer import PathTracer
-    from pica.renderer import Renderer
-    from pica.scene.camera import Camera
-    from pica.scene.dynamic_vertices import DynamicVertices
-    from pica.scene.environment import Environment
-    from pica.scene.limits import Limits
-    from pica.scene.loading import load
-    from pica.scene.material import Material
-    from pica.scene.material_registry import register_material
-    from pica.scene.model import Scene
-    from pica.scene.primitives import Primitives
-    from pica.scene.shape_registry import register_shape
-    from pica.settings import Settings
+    from pica import errors as errors
+    from pica import scenes as scenes
+    from pica.baking.bake import bake as bake
+    from pica.errors import BindingError as BindingError
+    from pica.errors import DeviceError as DeviceError
+    from pica.errors import MaterialTypeError as MaterialTypeError
+    from pica.errors import PicaError as PicaError
+    from pica.errors import SceneError as SceneError
+    from pica.errors import SettingsError as SettingsError
+    from pica.errors import ShapeError as ShapeError
+    from pica.light_map.light_map import LightMap as LightMap
+    from pica.output import Frame as Frame
+    from pica.path_tracer.path_tracer import PathTracer as PathTracer
+    from pica.renderer import Renderer as Renderer
+    from pica.scene.animation import Animation as Animation
+    from pica.scene.animation import Channel as Channel
+    from pica.scene.animation import Pose as Pose
+    from pica.scene.anisotropy import Anisotropy as Anisotropy
+    from pica.scene.camera import Camera as Camera
+    from pica.scene.coat import Coat as Coat
+    from pica.scene.dynamic_vertices import DynamicVertices as DynamicVertices
+    from pica.scene.emitter import Emitter as Emitter
+    from pica.scene.environment import Environment as Environment
+    from pica.scene.iridescence import Iridescence as Iridescence
+    from pica.scene.landscape import Landscape as Landscape
+    from pica.scene.light import DirectionalLight as DirectionalLight
+    from pica.scene.light import DiskLight as DiskLight
+    from pica.scene.light import Light as Light
+    from pica.scene.light import PointLight as PointLight
+    from pica.scene.light import RectangleLight as RectangleLight
+    from pica.scene.light import SphereLight as SphereLight
+    from pica.scene.light import SpotLight as SpotLight
+    from pica.scene.light import TubeLight as TubeLight
+    from pica.scene.limits import Limits as Limits
+    from pica.scene.loading import load as load
+    from pica.scene.material import AlphaMode as AlphaMode
+    from pica.scene.material import Image as Image
+    from pica.scene.material import Material as Material
+    from pica.scene.material import Sampler as Sampler
+    from pica.scene.material import Texture as Texture
+    from pica.scene.material import Wrap as Wrap
+    from pica.scene.material_registry import register_material as register_material
+    from pica.scene.mesh import Mesh as Mesh
+    from pica.scene.mesh import Section as Section
+    from pica.scene.model import Scene as Scene
+    from pica.scene.node import Node as Node
+    from pica.scene.particles import Particles as Particles
+    from pica.scene.particles import Ribbons as Ribbons
+    from pica.scene.particles import Sprites as Sprites
+    from pica.scene.primitives import Primitives as Primitives
+    from pica.scene.primitives import capsules as capsules
+    from pica.scene.primitives import rounded_boxes as rounded_boxes
+    from pica.scene.primitives import spheres as spheres
+    from pica.scene.primitives import tori as tori
+    from pica.scene.shape_registry import register_shape as register_shape
+    from pica.scene.sheen import Sheen as Sheen
+    from pica.scene.skin import Skin as Skin
+    from pica.scene.spline import Spline as Spline
+    from pica.scene.spline import bend as bend
+    from pica.settings import AmbientOcclusionSettings as AmbientOcclusionSettings
+    from pica.settings import AntialiasingSettings as AntialiasingSettings
+    from pica.settings import GeometrySettings as GeometrySettings
+    from pica.settings import GlobalIlluminationSettings as GlobalIlluminationSettings
+    from pica.settings import LightingSettings as LightingSettings
+    from pica.settings import PostSettings as PostSettings
+    from pica.settings import RaysSettings as RaysSettings
+    from pica.settings import ReflectionsSettings as ReflectionsSettings
+    from pica.settings import Settings as Settings
+    from pica.settings import ShadowMapsSettings as ShadowMapsSettings
+    from pica.settings import ShadowsSettings as ShadowsSettings
+    from pica.settings import VisibilitySettings as VisibilitySettings
 
-__all__ = [
-    "BindingError",
-    "Camera",
-    "DeviceError",
-    "DynamicVertices",
-    "Environment",
-    "Frame",
-    "LightMap",
-    "Limits",
-    "Material",
-    "MaterialTypeError",
-    "PathTracer",
-    "PicaError",
-    "Primitives",
-    "Renderer",
-    "Scene",
-    "SceneError",
-    "Settings",
-    "SettingsError",
-    "ShapeError",
-    "bake",
-    "errors",
-    "load",
-    "register_material",
-    "register_shape",
-    "scenes",
-]
+__version__ = "0.1.0"
 
-_HOME = {
-    "BindingError": "pica.errors",
-    "Camera": "pica.scene.camera",
-    "DeviceError": "pica.errors",
-    "DynamicVertices": "pica.scene.dynamic_vertices",
-    "Environment": "pica.scene.environment",
-    "Frame": "pica.output",
-    "LightMap": "pica.light_map.light_map",
-    "Limits": "pica.scene.limits",
-    "Material": "pica.scene.material",
-    "MaterialTypeError": "pica.errors",
-    "PathTracer": "pica.path_tracer.path_tracer",
-    "PicaError": "pica.errors",
-    "Primitives": "pica.scene.primitives",
-    "Renderer": "pica.renderer",
-    "Scene": "pica.scene.model",
-    "SceneError": "pica.errors",
-    "Settings": "pica.settings",
-    "SettingsError": "pica.errors",
-    "ShapeError": "pica.errors",
-    "bake": "pica.baking.bake",
-    "load": "pica.scene.loading",
-    "register_material": "pica.scene.material_registry",
-    "register_shape": "pica.scene.shape_registry",
-}
 _MODULES = ("errors", "scenes")
+_PUBLIC = {
+    "pica.baking.bake": ("bake",),
+    "pica.errors": (
+        "BindingError",
+        "DeviceError",
+        "MaterialTypeError",
+        "PicaError",
+        "SceneError",
+        "SettingsError",
+        "ShapeError",
+    ),
+    "pica.light_map.light_map": ("LightMap",),
+    "pica.output": ("Frame",),
+    "pica.path_tracer.path_tracer": ("PathTracer",),
+    "pica.renderer": ("Renderer",),
+    "pica.scene.animation": ("Animation", "Channel", "Pose"),
+    "pica.scene.anisotropy": ("Anisotropy",),
+    "pica.scene.camera": ("Camera",),
+    "pica.scene.coat": ("Coat",),
+    "pica.scene.dynamic_vertices": ("DynamicVertices",),
+    "pica.scene.emitter": ("Emitter",),
+    "pica.scene.environment": ("Environment",),
+    "pica.scene.iridescence": ("Iridescence",),
+    "pica.scene.landscape": ("Landscape",),
+    "pica.scene.light": (
+        "DirectionalLight",
+        "DiskLight",
+        "Light",
+        "PointLight",
+        "RectangleLight",
+        "SphereLight",
+        "SpotLight",
+        "TubeLight",
+    ),
+    "pica.scene.limits": ("Limits",),
+    "pica.scene.loading": ("load",),
+    "pica.scene.material": ("AlphaMode", "Image", "Material", "Sampler", "Texture", "Wrap"),
+    "pica.scene.material_registry": ("register_material",),
+    "pica.scene.mesh": ("Mesh", "Section"),
+    "pica.scene.model": ("Scene",),
+    "pica.scene.node": ("Node",),
+    "pica.scene.particles": ("Particles", "Ribbons", "Sprites"),
+    "pica.scene.primitives": ("Primitives", "capsules", "rounded_boxes", "spheres", "tori"),
+    "pica.scene.shape_registry": ("register_shape",),
+    "pica.scene.sheen": ("Sheen",),
+    "pica.scene.skin": ("Skin",),
+    "pica.scene.spline": ("Spline", "bend"),
+    "pica.settings": (
+        "AmbientOcclusionSettings",
+        "AntialiasingSettings",
+        "GeometrySettings",
+        "GlobalIlluminationSettings",
+        "LightingSettings",
+        "PostSettings",
+        "RaysSettings",
+        "ReflectionsSettings",
+        "Settings",
+        "ShadowMapsSettings",
+        "ShadowsSettings",
+        "VisibilitySettings",
+    ),
+}
+_HOME = {name: module for module, names in _PUBLIC.items() for name in names}
+__all__ = sorted([*_HOME, *_MODULES, "__version__"])
 
+if not TYPE_CHECKING:  # where checkers find nothing by that name, there is nothing
 
-def __getattr__(name: str) -> "Any":
-    if name in _MODULES:
-        value: Any = import_module(f"pica.{name}")
-    elif name in _HOME:
-        value = getattr(import_module(_HOME[name]), name)
-    else:
-        raise AttributeError(f"module 'pica' has no attribute {name!r}")
-    globals()[name] = value
-    return value
+    def __getattr__(name: str) -> "Any":
+        """The public name, from its module. Raises AttributeError for any other."""
+        if name in _MODULES:
+            value = import_module(f"pica.{name}")
+        elif name in _HOME:
+            value = getattr(import_module(_HOME[name]), name)
+        else:
+            raise AttributeError(f"module 'pica' has no attribute {name!r}")
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

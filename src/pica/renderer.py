@@ -32,6 +32,7 @@ class Renderer(Stages):
     def __init__(
         self,
         scene: Scene,
+        *,
         size: Size = (1280, 720),
         settings: Settings | None = None,
         device: Device | str | None = None,
@@ -65,7 +66,7 @@ class Renderer(Stages):
         return self._frames.host_seconds
 
     @alone
-    def advance(self, camera: Camera, jittered: bool = True) -> dict[str, spy.Texture]:
+    def advance(self, camera: Camera, *, jittered: bool = True) -> dict[str, spy.Texture]:
         """Record and submit one frame. Returns its buffers, which the next frame overwrites.
 
         `jittered`: False looks through the pixels' centres in every frame, which tells effects and antialiasing apart.
@@ -126,6 +127,7 @@ class Renderer(Stages):
     def render(
         self,
         frames: int = 16,
+        *,
         camera: Camera | None = None,
         progress: Progress | None = None,
         denoise: Denoise = False,
@@ -134,9 +136,9 @@ class Renderer(Stages):
 
         All that is in the scene is shown: material types that are new are compiled before the frame that meets them.
         The G-buffer's AOVs are those of the first of these frames, when motion is that since the call before.
-        `camera` None takes the scene's first, or one that shows the whole scene. `progress(done, frames)` is called
-        after each frame. `denoise`: as PathTracer's, at the end. Raises SceneError for what cannot be shown as it is
-        now: in each call, until it is mended.
+        `camera` None takes Scene.default_camera. `progress(done, frames)` is called after each frame. `denoise`: as
+        PathTracer's, at the end. Raises SceneError for what cannot be shown as it is now: in each call, until it is
+        mended.
         """
         frames = checked_count("render: frames", frames)
         check_progress("render", progress)

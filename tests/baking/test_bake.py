@@ -32,7 +32,7 @@ def irradiance(light_map, probe, normals):
 
 @pytest.fixture(scope="module")
 def cornell(device):
-    return pica.bake(pica.scenes.cornell(), 0.25, 256, device=device)
+    return pica.bake(pica.scenes.cornell(), spacing=0.25, samples=256, device=device)
 
 
 def test_light_is_projected_to_its_irradiance(device):
@@ -66,7 +66,7 @@ def test_light_is_projected_to_its_irradiance(device):
 def test_a_furnace_is_as_bright_everywhere(device):
     """Walls that shine with 1 nit and reflect half of what arrives: they send on 1 nit besides their own."""
     walls = lambert(0.5, emission=(1.0, 1.0, 1.0), double_sided=True)
-    light_map = pica.bake(scene_of(placed(box(2, walls))), 0.5, 1024, device=device)
+    light_map = pica.bake(scene_of(placed(box(2, walls))), spacing=0.5, samples=1024, device=device)
     within = (np.abs(light_map.bricks.positions) < 0.95).all(-1)
     assert within.sum() >= 27 and light_map.in_the_open[within].all()
     found = np.stack([irradiance(light_map, probe, AXES) for probe in np.flatnonzero(within)])
@@ -77,18 +77,21 @@ def test_a_furnace_is_as_bright_everywhere(device):
 def test_a_probe_finds_what_the_path_tracer_does(device):
     """The indirect light about it, as six pictures of the path tracer have it."""
     scene = pica.scenes.cornell()
-    light_map = pica.bake(scene, 0.5, 4096, device=device)
+    light_map = pica.bake(scene, spacing=0.5, samples=4096, device=device)
     where = np.abs(light_map.bricks.positions - (0.0, 1.2, 0.3)).sum(-1)
     probe = int(np.argmin(np.where(light_map.in_the_open, where, np.inf)))
     place = light_map.bricks.positions[probe].astype(float)
     steps = (np.arange(24) + 0.5) / 12 - 1
-    tracers = [pica.PathTracer(scene, (24, 24), depth, settings(), device) for depth in (None, 1)]
+    tracers = [
+        pica.PathTracer(scene, size=(24, 24), max_depth=depth, settings=settings(), device=device)
+        for depth in (None, 1)
+    ]
     coefficients = np.zeros((HARMONICS, 3))
     for forward in AXES:
         up = (0, 0, 1) if forward[1] else (0, 1, 0)
-        camera = Camera.look_at(place, place + forward, up=up, fov=90)
+        camera = Camera.look_at(place, place + forward, up=up, vertical_fov=np.radians(90))
         # The same samples, so that what shines by itself is gone without a trace.
-        whole, seen = (tracer.render(48, camera).color.astype(float) for tracer in tracers)
+        whole, seen = (tracer.render(48, camera=camera).color.astype(float) for tracer in tracers)
         right, above = camera.transform[:3, 0], camera.transform[:3, 1]
         rays = forward + steps[None, :, None] * right - steps[:, None, None] * above
         lengths = np.linalg.norm(rays, axis=-1)
@@ -101,7 +104,9 @@ def test_a_probe_finds_what_the_path_tracer_does(device):
 
 
 def test_it_is_the_indirect_light_of_many_paths(device, cornell):
-    renderer = pica.Renderer(pica.scenes.cornell(), SIZE, settings(FROM_MAP), device, cornell)
+    renderer = pica.Renderer(
+        pica.scenes.cornell(), size=SIZE, settings=settings(FROM_MAP), device=device, light_map=cornell
+    )
     camera = renderer.scene.default_camera(1.5)
     renderer.advance(camera, jittered=False)
     measured = MeasuredEffect(renderer, "global_illumination")
@@ -116,24 +121,28 @@ def test_it_is_the_indirect_light_of_many_paths(device, cornell):
 
 def test_the_raster_preset_takes_a_map_and_goes_without(device, cornell):
     scene, raster = pica.scenes.cornell(), pica.Settings.preset("raster")
-    without = pica.Renderer(scene, SIZE, raster, device)
+    without = pica.Renderer(scene, size=SIZE, settings=raster, device=device)
     assert without.global_illumination is None
     dark = without.render(2).color
-    lit = pica.Renderer(scene, SIZE, raster, device, cornell).render(2)
+    lit = pica.Renderer(scene, size=SIZE, settings=raster, device=device, light_map=cornell).render(2)
     # Ambient occlusion dims it: of the surfaces, in their colour.
     np.testing.assert_allclose(lit.color - dark, lit.aov("indirect"), atol=0.05 * lit.color.max())
     assert lit.aov("indirect").mean() > 0.2 * dark.mean()
     unoccluded = raster.with_values({"ambient_occlusion.mode": "off"})
-    brighter = pica.Renderer(scene, SIZE, unoccluded, device, cornell).render(2).aov("indirect")
+    brighter = (
+        pica.Renderer(scene, size=SIZE, settings=unoccluded, device=device, light_map=cornell).render(2).aov("indirect")
+    )
     assert 0.5 * brighter.mean() < lit.aov("indirect").mean() < 0.99 * brighter.mean()
 
 
 def test_a_closed_door_keeps_the_light_out(device):
     scene = pica.scenes.rooms(door=0.0)
-    light_map = pica.bake(scene, 0.25, 64, device=device)
-    with pica.Renderer(scene, SIZE, settings(FROM_MAP), device, light_map) as renderer:
+    light_map = pica.bake(scene, spacing=0.25, samples=64, device=device)
+    with pica.Renderer(scene, size=SIZE, settings=settings(FROM_MAP), device=device, light_map=light_map) as renderer:
         dark = renderer.render(4)
-        lit = renderer.render(4, Camera.look_at((-1.2, 1.5, 1.8), (-2.4, 1.0, -1.2), fov=75))
+        lit = renderer.render(
+            4, camera=Camera.look_at((-1.2, 1.5, 1.8), (-2.4, 1.0, -1.2), vertical_fov=np.radians(75))
+        )
     assert lit.aov("indirect").mean() > 0.1
     assert dark.color.mean() < 0.01 * lit.color.mean()
 
@@ -150,30 +159,36 @@ def test_a_bake_that_was_cut_short_goes_on(device, cornell, tmp_path):
 
     scene = pica.scenes.cornell()
     with pytest.raises(KeyboardInterrupt):
-        pica.bake(scene, 0.25, 256, device=device, progress=stop, partial=partial)
+        pica.bake(scene, spacing=0.25, samples=256, device=device, progress=stop, partial=partial)
     assert partial.stat().st_size > 0 and 0 < heard[0] < heard[1]
     kept = partial.read_bytes()
     later = []
-    again = pica.bake(scene, 0.25, 256, device=device, progress=lambda done, _: later.append(done), partial=partial)
+    again = pica.bake(
+        scene, spacing=0.25, samples=256, device=device, progress=lambda done, _: later.append(done), partial=partial
+    )
     assert later[0] > heard[1] and not partial.exists()
     for name in ("harmonics", "in_the_open", "seen"):
         np.testing.assert_array_equal(getattr(again, name), getattr(cornell, name))
     partial.write_bytes(kept)
     anew = []
-    pica.bake(scene, 0.25, 128, device=device, progress=lambda done, _: anew.append(done), partial=partial)
+    pica.bake(
+        scene, spacing=0.25, samples=128, device=device, progress=lambda done, _: anew.append(done), partial=partial
+    )
     assert anew[0] > heard[0], "runs of 128 samples have more probes: it began at the first one"
     partial.write_bytes(kept[:1000])
-    pica.bake(scene, 0.5, 16, device=device, partial=partial)
+    pica.bake(scene, spacing=0.5, samples=16, device=device, partial=partial)
 
 
 def test_maps_of_other_scenes_and_other_values_are_refused(device, cornell):
     with pytest.raises(pica.SceneError, match="another scene"):
-        pica.Renderer(pica.scenes.court(), SIZE, settings(FROM_MAP), device, cornell)
+        pica.Renderer(pica.scenes.court(), size=SIZE, settings=settings(FROM_MAP), device=device, light_map=cornell)
     with pytest.raises(pica.PicaError, match="light_map"):
-        pica.Renderer(pica.scenes.court(), SIZE, settings(FROM_MAP), device, "cornell.lightmap")
+        pica.Renderer(
+            pica.scenes.court(), size=SIZE, settings=settings(FROM_MAP), device=device, light_map="cornell.lightmap"
+        )
     for values in ({"spacing": 0}, {"spacing": float("nan")}, {"samples": 0}, {"samples": 1.5}, {"progress": 3}):
         with pytest.raises(pica.PicaError, match="bake"):
             pica.bake(pica.scenes.cornell(), device=device, **values)
     with pytest.raises(pica.SceneError, match="probes"):
-        pica.bake(pica.scenes.cornell(), 1e-4, device=device)
+        pica.bake(pica.scenes.cornell(), spacing=1e-4, device=device)
     assert isinstance(cornell, LightMap)

@@ -40,7 +40,7 @@ class FakeRenderer:
     error: BaseException | None = None
     device_name = "fake device"
 
-    def __init__(self, scene, size, settings=None, device=None, max_depth=None, light_map=None):
+    def __init__(self, scene, *, size, settings=None, device=None, max_depth=None, light_map=None):
         if device == "nothing":
             raise pica.errors.DeviceError("no device named 'nothing'")
         self.scene, self.size, self.settings = scene, size, settings
@@ -48,7 +48,7 @@ class FakeRenderer:
         asked = {"scene": scene, "size": size, "settings": settings, "device": device, "max_depth": max_depth}
         self.asked = SimpleNamespace(**asked, light_map=light_map)
 
-    def render(self, frames=16, camera=None, progress=None, denoise=False):
+    def render(self, frames=16, *, camera=None, progress=None, denoise=False):
         return self._answer(camera, progress, frames, frames=frames, denoise=denoise)
 
     def _answer(self, camera, progress, count, **counts):
@@ -60,10 +60,10 @@ class FakeRenderer:
 
 
 class FakePathTracer(FakeRenderer):
-    def __init__(self, scene, size, max_depth=None, settings=None, device=None):
-        super().__init__(scene, size, settings, device, max_depth)
+    def __init__(self, scene, *, size, max_depth=None, settings=None, device=None):
+        super().__init__(scene, size=size, settings=settings, device=device, max_depth=max_depth)
 
-    def render(self, samples=1024, camera=None, progress=None, denoise=False):
+    def render(self, samples=1024, *, camera=None, progress=None, denoise=False):
         return self._answer(camera, progress, samples, samples=samples, denoise=denoise)
 
 
@@ -73,7 +73,7 @@ def calls(monkeypatch):
     scene = pica.Scene("fake")
     side = Camera.look_at((1, 0, 0), (0, 0, 0), name="side")
     monkeypatch.setattr(scene, "cameras", lambda: [side], raising=False)
-    monkeypatch.setitem(vars(pica), "load", lambda path, environment=None, **_: scene)
+    monkeypatch.setitem(vars(pica), "load", lambda path, *, environment=None, **_: scene)
     monkeypatch.setitem(vars(pica), "Renderer", FakeRenderer)
     monkeypatch.setitem(vars(pica), "PathTracer", FakePathTracer)
     monkeypatch.setattr("pica.quality.benchmark.benchmark", fake_benchmark)

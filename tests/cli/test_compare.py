@@ -51,7 +51,7 @@ def test_a_reference_whose_secondary_shadows_are_opaque_says_so(run, calls):
 
 
 def test_nothing_is_rendered_where_the_path_tracer_cannot(run, calls, monkeypatch):
-    def refuse(*_):
+    def refuse(*_, **__):
         raise pica.errors.DeviceError("path tracing: nothing traces rays")
 
     monkeypatch.setitem(vars(pica), "PathTracer", refuse)

@@ -133,7 +133,7 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--eye", "1e10,2,3", "--target", "0,0,0"], "is not three numbers"),
         (["--eye", "", "--target", ""], "--eye '' is not three numbers"),
         (["--eye", "0,0,0", "--target", "0,0,0"], "eye and target are the same point (0.0, 0.0, 0.0)"),
-        (["--eye", "1,2,3", "--target", "0,0,0", "--fov", "180"], "fov: 180.0"),
+        (["--eye", "1,2,3", "--target", "0,0,0", "--fov", "180"], "--fov 180 is not between 0 and 180 degrees"),
         (["--samples", "4"], "--samples is for --path-traced"),
         (["--aov", "nonsense"], "no AOV 'nonsense' in this frame; there are depth, normal"),
         (["--device", "nothing"], "no device named 'nothing'"),

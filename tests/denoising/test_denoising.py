@@ -50,7 +50,7 @@ def room():
     )
 
 
-CAMERA = Camera.look_at((0.4, 1.5, 3.0), (0, 0.4, 0), fov=40)
+CAMERA = Camera.look_at((0.4, 1.5, 3.0), (0, 0.4, 0), vertical_fov=np.radians(40))
 
 
 @needs_wheel
@@ -104,11 +104,11 @@ def test_where_it_is_broken(monkeypatch, error):
 def test_nothing_is_rendered_without_it(device, monkeypatch, kind):
     monkeypatch.setattr(open_image_denoise, "find_spec", lambda _: None)
     told = []
-    renderer = kind(room(), (8, 8), device=device)
+    renderer = kind(room(), size=(8, 8), device=device)
     with pytest.raises(PicaError, match="not installed"):
-        renderer.render(2, CAMERA, lambda *done: told.append(done), denoise=True)
+        renderer.render(2, camera=CAMERA, progress=lambda *done: told.append(done), denoise=True)
     assert not told
-    assert renderer.render(1, CAMERA).color.any()
+    assert renderer.render(1, camera=CAMERA).color.any()
 
 
 @needs_wheel
@@ -116,14 +116,14 @@ def test_nothing_is_rendered_without_it(device, monkeypatch, kind):
 def test_pictures_come_closer_to_what_they_should_be(device, kind, values):
     """The hybrid renderer's shadows stay as noisy as they come; it is compared with its own picture of many frames."""
     settings = pica.Settings().with_values(values)
-    renderer = kind(room(), SIZE, settings=settings, device=device)
-    truth = renderer.render(256, CAMERA).color
-    renderer = kind(room(), SIZE, settings=settings.with_values({"seed": "5"}), device=device)
+    renderer = kind(room(), size=SIZE, settings=settings, device=device)
+    truth = renderer.render(256, camera=CAMERA).color
+    renderer = kind(room(), size=SIZE, settings=settings.with_values({"seed": "5"}), device=device)
     frames = 1 if kind is pica.Renderer else 2
-    noisy = renderer.render(frames, CAMERA)
+    noisy = renderer.render(frames, camera=CAMERA)
     if kind is pica.Renderer:
         renderer.reset()
-    clean = renderer.render(frames, CAMERA, denoise=True)
+    clean = renderer.render(frames, camera=CAMERA, denoise=True)
     before, after = (compare(truth, frame.color) for frame in (noisy, clean))
     assert after.relmse < (0.9 if kind is pica.Renderer else 0.5) * before.relmse
     assert clean.color.mean() == pytest.approx(truth.mean(), rel=0.05)
@@ -134,9 +134,9 @@ def test_pictures_come_closer_to_what_they_should_be(device, kind, values):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_fast_where_asked_for(device, given, kind):
-    renderer = kind(room(), (8, 8), device=device)
+    renderer = kind(room(), size=(8, 8), device=device)
     for denoise in (True, "fast", np.True_):
-        renderer.render(1, CAMERA, denoise=denoise)
+        renderer.render(1, camera=CAMERA, denoise=denoise)
         assert given.fast == (denoise == "fast")
 
 
@@ -145,7 +145,9 @@ def test_features_of_surfaces_and_of_what_is_beyond(device, given, kind):
     """Colours and normals of the pixels; half of each where an edge goes through the middle of a pixel."""
     left = placed(plane(1, 9, lambert(0.2, 0.4, 0.6)), move(-0.5, 0, 0))
     camera = orthographic((0, 4, 0), (0, 0, 0), 1.0)
-    kind(scene_of(left, environment=uniform(3.0, 1.0, 1.0)), (9, 9), device=device).render(64, camera, denoise=True)
+    kind(scene_of(left, environment=uniform(3.0, 1.0, 1.0)), size=(9, 9), device=device).render(
+        64, camera=camera, denoise=True
+    )
     assert given.albedo.shape == given.normal.shape == given.color.shape == (9, 9, 3)
     np.testing.assert_allclose(given.albedo[:, :4], np.broadcast_to((0.2, 0.4, 0.6), (9, 4, 3)), atol=1e-4)
     np.testing.assert_allclose(given.normal[:, :4], np.broadcast_to((0, 1, 0), (9, 4, 3)), atol=1e-3)
@@ -159,8 +161,8 @@ def test_path_traced_mirrors_have_the_features_of_what_they_show(device, given, 
     mirror = Material(base_color=(0.5, 0.9, 0.9, 1), metallic=1.0, roughness=roughness)
     wall = placed(plane(90, 90, lambert(0.8, 0.8, 0.2)), move(0, 30, 0) @ turn("x", 180))
     scene = scene_of(placed(plane(9, 9, mirror)), wall, environment=uniform(1.0))
-    tracer = pica.PathTracer(scene, (8, 8), device=device)
-    tracer.render(16, orthographic((0, 4, 0), (0, 0, 0), 1.0), denoise=True)
+    tracer = pica.PathTracer(scene, size=(8, 8), device=device)
+    tracer.render(16, camera=orthographic((0, 4, 0), (0, 0, 0), 1.0), denoise=True)
     albedo, normal = ((0.4, 0.72, 0.18), (0, -1, 0)) if followed else ((0.5, 0.9, 0.9), (0, 1, 0))
     np.testing.assert_allclose(given.albedo.mean((0, 1)), albedo, atol=0.02)
     np.testing.assert_allclose(given.normal.mean((0, 1)), normal, atol=0.02)
@@ -169,38 +171,38 @@ def test_path_traced_mirrors_have_the_features_of_what_they_show(device, given, 
 def test_mirrors_where_paths_end_have_their_own_features(device, given):
     mirror = Material(base_color=(0.5, 0.9, 0.9, 1), metallic=1.0, roughness=0.0)
     scene = scene_of(placed(plane(9, 9, mirror)), environment=uniform(1.0))
-    tracer = pica.PathTracer(scene, (8, 8), max_depth=1, device=device)
-    tracer.render(2, orthographic((0, 4, 0), (0, 0, 0), 1.0), denoise=True)
+    tracer = pica.PathTracer(scene, size=(8, 8), max_depth=1, device=device)
+    tracer.render(2, camera=orthographic((0, 4, 0), (0, 0, 0), 1.0), denoise=True)
     np.testing.assert_allclose(given.albedo, np.broadcast_to((0.5, 0.9, 0.9), (8, 8, 3)), atol=1e-4)
 
 
 def test_light_has_features_of_a_colour_below_1(device, given):
     lamp = lambert(0.0, emission=(900.0, 300.0, 0.0))
-    tracer = pica.PathTracer(scene_of(placed(plane(9, 9, lamp))), (8, 8), device=device)
-    tracer.render(1, orthographic((0, 4, 0), (0, 0, 0), 1.0), denoise=True)
+    tracer = pica.PathTracer(scene_of(placed(plane(9, 9, lamp))), size=(8, 8), device=device)
+    tracer.render(1, camera=orthographic((0, 4, 0), (0, 0, 0), 1.0), denoise=True)
     np.testing.assert_allclose(given.albedo, np.broadcast_to((0.999, 0.333, 0), (8, 8, 3)), atol=2e-3)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_denoised_is_the_picture_itself_and_nothing_else_changes(device, given, kind):
-    plain = kind(room(), SIZE, device=device)
-    first, second = plain.render(2, CAMERA), plain.render(2, CAMERA)
-    renderer = kind(room(), SIZE, device=device)
-    frame = renderer.render(2, CAMERA, denoise=True)
-    for one, other in ((frame, first), (renderer.render(2, CAMERA), second)):
+    plain = kind(room(), size=SIZE, device=device)
+    first, second = plain.render(2, camera=CAMERA), plain.render(2, camera=CAMERA)
+    renderer = kind(room(), size=SIZE, device=device)
+    frame = renderer.render(2, camera=CAMERA, denoise=True)
+    for one, other in ((frame, first), (renderer.render(2, camera=CAMERA), second)):
         np.testing.assert_array_equal(one.color, other.color)
         np.testing.assert_array_equal(one.display, other.display)
     np.testing.assert_array_equal(given.color, first.color)
     assert frame.aov_names == first.aov_names
     memory = device.memory
-    renderer.render(1, CAMERA, denoise=True)
+    renderer.render(1, camera=CAMERA, denoise=True)
     assert device.memory == memory, "what denoising needs goes with the picture"
 
 
 def test_upscaled_pictures_have_features_of_their_own_size(device, given):
     settings = pica.Settings().with_values({"antialiasing.upscale": "2"})
-    renderer = pica.Renderer(room(), (31, 24), settings=settings, device=device)
-    frame = renderer.render(8, CAMERA, denoise=True)
+    renderer = pica.Renderer(room(), size=(31, 24), settings=settings, device=device)
+    frame = renderer.render(8, camera=CAMERA, denoise=True)
     assert given.albedo.shape == frame.color.shape == (24, 31, 3)
     seen = frame.aov("instance") > 0
     assert np.median(np.abs(given.albedo - frame.aov("albedo"))[seen]) < 0.01

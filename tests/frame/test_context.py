@@ -43,7 +43,10 @@ def test_jitter_starts_in_the_centre_and_fills_the_pixel_evenly():
 
 @pytest.mark.parametrize(
     "camera",
-    [Camera.look_at((1, 2, 3), (0, 0.5, -1), fov=50), orthographic((1, 2, 3), (0, 0.5, -1), 4.0)],
+    [
+        Camera.look_at((1, 2, 3), (0, 0.5, -1), vertical_fov=math.radians(50)),
+        orthographic((1, 2, 3), (0, 0.5, -1), 4.0),
+    ],
     ids=["perspective", "orthographic"],
 )
 def test_shaders_project_as_numpy_does(device, camera):
@@ -104,7 +107,7 @@ def test_same_view():
 
 
 def test_pixel_size_and_edges():
-    camera = Camera.look_at((0, 0, 0), (0, 0, -1), fov=90)
+    camera = Camera.look_at((0, 0, 0), (0, 0, -1), vertical_fov=math.radians(90))
     constants = camera_constants(camera, (200, 100))
     assert constants["pixelSize"] == pytest.approx(0.02)
     assert constants["right"].x == pytest.approx(2.0) and constants["up"].y == pytest.approx(1.0)

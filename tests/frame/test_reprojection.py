@@ -16,7 +16,7 @@ from pica.scenes.placing import aim, move, turn
 from tests.building import RASTER, lambert, placed, scene_of, settings, shining
 
 SIZE = WIDTH, HEIGHT = (80, 56)
-VIEW = Camera.look_at((0.4, 1.5, 3.4), (0.1, 0.4, 0), fov=42)
+VIEW = Camera.look_at((0.4, 1.5, 3.4), (0.1, 0.4, 0), vertical_fov=np.radians(42))
 
 
 def stage():
@@ -30,12 +30,12 @@ def stage():
 
 @pytest.fixture
 def renderer(device):
-    return pica.Renderer(stage(), SIZE, settings({**RASTER, "shadows.mode": "off"}), device)
+    return pica.Renderer(stage(), size=SIZE, settings=settings({**RASTER, "shadows.mode": "off"}), device=device)
 
 
 def advance(renderer, camera=VIEW, jittered=True):
     """The words of a frame and what they were found from."""
-    buffers = renderer.advance(camera, jittered)
+    buffers = renderer.advance(camera, jittered=jittered)
     aovs = renderer.gbuffer.aovs()
     seen = {name: aovs[name].fetch() for name in ("depth", "geometric_normal")}
     seen |= {"record": buffers["visibility"].to_numpy()[..., 0], "motion": motion_of(buffers["motion"].to_numpy())}

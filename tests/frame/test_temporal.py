@@ -26,7 +26,7 @@ def floor_and(*nodes):
 
 
 def renderer_of(device, scene):
-    renderer = pica.Renderer(scene, SIZE, settings({"shadows.denoiser": "svgf"}), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings({"shadows.denoiser": "svgf"}), device=device)
     renderer.debug = True
     return renderer
 
@@ -37,8 +37,8 @@ def history(frame):
 
 def test_history_moves_with_the_camera_and_begins_where_nothing_was_seen(device):
     renderer = renderer_of(device, floor_and())
-    renderer.render(5, above())
-    seen = history(renderer.render(1, above(6 * PIXEL)))
+    renderer.render(5, camera=above())
+    seen = history(renderer.render(1, camera=above(6 * PIXEL)))
     assert (seen[:, :58] == 6).all()
     # A pixel next to what was seen takes its neighbour's, as at edges, and trusts it less where the shadow is sharp.
     assert (seen[:, 58] > 1).all() and (seen[:, 58] <= 6).all()
@@ -48,9 +48,9 @@ def test_history_moves_with_the_camera_and_begins_where_nothing_was_seen(device)
 def test_what_an_object_uncovers_begins_anew_and_the_object_takes_its_history_along(device):
     thing = placed(box((0.5, 0.2, 0.5), lambert()), move(0, 0.1, 0), "thing")
     renderer = renderer_of(device, floor_and(thing))
-    renderer.render(5, above())
+    renderer.render(5, camera=above())
     thing.transform = move(8 * PIXEL, 0, 0) @ thing.transform
-    seen = history(renderer.render(1, above()))
+    seen = history(renderer.render(1, camera=above()))
     # The box covered columns 26 to 37 and covers 34 to 45 now, in the same rows; its sides cannot be seen from here.
     assert (seen[20:28, 27:33] == 1).all(), "uncovered floor"
     assert (seen[20:28, 36:44] == 6).all(), "the box"
@@ -62,9 +62,9 @@ def test_another_object_at_the_same_place_has_no_history(device):
     first, second = (placed(box((0.5, 0.2, 0.5), lambert()), move(x, 0.1, 0)) for x in (0, 5))
     scene = floor_and(first, second)
     renderer = renderer_of(device, scene)
-    renderer.render(5, above())
+    renderer.render(5, camera=above())
     first.transform, second.transform = second.transform, first.transform
-    seen = history(renderer.render(1, above()))
+    seen = history(renderer.render(1, camera=above()))
     assert (seen[20:28, 28:36] == 1).all() and (seen[:10] == 6).all()
 
 
@@ -74,21 +74,23 @@ def test_only_the_history_of_what_moves_is_bounded(device):
     renderer = renderer_of(device, floor_and(thing))
     for _ in range(14):
         thing.transform = move(0.5 * PIXEL, 0, 0) @ thing.transform
-        seen = history(renderer.render(1, above()))
+        seen = history(renderer.render(1, camera=above()))
     # By the end the box covers columns 28 to 39.
     assert seen[20:28, 30:38].max() == renderer.settings.shadows.history
     assert (seen[:10] == 14).all() and (seen[:, 54:] == 14).all()
-    assert np.median(history(renderer.render(6, above()))[20:28, 30:38]) == renderer.settings.shadows.history + 6
+    assert np.median(history(renderer.render(6, camera=above()))[20:28, 30:38]) == renderer.settings.shadows.history + 6
 
 
 def test_noisy_light_and_occlusion_keep_the_history_of_what_stands_still(device):
     thing = placed(box((0.5, 0.2, 0.5), lambert()), move(-0.3, 0.1, 0), "thing")
     scene = scene_of(placed(plane(20, 20, lambert())), thing, environment=uniform(0.6, 0.5, 0.4))
-    renderer = pica.Renderer(scene, SIZE, settings({"ambient_occlusion.mode": "ray_traced"}), device)
+    renderer = pica.Renderer(
+        scene, size=SIZE, settings=settings({"ambient_occlusion.mode": "ray_traced"}), device=device
+    )
     renderer.debug = True
     for _ in range(36):
         thing.transform = move(0.5 * PIXEL, 0, 0) @ thing.transform
-        frame = renderer.render(1, above())
+        frame = renderer.render(1, camera=above())
     # By the end the box covers columns 37 to 48.
     for name, bound in (("stochastic_light.diffuse", 16), ("ambient_occlusion", 32)):
         seen = frame.aov(f"debug.{name}.history")
@@ -102,5 +104,5 @@ def test_a_light_that_changes_bounds_all_histories(device):
     sun = next(node for node in renderer.scene.nodes() if node.light)
     for angle in range(14):
         sun.transform = turn("x", -80 + 0.01 * angle)
-        seen = history(renderer.render(1, above()))
+        seen = history(renderer.render(1, camera=above()))
     assert seen.max() == renderer.settings.shadows.history

@@ -26,7 +26,7 @@ def document():
 
 def loaded(path, environment=None):
     """Loaded, and asked for all that rendering would ask for."""
-    scene = pica.load(path, environment, limits=LIMITS)
+    scene = pica.load(path, environment=environment, limits=LIMITS)
     scene.default_camera(1.5)
     for time in (0.0, 0.3, 2.0):
         if scene.animations:
@@ -43,7 +43,7 @@ def test_the_whole_file_is_good(tmp_path):
 def test_what_was_found_before(case):
     with held():
         if case.suffix in (".hdr", ".exr"):
-            pica.load(case.parent / "plain.gltf", case)
+            pica.load(case.parent / "plain.gltf", environment=case)
         else:
             loaded(case)
 

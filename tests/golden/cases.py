@@ -66,15 +66,15 @@ class Golden:
         settings = pica.Settings.preset(self.preset).with_values(values)
         scene = self.scene()
         if self.path_edges is not None:
-            tracer = pica.PathTracer(scene, SIZE, self.path_edges, settings, device)
-            return tracer.render(self.frames, self.camera).color
-        renderer = pica.Renderer(scene, SIZE, settings, device)
+            tracer = pica.PathTracer(scene, size=SIZE, max_depth=self.path_edges, settings=settings, device=device)
+            return tracer.render(self.frames, camera=self.camera).color
+        renderer = pica.Renderer(scene, size=SIZE, settings=settings, device=device)
         if self.move is None:
-            return renderer.render(self.frames, self.camera).color
+            return renderer.render(self.frames, camera=self.camera).color
         total = np.zeros((SIZE[1], SIZE[0], 3))
         for frame in range(self.frames):
             self.move(scene, frame / 60)
-            total += renderer.render(1, self.camera).color
+            total += renderer.render(1, camera=self.camera).color
         return (total / self.frames).astype(np.float32)
 
 

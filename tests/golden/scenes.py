@@ -14,7 +14,7 @@ from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, turn
 from tests.building import lambert, placed, scene_of, shining, uniform
 
-VIEW = Camera.look_at((0.4, 1.7, 3.6), (0.1, 0.4, 0), fov=40)
+VIEW = Camera.look_at((0.4, 1.7, 3.6), (0.1, 0.4, 0), vertical_fov=math.radians(40))
 
 
 def things(*more: Node, environment: pica.Environment | None = None) -> Scene:

@@ -17,7 +17,7 @@ from pica.tracing import embree
 from tests.building import RASTER, RAYS, lambert, leaves, orthographic, placed, projected, scene_of, settings, uniform
 
 SIZE = (120, 80)
-CAMERA = pica.Camera.look_at((0.5, 2.0, 5.5), (0, 0.6, 0), 40)
+CAMERA = pica.Camera.look_at((0.5, 2.0, 5.5), (0, 0.6, 0), vertical_fov=np.radians(40))
 CURVE = np.array([(-2, 0.3, 0), (-1, 0.5, 1), (0, 0.3, -1), (1, 1, 0), (2, 0.3, 0.5)], float)
 
 
@@ -81,7 +81,7 @@ KINDS = [Sprite, Ribbon, Bent, Cloth]
 
 
 def renderer_of(scene, device, size=SIZE, **values):
-    return pica.Renderer(scene, size, settings(values), device)
+    return pica.Renderer(scene, size=size, settings=settings(values), device=device)
 
 
 def gpu_section(renderer, node):
@@ -148,7 +148,7 @@ def test_motion_vectors_are_finite_differences_of_the_reference(device, kind):
     shown = kind()
     node = shown.deformer.node
     renderer = renderer_of(scene_of(node, environment=uniform(1, 1, 1)), device)
-    cameras = CAMERA, pica.Camera.look_at((0.6, 2.05, 5.45), (0.05, 0.6, 0), 40)
+    cameras = CAMERA, pica.Camera.look_at((0.6, 2.05, 5.45), (0.05, 0.6, 0), vertical_fov=np.radians(40))
     seen = []
     for index, camera in enumerate(cameras):
         shown.at(0.1 * index)
@@ -197,7 +197,7 @@ def test_a_particle_that_takes_over_a_row_has_not_moved(device):
     motions = []
     for x, identity in ((-1.0, 7), (-0.8, 7), (0.8, 8), (0.8, 8), (0.9, 8)):
         show(x, identity)
-        frame = renderer.render(1, CAMERA)
+        frame = renderer.render(1, camera=CAMERA)
         ids = frame.aov("instance")
         motions.append([np.abs(frame.aov("motion")[ids == number]).max() for number in np.unique(ids[ids > 0])])
     assert all(len(m) == 2 for m in motions)
@@ -213,7 +213,7 @@ def test_a_turning_camera_leaves_a_tree_that_refits_and_new_arrays_rebuild_it(de
     renderer.advance(CAMERA)
     (part,) = gpu_mesh(renderer, node).parts
     builds, refits = part.geometry.builds, part.geometry.refits
-    renderer.advance(pica.Camera.look_at((1, 2, 5), (0, 0.6, 0), 40))
+    renderer.advance(pica.Camera.look_at((1, 2, 5), (0, 0.6, 0), vertical_fov=np.radians(40)))
     assert (part.geometry.builds, part.geometry.refits) == (builds, refits + 1)
     shown.at(0.5)
     renderer.advance(CAMERA)
@@ -254,10 +254,10 @@ def test_raster_both_schedulers_and_embree_see_the_same(device):
     for name, values in TRACERS.items():
         scene, kinds = zoo()
         renderer = renderer_of(scene, device, **values)
-        renderer.render(1, pica.Camera.look_at((-3, 3, 4), (0, 0, 0), 45))
+        renderer.render(1, camera=pica.Camera.look_at((-3, 3, 4), (0, 0, 0), vertical_fov=np.radians(45)))
         for kind in kinds:
             kind.at(0.4)
-        pictures[name] = renderer.render(1, CAMERA)
+        pictures[name] = renderer.render(1, camera=CAMERA)
     expected = pictures["pipeline"]
     for name, picture in pictures.items():
         same = picture.aov("instance") == expected.aov("instance")
@@ -279,7 +279,7 @@ def test_nothing_shows_between_patches_of_different_levels(device, tracer):
     scene = scene_of(glow, hills.node, environment=uniform(1, 1, 1))
     renderer = renderer_of(scene, device, (160, 160), **TRACERS[tracer])
     for eye in ((0.3, 3.5, 0.2), (-5, 4, 4)):
-        camera = pica.Camera.look_at(eye, (eye[0] * 0.5, 0, eye[2] * 0.5 - 0.01), 80)
+        camera = pica.Camera.look_at(eye, (eye[0] * 0.5, 0, eye[2] * 0.5 - 0.01), vertical_fov=np.radians(80))
         for _ in range(2):
             seen = renderer.advance(camera)["visibility"].to_numpy()[..., 0]
             assert len(np.unique(hills.levels_for(camera).levels)) >= 3 and (seen > 0).mean() > 0.9
@@ -295,7 +295,7 @@ def test_a_change_of_level_costs_only_the_patches_that_change(device):
     hills = Landscape(fractal_heights(65, 20, 1.0), 0.5, lambert(), patch=8, levels=3, full_detail=4.0)
     renderer = renderer_of(scene_of(hills.node, environment=uniform(1, 1, 1)), device, (32, 32))
     from_left, from_right = (pica.Camera.look_at((x, 3, 0), (x, 0, 0.1)) for x in (-3.0, -1.0))
-    first = renderer.render(1, from_left)
+    first = renderer.render(1, camera=from_left)
     gpu = renderer.view
     before = {node: gpu.own.mesh(node) for node in hills.node.children}
     uploads = []
@@ -304,7 +304,7 @@ def test_a_change_of_level_costs_only_the_patches_that_change(device):
     renderer.advance(from_left)
     assert not uploads
     renderer.reset()
-    second = renderer.render(1, from_right)
+    second = renderer.render(1, camera=from_right)
     changed = hills.differing(hills.levels_for(from_right), hills.levels_for(from_left))
     assert 0 < len(changed) < len(before)
     assert len(uploads) == len(changed)
@@ -313,12 +313,14 @@ def test_a_change_of_level_costs_only_the_patches_that_change(device):
     numbers = np.unique(np.concatenate([first.aov("instance"), second.aov("instance")]))
     assert numbers.max() <= 2 + len(hills.node.children), "a patch keeps its number"
     renderer.reset()
-    back = renderer.render(1, from_left)
+    back = renderer.render(1, camera=from_left)
     np.testing.assert_array_equal(back.aov("depth"), first.aov("depth"))
 
 
 def test_the_path_tracer_sees_what_the_camera_faces(device):
     scene, _ = zoo()
-    traced = pica.PathTracer(scene, SIZE, 2, settings({}), device).render(1, CAMERA)
-    frame = renderer_of(scene, device).render(1, CAMERA)
+    traced = pica.PathTracer(scene, size=SIZE, max_depth=2, settings=settings({}), device=device).render(
+        1, camera=CAMERA
+    )
+    frame = renderer_of(scene, device).render(1, camera=CAMERA)
     assert (traced.aov("instance") == frame.aov("instance")).mean() > 0.995

@@ -17,7 +17,7 @@ from pica.scenes.placing import aim, move, turn
 from tests.building import bumps, lambert, placed, scene_of, settings, shining, uniform
 
 SIZE = (96, 64)
-CAMERA = pica.Camera.look_at((0.5, 2.0, 4.5), (0, 0.3, 0), 40)
+CAMERA = pica.Camera.look_at((0.5, 2.0, 4.5), (0, 0.3, 0), vertical_fov=np.radians(40))
 
 
 def sheet() -> Section:
@@ -39,23 +39,27 @@ def around(node: Node):
 def test_cloth_looks_like_a_mesh_with_these_vertices(device, own_normals):
     node = placed(sheet(), turn("y", 20))
     cloth = pica.DynamicVertices(node)
-    renderer = pica.Renderer(around(node), SIZE, settings(), device)
-    renderer.render(1, CAMERA)
+    renderer = pica.Renderer(around(node), size=SIZE, settings=settings(), device=device)
+    renderer.render(1, camera=CAMERA)
     places = waved(cloth._rest, 0.8)
     normals = np.tile([0.2, 1.0, 0.1], (len(places), 1)) if own_normals else None
     cloth.set(places, normals)
-    renderer.render(1, CAMERA)  # what moved in the frame before starts anew
+    renderer.render(1, camera=CAMERA)  # what moved in the frame before starts anew
     renderer.reset()
-    shown = renderer.render(4, CAMERA)
+    shown = renderer.render(4, camera=CAMERA)
     _, expected_normals, expected_tangents = cloth.deform(node.mesh.sections[0])
     still = sheet()
     still.positions, still.normals = places.astype(np.float32), expected_normals.astype(np.float32)
     still.tangents = expected_tangents.astype(np.float32)
-    expected = pica.Renderer(around(placed(still, turn("y", 20))), SIZE, settings(), device).render(4, CAMERA)
+    expected = pica.Renderer(
+        around(placed(still, turn("y", 20))), size=SIZE, settings=settings(), device=device
+    ).render(4, camera=CAMERA)
     assert (shown.aov("instance") == expected.aov("instance")).mean() > 0.999
     difference = np.abs(shown.color - expected.color)
     assert np.percentile(difference, 99) < 0.01 and difference.mean() < 2e-3
-    flat = pica.Renderer(around(placed(sheet(), turn("y", 20))), SIZE, settings(), device).render(4, CAMERA)
+    flat = pica.Renderer(around(placed(sheet(), turn("y", 20))), size=SIZE, settings=settings(), device=device).render(
+        4, camera=CAMERA
+    )
     assert np.abs(flat.color - expected.color).mean() > 0.02, "the picture tells them apart"
 
 
@@ -75,22 +79,22 @@ def test_tangents_are_about_those_of_the_texture_coordinates():
 
 def test_a_node_on_screen_can_become_cloth_and_move_without_new_memory(device):
     node = placed(sheet())
-    renderer = pica.Renderer(around(node), SIZE, settings(), device)
-    renderer.render(1, CAMERA)
+    renderer = pica.Renderer(around(node), size=SIZE, settings=settings(), device=device)
+    renderer.render(1, camera=CAMERA)
     cloth = pica.DynamicVertices(node)
     for frame in range(5):
         cloth.set(waved(cloth._rest, 0.1 * frame))
-        renderer.render(1, CAMERA)
+        renderer.render(1, camera=CAMERA)
     memory = device.memory
     motions = []
     for frame in range(5, 8):
         cloth.set(waved(cloth._rest, 0.1 * frame))
-        picture = renderer.render(1, CAMERA)
+        picture = renderer.render(1, camera=CAMERA)
         motions.append(np.abs(picture.aov("motion")[picture.aov("instance") == 2]).max())
     assert device.memory == memory
     assert min(motions) > 0.3
-    renderer.render(1, CAMERA)
-    assert np.abs(renderer.render(1, CAMERA).aov("motion")).max() < 0.01, "stands still"
+    renderer.render(1, camera=CAMERA)
+    assert np.abs(renderer.render(1, camera=CAMERA).aov("motion")).max() < 0.01, "stands still"
 
 
 def test_an_unknown_deformer_is_an_error(device):
@@ -101,7 +105,7 @@ def test_an_unknown_deformer_is_an_error(device):
     node = Node("jelly", mesh=Mesh([sheet()]))
     node.deformer = Wobble()
     with pytest.raises(SceneError, match=r"'jelly'.*Wobble.*DynamicVertices"):
-        pica.Renderer(scene_of(node), SIZE, settings(), device)
+        pica.Renderer(scene_of(node), size=SIZE, settings=settings(), device=device)
 
 
 def test_all_vertices_are_written_before_the_first_structure():

@@ -15,7 +15,7 @@ from tests.assets import ASSETS, needs_assets
 from tests.building import lambert, placed, scene_of, shining, uniform
 
 SIZE = (96, 72)
-CAMERA = pica.Camera.look_at((0, 2.5, 6), (0, 0.5, 0), 40)
+CAMERA = pica.Camera.look_at((0, 2.5, 6), (0, 0.5, 0), vertical_fov=np.radians(40))
 ANIMATED = {
     "Fox": "Fox/Fox.glb",
     "SimpleSkin": "SimpleSkin/SimpleSkin.gltf",
@@ -67,9 +67,9 @@ def test_raster_and_rays_see_the_same_deformed_mesh(device):
         root, high, _ = bending_bar()
         scene = scene_of(root, environment=uniform(1, 1, 1))
         renderer = renderer_of(scene, device, **{"visibility.primary": primary})
-        renderer.render(1, CAMERA)
+        renderer.render(1, camera=CAMERA)
         high.transform = move(x=1.0)
-        pictures.append(renderer.render(1, CAMERA))
+        pictures.append(renderer.render(1, camera=CAMERA))
     same = pictures[0].aov("instance") == pictures[1].aov("instance")
     assert same.mean() > 0.99 and (pictures[0].aov("instance") > 0).mean() > 0.02
     depths = [picture.aov("depth")[same & (pictures[0].aov("instance") > 0)] for picture in pictures]
@@ -84,7 +84,7 @@ def test_motion_vectors_of_a_skinned_mesh_are_those_of_its_vertices(device):
     renderer = pica.Renderer(scene, size=size, device=device)
     camera = scene.default_camera(4 / 3)
     scene.animate(0.1, "Run")
-    renderer.render(1, camera)
+    renderer.render(1, camera=camera)
     ((node, deformation),) = renderer.view.scene.deformations.items()
     (placed_section,) = deformation.mesh.sections
     section = placed_section.section
@@ -100,7 +100,7 @@ def test_motion_vectors_of_a_skinned_mesh_are_those_of_its_vertices(device):
 
     before, depth_before = pixels()
     scene.animate(0.15, "Run")
-    frame = renderer.render(1, camera)
+    frame = renderer.render(1, camera=camera)
     after, depth_after = pixels()
     motion = frame.aov("motion")
     seen = gpu_visibility(renderer)
@@ -142,19 +142,19 @@ def project_mix(pixels, depths, corners, weights):
 def test_what_stops_deforming_stands_still_in_the_motion_vectors(device):
     root, high, _ = bending_bar()
     renderer = renderer_of(scene_of(root, environment=uniform(1, 1, 1)), device)
-    renderer.render(1, CAMERA)
+    renderer.render(1, camera=CAMERA)
     high.transform = move(x=0.5)
-    assert np.abs(renderer.render(1, CAMERA).aov("motion")).max() > 1
-    assert np.abs(renderer.render(1, CAMERA).aov("motion")).max() < 1e-3
+    assert np.abs(renderer.render(1, camera=CAMERA).aov("motion")).max() > 1
+    assert np.abs(renderer.render(1, camera=CAMERA).aov("motion")).max() < 1e-3
 
 
 def test_what_was_moved_stands_still_in_the_motion_vectors_after(device):
     ball = placed(sphere(0.5, lambert()))
     renderer = renderer_of(scene_of(ball, environment=uniform(1, 1, 1)), device)
-    renderer.render(1, CAMERA)
+    renderer.render(1, camera=CAMERA)
     ball.transform = move(x=0.3)
-    assert np.abs(renderer.render(3, CAMERA).aov("motion")).max() > 1
-    assert np.abs(renderer.render(1, CAMERA).aov("motion")).max() < 1e-3
+    assert np.abs(renderer.render(3, camera=CAMERA).aov("motion")).max() > 1
+    assert np.abs(renderer.render(1, camera=CAMERA).aov("motion")).max() < 1e-3
 
 
 def test_loose_trees_are_noticed():
@@ -185,7 +185,7 @@ def test_refitted_and_rebuilt_structures_give_the_same_picture(device):
         for step in range(18):
             high.transform = move(x=0.1 * step)
             renderer.advance(CAMERA)
-        pictures.append(renderer.render(4, CAMERA).color)
+        pictures.append(renderer.render(4, camera=CAMERA).color)
     np.testing.assert_allclose(*pictures, atol=1e-4)
 
 
@@ -200,16 +200,16 @@ def test_a_scene_with_comings_and_goings_looks_like_one_made_so(device):
     floor = placed(plane(6, 6, lambert()))
     scene = scene_of(floor, visitor(1), environment=uniform(0.5, 0.6, 0.7))
     renderer = renderer_of(scene, device)
-    renderer.render(1, CAMERA)
+    renderer.render(1, camera=CAMERA)
     leaving = scene.roots[1]
     scene.add(visitor(2))
-    renderer.render(1, CAMERA)
+    renderer.render(1, camera=CAMERA)
     scene.remove(leaving)
     lamp = scene.add(shining(PointLight(intensity=20.0, radius=0.1), move(y=3)))
     glow = scene.add(placed(box((0.2, 0.2, 0.2), lambert(0.1, emission=(5.0, 4.0, 3.0))), move(x=1.5, y=1)))
-    renderer.render(1, CAMERA)
+    renderer.render(1, camera=CAMERA)
     renderer.reset()
-    found = renderer.render(4, CAMERA)
+    found = renderer.render(4, camera=CAMERA)
     fresh_scene = scene_of(
         placed(plane(6, 6, lambert())),
         visitor(2),
@@ -217,7 +217,7 @@ def test_a_scene_with_comings_and_goings_looks_like_one_made_so(device):
         placed(glow.mesh.sections[0], glow.transform),
         environment=uniform(0.5, 0.6, 0.7),
     )
-    fresh = renderer_of(fresh_scene, device).render(4, CAMERA)
+    fresh = renderer_of(fresh_scene, device).render(4, camera=CAMERA)
     np.testing.assert_allclose(found.color, fresh.color, atol=2e-3)
     np.testing.assert_array_equal(found.aov("albedo"), fresh.aov("albedo"))
 
@@ -245,6 +245,6 @@ def test_nodes_that_come_and_go_leave_nothing_behind(device):
 def test_an_empty_scene_fills(device):
     scene = scene_of(environment=uniform(1, 1, 1))
     renderer = renderer_of(scene, device)
-    assert (renderer.render(1, CAMERA).aov("instance") == 0).all()
+    assert (renderer.render(1, camera=CAMERA).aov("instance") == 0).all()
     scene.add(visitor(0))
-    assert (renderer.render(1, CAMERA).aov("instance") > 0).any()
+    assert (renderer.render(1, camera=CAMERA).aov("instance") > 0).any()

@@ -66,7 +66,7 @@ def halves(picture) -> tuple[float, float]:
 
 
 def hybrid(device, scene, values, frames=1, camera=ABOVE):
-    return pica.Renderer(scene, SIZE, settings(values), device).render(frames, camera)
+    return pica.Renderer(scene, size=SIZE, settings=settings(values), device=device).render(frames, camera=camera)
 
 
 @pytest.mark.parametrize("opaque", [True, False])
@@ -124,16 +124,16 @@ def test_the_camera_does_not_see_hidden_nodes(device, values):
     hidden, below = board(-2), floor()
     hidden.visible_to_camera = False
     scene = scene_of(below, hidden, board(2), shining(SUN, DOWN))
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
-    names = renderer.render(1, ABOVE).aov("instance")[8]
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
+    names = renderer.render(1, camera=ABOVE).aov("instance")[8]
     assert set(names[4:12]) == {1} and set(names[21:27]) == {3}
-    left, right = halves(renderer.render(1, ABOVE))
+    left, right = halves(renderer.render(1, camera=ABOVE))
     assert left == 0 and right == pytest.approx(0.25, rel=1e-2), "what is not seen throws its shadow all the same"
     hidden.visible_to_camera, hidden.casts_shadows = True, False
-    left, right = halves(renderer.render(1, ABOVE))
+    left, right = halves(renderer.render(1, camera=ABOVE))
     assert left == pytest.approx(0.25, rel=1e-2)
     hidden.visible_to_camera = False
-    left, right = halves(renderer.render(1, ABOVE))
+    left, right = halves(renderer.render(1, camera=ABOVE))
     assert left == pytest.approx(0.5, rel=1e-2)
 
 
@@ -170,29 +170,29 @@ def test_a_light_that_is_set_anew_lights_as_it_does_in_a_new_scene(device, light
         return node
 
     nodes = lamps({2})
-    renderer = pica.Renderer(scene_of(ground(), *nodes), SIZE, settings(values), device)
-    first = renderer.render(4, ABOVE)
+    renderer = pica.Renderer(scene_of(ground(), *nodes), size=SIZE, settings=settings(values), device=device)
+    first = renderer.render(4, camera=ABOVE)
     nodes[0].light = replace(nodes[0].light, lighting_channels={3})
-    darker = renderer.render(4, ABOVE)
+    darker = renderer.render(4, camera=ABOVE)
     assert darker.color.mean() < 0.95 * first.color.mean() and (darker.color.mean() > 0) == (lights > 1)
     renderer.reset()
-    changed = renderer.render(4, ABOVE)
+    changed = renderer.render(4, camera=ABOVE)
     others = lamps({2})
     others[0].light = replace(others[0].light, lighting_channels={3})
-    new = pica.Renderer(scene_of(ground(), *others), SIZE, settings(values), device)
-    np.testing.assert_array_equal(changed.color, new.render(4, ABOVE).color)
+    new = pica.Renderer(scene_of(ground(), *others), size=SIZE, settings=settings(values), device=device)
+    np.testing.assert_array_equal(changed.color, new.render(4, camera=ABOVE).color)
     nodes[0].light = None
-    assert renderer.render(1, ABOVE).color.mean() == 0 or lights > 1
+    assert renderer.render(1, camera=ABOVE).color.mean() == 0 or lights > 1
     nodes[0].light = PointLight(intensity=20.0)
-    assert renderer.render(1, ABOVE).color.mean() > 0
+    assert renderer.render(1, camera=ABOVE).color.mean() > 0
 
 
 def test_a_light_without_a_mesh_comes_at_run_time(device):
     scene = scene_of(floor())
-    renderer = pica.Renderer(scene, SIZE, settings(RAYS), device)
-    assert renderer.render(1, ABOVE).color.max() == 0
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(RAYS), device=device)
+    assert renderer.render(1, camera=ABOVE).color.max() == 0
     scene.add(shining(SUN, DOWN))
-    assert renderer.render(1, ABOVE).color.mean() == pytest.approx(0.5, rel=1e-2)
+    assert renderer.render(1, camera=ABOVE).color.mean() == pytest.approx(0.5, rel=1e-2)
 
 
 @pytest.mark.parametrize("values", TRACED, ids=["pipeline", "buffers", "embree"])
@@ -212,10 +212,10 @@ def test_emission_reaches_the_channels_of_its_node(device, values):
 def test_emission_that_surfaces_do_not_see_lights_nothing(device):
     glow = placed(plane(6, 3, lambert(0.0, emission=(2.0, 2.0, 2.0))), move(0, 1, 0) @ turn("x", 180))
     glow.visible_to_camera = False
-    renderer = pica.Renderer(scene_of(floor(), glow), SIZE, settings(RAYS), device)
+    renderer = pica.Renderer(scene_of(floor(), glow), size=SIZE, settings=settings(RAYS), device=device)
     for seen in (True, False, True):
         glow.visible_to_reflections = seen
-        assert (renderer.render(4, ABOVE).color.mean() > 0.1) == seen
+        assert (renderer.render(4, camera=ABOVE).color.mean() > 0.1) == seen
 
 
 def mirror_scene():

@@ -145,7 +145,7 @@ def test_level_of_detail_follows_the_distance(device):
     wall = placed(plane(2, 2, material), turn("x", 90))
     spread = []
     for distance in (1.0, 2.0, 4.0, 8.0, 16.0):
-        camera = Camera.look_at((0, 0, distance), (0, 0, 0), fov=2 * np.degrees(np.arctan(0.5 / distance)))
+        camera = Camera.look_at((0, 0, distance), (0, 0, 0), vertical_fov=2 * np.arctan(0.5 / distance))
         size = round(128 / distance)  # pixels for one metre, 128 texels
         spread.append(render(device, scene_of(wall), 1, camera, (size, size)).aov("albedo")[..., 0].std())
     # Averages of 4 times as many texels spread half as much; one texel a pixel: 0.5, softened by the filter.
@@ -162,3 +162,23 @@ def test_average_emission():
     assert average_emission(lamp) == pytest.approx(2)
     assert average_emission(Material(emission=(2, 2, 2), emissive_texture=Texture(Image(pixels)))) == pytest.approx(1)
     assert average_emission(Material(emission=(0, 1, 0))) == pytest.approx(0.7152)
+
+
+@pytest.mark.parametrize(("encoding", "expected"), [("srgb", linear(128)), ("linear", 128 / 255)])
+@pytest.mark.parametrize("slot", ["base_color", "emissive"])
+def test_images_that_say_what_they_are_are_decoded_so(device, slot, encoding, expected):
+    texture = Texture.from_array(np.full((4, 4), 128, np.uint8), encoding=encoding)
+    material = lambert(1, emission=(1, 1, 1), **{f"{slot}_texture": texture})
+    scene = scene_of(placed(plane(2, 2, material), turn("x", 90)))
+    frame = render(device, scene, 1, Camera.look_at((0, 0, 0.5), (0, 0, 0)), (8, 8))
+    found = frame.aov("albedo") if slot == "base_color" else frame.color
+    np.testing.assert_allclose(found, expected, atol=2e-3)
+    assert average_emission(material) == pytest.approx(1 if slot == "base_color" else expected, abs=0.01)
+
+
+def test_data_of_an_srgb_image_too(device):
+    texture = Texture.from_array(np.full((4, 4), 128, np.uint8), encoding="srgb")
+    material = lambert(1, metallic_roughness_texture=texture)
+    scene = scene_of(placed(plane(2, 2, material), turn("x", 90)))
+    frame = render(device, scene, 1, Camera.look_at((0, 0, 0.5), (0, 0, 0)), (8, 8))
+    np.testing.assert_allclose(frame.aov("roughness"), linear(128), atol=5e-3)

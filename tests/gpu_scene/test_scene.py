@@ -109,12 +109,12 @@ def test_a_node_without_anything_to_see_does_not_count_as_moved(device):
 def compare_with_new_scene(device, change, values=None, frames=2, tolerance=0.0):
     """The picture after `change` is the one of a scene that was built that way, to the last bit or `tolerance`."""
     scene = still_life()
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
-    before = renderer.render(1, CAMERA)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
+    before = renderer.render(1, camera=CAMERA)
     change({node.name: node for node in scene.nodes()})
     renderer.advance(CAMERA)
     renderer.reset()
-    after = renderer.render(frames, CAMERA)
+    after = renderer.render(frames, camera=CAMERA)
     fresh = still_life()
     change({node.name: node for node in fresh.nodes()})
     new = render(device, fresh, frames, CAMERA, values=values)
@@ -205,12 +205,12 @@ def test_copies_follow_their_node(device):
     node = placed(box(0.5, lambert()))
     node.instances = np.stack([move(-1, 0, 0), move(1, 0, 0)])
     scene = scene_of(node, environment=uniform(1))
-    renderer = pica.Renderer(scene, SIZE, settings(), device)
-    renderer.render(1, CAMERA)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(), device=device)
+    renderer.render(1, camera=CAMERA)
     node.transform = move(0, 0.7, 0) @ turn("y", 50)
     renderer.advance(CAMERA)
     renderer.reset()
-    moved = renderer.render(1, CAMERA)
+    moved = renderer.render(1, camera=CAMERA)
     new = render(device, scene, 1, CAMERA)
     np.testing.assert_array_equal(moved.color, new.color)
 
@@ -235,7 +235,7 @@ def test_an_empty_scene_shows_its_surroundings(device, values):
 
 def test_an_empty_scene_can_be_path_traced(device):
     scene = scene_of(environment=uniform(0.25, 0.5, 1))
-    frame = pica.PathTracer(scene, SIZE, device=device).render(2)
+    frame = pica.PathTracer(scene, size=SIZE, device=device).render(2)
     np.testing.assert_allclose(frame.color, np.broadcast_to([0.25, 0.5, 1], frame.color.shape), rtol=1e-6)
 
 

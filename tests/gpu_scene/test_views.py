@@ -18,8 +18,8 @@ from pica.scenes.placing import move, turn
 from pica.scenes.terrain import fractal_heights
 from tests.building import RASTER, RAYS, lambert, placed, scene_of, settings, uniform
 
-FROM_LEFT = pica.Camera.look_at((-3, 2, 4), (0, 0.4, 0), 45)
-FROM_RIGHT = pica.Camera.look_at((3.5, 1.5, 2), (0, 0.4, 0), 50)
+FROM_LEFT = pica.Camera.look_at((-3, 2, 4), (0, 0.4, 0), vertical_fov=np.radians(45))
+FROM_RIGHT = pica.Camera.look_at((3.5, 1.5, 2), (0, 0.4, 0), vertical_fov=np.radians(50))
 LARGE, SMALL = (64, 40), (40, 32)
 
 
@@ -55,7 +55,7 @@ class Stage:
 
 
 def renderer_of(stage, size, device, values=None):
-    return pica.Renderer(stage.scene, size, settings(values), device)
+    return pica.Renderer(stage.scene, size=size, settings=settings(values), device=device)
 
 
 def seen(frame):
@@ -81,9 +81,9 @@ def test_two_views_show_what_each_shows_alone(device, values):
             stage.at(0.15 * min(step, 4))
         for size, camera in looks.items():
             if size == LARGE or step in (0, 3, 4, 6):
-                assert_same(views[size].render(1, camera), alone[size].render(1, camera))
+                assert_same(views[size].render(1, camera=camera), alone[size].render(1, camera=camera))
     for size, camera in looks.items():
-        assert_same(views[size].render(4, camera), alone[size].render(4, camera))
+        assert_same(views[size].render(4, camera=camera), alone[size].render(4, camera=camera))
 
 
 def test_motion_is_since_the_views_own_frame_before(device):
@@ -91,14 +91,14 @@ def test_motion_is_since_the_views_own_frame_before(device):
     stage = Stage()
     often, seldom = (renderer_of(stage, LARGE, device) for _ in range(2))
     for renderer in (often, seldom):
-        renderer.render(1, FROM_LEFT)
+        renderer.render(1, camera=FROM_LEFT)
     for step in range(1, 4):
         stage.at(0.1 * step)
-        steps = often.render(1, FROM_LEFT).aov("motion")
-    whole = seldom.render(1, FROM_LEFT).aov("motion")
+        steps = often.render(1, camera=FROM_LEFT).aov("motion")
+    whole = seldom.render(1, camera=FROM_LEFT).aov("motion")
     assert np.abs(whole).max() > 1.5 * np.abs(steps).max() > 1
-    assert np.abs(seldom.render(1, FROM_LEFT).aov("motion")).max() < 1e-3
-    assert np.abs(often.render(1, FROM_LEFT).aov("motion")).max() < 1e-3
+    assert np.abs(seldom.render(1, camera=FROM_LEFT).aov("motion")).max() < 1e-3
+    assert np.abs(often.render(1, camera=FROM_LEFT).aov("motion")).max() < 1e-3
 
 
 def contents(value, found, depth=0):
@@ -121,8 +121,8 @@ def test_nothing_is_written_into_the_users_scene(device):
     before, changes = contents(stage.scene, []), stage.scene.subscribe()
     left, right = renderer_of(stage, LARGE, device), renderer_of(stage, SMALL, device)
     for _ in range(2):
-        left.render(1, FROM_LEFT)
-        right.render(1, FROM_RIGHT)
+        left.render(1, camera=FROM_LEFT)
+        right.render(1, camera=FROM_RIGHT)
     assert not changes.take().any()
     after = contents(stage.scene, [])
     assert len(before) == len(after) > 100
@@ -143,19 +143,19 @@ def test_a_scene_is_on_the_device_once_and_goes_with_its_last_view(device):
     gc.disable()  # what is dropped goes at once, not when somebody looks for cycles
     try:
         start, scene = device.memory, heavy_scene()
-        first = pica.Renderer(scene, SMALL, settings(), device)
-        first.render(1, FROM_LEFT)
+        first = pica.Renderer(scene, size=SMALL, settings=settings(), device=device)
+        first.render(1, camera=FROM_LEFT)
         with_one = device.memory
-        second = pica.Renderer(scene, SMALL, settings(), device)
-        second.render(1, FROM_RIGHT)
-        tracer = pica.PathTracer(scene, SMALL, 2, settings(), device)
-        tracer.render(1, FROM_RIGHT)
+        second = pica.Renderer(scene, size=SMALL, settings=settings(), device=device)
+        second.render(1, camera=FROM_RIGHT)
+        tracer = pica.PathTracer(scene, size=SMALL, max_depth=2, settings=settings(), device=device)
+        tracer.render(1, camera=FROM_RIGHT)
         assert second.view.scene is first.view.scene is tracer.view.scene
         with_three = device.memory
         assert with_one - start > 4e6 and with_three - with_one < 0.5 * (with_one - start)
         del first
         assert start + 3e6 < device.memory < with_three
-        second.render(1, FROM_RIGHT)
+        second.render(1, camera=FROM_RIGHT)
         second.close()
         tracer.close()
         assert device.memory == start
@@ -169,11 +169,11 @@ def test_a_scene_is_on_the_device_once_and_goes_with_its_last_view(device):
 
 def test_settings_of_what_views_share_must_agree(device):
     scene = scene_of(placed(box(1, lambert())), environment=uniform(1, 1, 1))
-    with pica.Renderer(scene, SMALL, settings(), device) as first:
+    with pica.Renderer(scene, size=SMALL, settings=settings(), device=device) as first:
         other = settings({"geometry.rebuild_at": "7"})
         with pytest.raises(SettingsError, match=r"geometry\.rebuild_at 7: another renderer"):
-            pica.Renderer(scene, SMALL, other, device)
-        second = pica.Renderer(scene, SMALL, settings(), device)
+            pica.Renderer(scene, size=SMALL, settings=other, device=device)
+        second = pica.Renderer(scene, size=SMALL, settings=settings(), device=device)
         with pytest.raises(SettingsError, match=r"geometry\.rebuild_at 7"):
             second.configure(other)
         first.close()
@@ -185,8 +185,12 @@ def test_whether_shadow_rays_go_through_glass_is_for_each_view_to_say(device):
     pane = placed(plane(3, 3, Material(transmission=1.0, roughness=0.0, base_color=(0.5, 0.9, 0.5, 1))), move(y=1))
     floor = placed(plane(4, 4, lambert()))
     scene = scene_of(floor, pane, environment=uniform(1, 1, 1))
-    sizes = {value: pica.PathTracer(scene, SMALL, 3, settings({"shadows.transparent": value}), device)
-             for value in ("true", "false")}  # fmt: skip
+    sizes = {
+        value: pica.PathTracer(
+            scene, size=SMALL, max_depth=3, settings=settings({"shadows.transparent": value}), device=device
+        )
+        for value in ("true", "false")
+    }
     assert sizes["true"].view.transparent and not sizes["false"].view.transparent
     assert sizes["true"].view.scene is sizes["false"].view.scene
 
@@ -194,19 +198,19 @@ def test_whether_shadow_rays_go_through_glass_is_for_each_view_to_say(device):
 def test_resizing_keeps_the_scene(device):
     stage = Stage()
     renderer = renderer_of(stage, LARGE, device)
-    renderer.render(2, FROM_RIGHT)
+    renderer.render(2, camera=FROM_RIGHT)
     scene, uploads = renderer.view.scene, renderer.view.geometry.positions
     renderer.resize(SMALL)
-    found = renderer.render(3, FROM_RIGHT)
+    found = renderer.render(3, camera=FROM_RIGHT)
     assert renderer.view.scene is scene and renderer.view.geometry.positions is uploads
-    assert_same(found, renderer_of(stage, SMALL, device).render(3, FROM_RIGHT))
+    assert_same(found, renderer_of(stage, SMALL, device).render(3, camera=FROM_RIGHT))
 
 
 def test_other_settings_leave_what_they_do_not_concern(device):
     stage = Stage()
     values = {"ambient_occlusion.mode": "ground_truth"}
     renderer = renderer_of(stage, LARGE, device, values)
-    renderer.render(2, FROM_LEFT)
+    renderer.render(2, camera=FROM_LEFT)
     kept = renderer.view.scene, renderer.shadows, renderer.gbuffer, renderer.antialiasing
     memory = device.memory
     renderer.configure(settings({**values, "post.exposure": "1.5"}))
@@ -215,11 +219,11 @@ def test_other_settings_leave_what_they_do_not_concern(device):
     assert renderer.ambient_occlusion is None
     assert device.memory < memory, "what an effect had is given back"
     renderer.reset()
-    found = renderer.render(3, FROM_LEFT)
-    assert_same(found, renderer_of(stage, LARGE, device).render(3, FROM_LEFT))
+    found = renderer.render(3, camera=FROM_LEFT)
+    assert_same(found, renderer_of(stage, LARGE, device).render(3, camera=FROM_LEFT))
 
 
 def test_a_process_has_one_device_for_an_adapter(device):
     scene = scene_of(placed(box(1, lambert())))
     assert open_device() is open_device(device.name) is open_device(device)
-    assert pica.Renderer(scene, SMALL).device is pica.PathTracer(scene, SMALL).device is open_device()
+    assert pica.Renderer(scene, size=SMALL).device is pica.PathTracer(scene, size=SMALL).device is open_device()

@@ -33,14 +33,14 @@ def scene(*nodes):
 
 
 def picture(device, shown, kind=pica.Renderer):
-    return kind(shown, SIZE, settings=settings(RAYS), device=device).render(1, CAMERA)
+    return kind(shown, size=SIZE, settings=settings(RAYS), device=device).render(1, camera=CAMERA)
 
 
 def first(renderer):
     """A frame that nothing came before."""
     if isinstance(renderer, pica.Renderer):
         renderer.reset()
-    return renderer.render(1, CAMERA)
+    return renderer.render(1, camera=CAMERA)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -70,7 +70,7 @@ def test_what_was_written_into_arrays_is_found_before_they_are_uploaded(device, 
     before = positions[5, 0]
     positions[5, 0] = np.nan
     with pytest.raises(SceneError, match=r"^mesh 'cube': part 0: section: positions: row 5 is not finite \(nan\)$"):
-        kind(shown, SIZE, device=device)
+        kind(shown, size=SIZE, device=device)
     positions[5, 0] = before
     np.testing.assert_array_equal(
         picture(device, shown, kind).color, picture(device, scene(placed(section())), kind).color
@@ -80,15 +80,15 @@ def test_what_was_written_into_arrays_is_found_before_they_are_uploaded(device, 
 @pytest.mark.parametrize("kind", [pica.Renderer, pica.PathTracer])
 def test_a_frame_that_cannot_be_shown_is_refused_until_that_is_mended(device, kind):
     shown = scene(placed(section(), name="cube"))
-    renderer = kind(shown, SIZE, settings=settings(RAYS), device=device)
-    renderer.render(1, CAMERA)
+    renderer = kind(shown, size=SIZE, settings=settings(RAYS), device=device)
+    renderer.render(1, camera=CAMERA)
     far = shown.add(Node("far"))
     far.transform = np.diag([1e30, 1e30, 1e30, 1])
     ball = far.add(placed(section(), np.diag([1e30, 1e30, 1e30, 1]), "ball"))
     shown.roots[0].transform = move(0.2, 0, 0)
     for _ in range(2):
         with pytest.raises(SceneError, match=r"^node 'ball': its place in the world is too large for 32-bit floats$"):
-            renderer.render(1, CAMERA)
+            renderer.render(1, camera=CAMERA)
     ball.transform, far.transform = move(-0.5, 0.5, 0), np.eye(4)
     alike = scene(placed(section(), move(0.2, 0, 0)), placed(section(), move(-0.5, 0.5, 0)))
     np.testing.assert_array_equal(first(renderer).aov("depth"), picture(device, alike, kind).aov("depth"))
@@ -96,8 +96,8 @@ def test_a_frame_that_cannot_be_shown_is_refused_until_that_is_mended(device, ki
 
 def test_what_cannot_be_shown_can_be_taken_out_again(device):
     shown = scene(placed(section(), name="cube"))
-    renderer = pica.Renderer(shown, SIZE, settings=settings(RAYS), device=device)
-    expected = renderer.render(1, CAMERA).aov("depth")
+    renderer = pica.Renderer(shown, size=SIZE, settings=settings(RAYS), device=device)
+    expected = renderer.render(1, camera=CAMERA).aov("depth")
     spoilt = placed(section(), name="spoilt")
     indices = spoilt.mesh.sections[0].indices.copy()
     indices[0, 0] = 77
@@ -107,24 +107,24 @@ def test_what_cannot_be_shown_can_be_taken_out_again(device):
     for node, fault in ((spoilt, "row 0 names vertex 77 of 24"), (lamp, "with the node's scale it is too large")):
         shown.add(node)
         with pytest.raises(SceneError, match=fault):
-            renderer.render(1, CAMERA)
+            renderer.render(1, camera=CAMERA)
         shown.remove(node)
         np.testing.assert_array_equal(first(renderer).aov("depth"), expected)
 
 
 def test_an_animated_node_that_leaves_the_numbers_says_so(device):
     shown = scene(placed(section(), name="cube"))
-    renderer = pica.Renderer(shown, SIZE, settings=settings(RAYS), device=device)
+    renderer = pica.Renderer(shown, size=SIZE, settings=settings(RAYS), device=device)
     cube = shown.roots[0]
-    renderer.render(1, CAMERA)
+    renderer.render(1, camera=CAMERA)
     above = shown.add(Node("above"))
     shown.remove(cube)
     above.add(cube)
     above.transform = cube.transform = move(3e38, 0, 0)
     with pytest.raises(SceneError, match=r"^node 'cube': its place in the world"):
-        renderer.render(1, CAMERA)
+        renderer.render(1, camera=CAMERA)
     above.transform = cube.transform = np.eye(4)
-    assert renderer.render(1, CAMERA).aov("instance").any()
+    assert renderer.render(1, camera=CAMERA).aov("instance").any()
 
 
 COUNTED = """
@@ -150,7 +150,7 @@ def test_parameters_of_materials_are_finite_numbers(device, tmp_path, name, valu
 
     def shown(parameters):
         material = Material("tally", type="counted", parameters=parameters)
-        return pica.Renderer(scene(placed(box(1, material))), SIZE, device=device)
+        return pica.Renderer(scene(placed(box(1, material))), size=SIZE, device=device)
 
     shown(parameters).close()
     with pytest.raises(MaterialTypeError, match=rf"^material 'tally': parameter '{name}' is .*, but must be a number"):

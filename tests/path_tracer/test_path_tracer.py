@@ -37,7 +37,7 @@ def test_a_white_ball_vanishes_in_a_white_world(device, metallic, roughness):
     """The furnace: what neither absorbs nor emits shows the radiance around it."""
     white = Material(base_color=(1, 1, 1, 1), metallic=metallic, roughness=roughness)
     scene = scene_of(placed(sphere(0.8, white)), environment=uniform(2.0))
-    camera = Camera.look_at((0, 0, 3), (0, 0, 0), fov=25)
+    camera = Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=math.radians(25))
     frame = trace(device, scene, 128, camera, SIZE)
     seen = frame.aov("instance") == 1
     assert seen.mean() > 0.5
@@ -58,9 +58,11 @@ def test_a_white_bowl_vanishes_in_a_white_world(device):
         )
     ]
     scene = scene_of(*walls, environment=uniform(1.0))
-    frame = trace(device, scene, 256, Camera.look_at((0, 0, 1.5), (0, 0, 0), fov=40), SIZE)
+    frame = trace(device, scene, 256, Camera.look_at((0, 0, 1.5), (0, 0, 0), vertical_fov=math.radians(40)), SIZE)
     assert frame.color.mean() == pytest.approx(1.0, rel=0.01)
-    half_depth = trace(device, scene, 16, Camera.look_at((0, 0, 1.5), (0, 0, 0), fov=40), SIZE, max_depth=4)
+    half_depth = trace(
+        device, scene, 16, Camera.look_at((0, 0, 1.5), (0, 0, 0), vertical_fov=math.radians(40)), SIZE, max_depth=4
+    )
     assert half_depth.color.mean() < 0.95, "light is still under way after four edges"
 
 
@@ -73,7 +75,7 @@ def closed_room(albedo, emission):
 @pytest.mark.parametrize(("albedo", "samples"), [(0.5, 64), (0.8, 64)])
 def test_radiance_in_a_closed_room(device, albedo, samples):
     """The geometric series of all bounces, Russian roulette included."""
-    camera = Camera.look_at((0.3, 0.2, 0.4), (-1, -0.3, -0.5), fov=80)
+    camera = Camera.look_at((0.3, 0.2, 0.4), (-1, -0.3, -0.5), vertical_fov=math.radians(80))
     color = trace(device, closed_room(albedo, 1.0), samples, camera, SIZE).color
     assert color.mean() == pytest.approx(1 / (1 - albedo), rel=0.01)
 
@@ -81,7 +83,7 @@ def test_radiance_in_a_closed_room(device, albedo, samples):
 @pytest.mark.parametrize("depth", [1, 2, 3, 6])
 def test_depth_counts_path_edges(device, depth):
     """1 shows what shines, each further edge one more bounce: a partial sum of the series."""
-    camera = Camera.look_at((0.3, 0.2, 0.4), (-1, -0.3, -0.5), fov=80)
+    camera = Camera.look_at((0.3, 0.2, 0.4), (-1, -0.3, -0.5), vertical_fov=math.radians(80))
     color = trace(device, closed_room(0.5, 1.0), 64, camera, SIZE, max_depth=depth).color
     assert color.mean() == pytest.approx(sum(0.5**bounce for bounce in range(depth)), rel=0.01)
 
@@ -97,17 +99,17 @@ def test_depth_one_shows_surroundings_and_unlit_surfaces(device):
 @pytest.mark.parametrize("depth", [0, -1])
 def test_impossible_depth_is_named(device, depth):
     with pytest.raises(SettingsError, match=f"max_depth {depth}"):
-        pica.PathTracer(scene_of(), SIZE, max_depth=depth, device=device)
+        pica.PathTracer(scene_of(), size=SIZE, max_depth=depth, device=device)
 
 
 def test_impossible_size_is_named(device):
     with pytest.raises(pica.errors.PicaError, match="picture size 0x5"):
-        pica.PathTracer(scene_of(), (0, 5), device=device)
+        pica.PathTracer(scene_of(), size=(0, 5), device=device)
 
 
 def test_same_seed_same_bits(device):
-    tracer = pica.PathTracer(still_life(), SIZE, device=device)
-    first, again = tracer.render(3, CAMERA).color, tracer.render(3, CAMERA).color
+    tracer = pica.PathTracer(still_life(), size=SIZE, device=device)
+    first, again = tracer.render(3, camera=CAMERA).color, tracer.render(3, camera=CAMERA).color
     np.testing.assert_array_equal(first, again)
     np.testing.assert_array_equal(first, trace(device, still_life(), 3, CAMERA, SIZE).color)
     other = trace(device, still_life(), 3, CAMERA, SIZE, values={"seed": "1"}).color
@@ -115,9 +117,9 @@ def test_same_seed_same_bits(device):
 
 
 def test_noise_falls_with_the_square_root_of_the_samples(device):
-    tracer = pica.PathTracer(still_life(), SIZE, device=device)
-    reference = tracer.render(512, CAMERA).color
-    errors = [np.abs(tracer.render(samples, CAMERA).color - reference).mean() for samples in (4, 64)]
+    tracer = pica.PathTracer(still_life(), size=SIZE, device=device)
+    reference = tracer.render(512, camera=CAMERA).color
+    errors = [np.abs(tracer.render(samples, camera=CAMERA).color - reference).mean() for samples in (4, 64)]
     assert 2.5 < errors[0] / errors[1] < 6
 
 
@@ -147,7 +149,7 @@ def test_sizes_of_objects_and_places_do_not_matter(device):
         ball = placed(sphere(0.5, lambert(0.7)), whole @ move(0, 0.5, 0))
         floor = placed(plane(3, 3, lambert(0.5)), whole)
         eye = (whole @ (0.4, 1.5, 3.4, 1))[:3]
-        camera = Camera.look_at(eye, (whole @ (0.1, 0.4, 0, 1))[:3], fov=42, near=0.01 * scale)
+        camera = Camera.look_at(eye, (whole @ (0.1, 0.4, 0, 1))[:3], vertical_fov=math.radians(42), near=0.01 * scale)
         scene = scene_of(
             ball, floor, shining(DirectionalLight(illuminance=3.0), turn("x", -50)), environment=uniform(0.5)
         )
@@ -210,10 +212,14 @@ def test_surroundings_lie_the_right_way_round(device, way):
     scene = scene_of(environment=Environment(directions_map()))
     picture = trace if way == "path traced" else render
     for direction, expected in LOOKS.items():
-        color = picture(device, scene, 1, Camera.look_at((0, 0, 0), direction, fov=20), (16, 16)).color
+        color = picture(
+            device, scene, 1, Camera.look_at((0, 0, 0), direction, vertical_fov=math.radians(20)), (16, 16)
+        ).color
         np.testing.assert_allclose(color, np.broadcast_to(expected, color.shape), atol=1e-5)
     # Facing +X with +Y up, +Z is to the right: the blue patch shows there in a wide view.
-    wide = picture(device, scene, 1, Camera.look_at((0, 0, 0), (1, 0, 0), fov=120), (64, 32)).color
+    wide = picture(
+        device, scene, 1, Camera.look_at((0, 0, 0), (1, 0, 0), vertical_fov=math.radians(120)), (64, 32)
+    ).color
     assert wide[:, 32:, 2].max() == pytest.approx(1, abs=1e-3)
     assert wide[:, :32, 2].max() == pytest.approx(0.5, abs=1e-3)
 
@@ -221,7 +227,7 @@ def test_surroundings_lie_the_right_way_round(device, way):
 def test_surroundings_turn_from_z_towards_x_and_scale(device):
     scene = scene_of(environment=Environment(directions_map(), strength=3.0, rotation=math.pi / 2))
     for look, expected in (((1, 0, 0), (0, 0, 3)), ((0, 0, -1), (3, 0, 0))):
-        color = trace(device, scene, 1, Camera.look_at((0, 0, 0), look, fov=20), (16, 16)).color
+        color = trace(device, scene, 1, Camera.look_at((0, 0, 0), look, vertical_fov=math.radians(20)), (16, 16)).color
         np.testing.assert_allclose(color, np.broadcast_to(expected, color.shape), atol=1e-4)
 
 
@@ -233,7 +239,7 @@ def test_lights_with_a_shape_are_not_seen_but_reflected(device):
     assert not alone.color.any()
     scene = scene_of(light, placed(plane(4, 4, mirror), move(0, 0, -1) @ turn("x", 90)))
     # A sample in some hundreds follows the lobe of many bounces and misses.
-    reflected = trace(device, scene, 512, Camera.look_at((0, 0, 3), (0, 0, -1), fov=20), SIZE)
+    reflected = trace(device, scene, 512, Camera.look_at((0, 0, 3), (0, 0, -1), vertical_fov=math.radians(20)), SIZE)
     assert reflected.color[18, 24].mean() == pytest.approx(5.0, rel=0.02)
 
 
@@ -247,15 +253,15 @@ def test_mirror_balls_reflection_is_sharp_and_complete(device):
 
 def test_progress_is_told(device):
     told = []
-    trace_progress = pica.PathTracer(still_life(), (8, 8), device=device)
-    trace_progress.render(5, CAMERA, progress=lambda done, total: told.append((done, total)))
+    trace_progress = pica.PathTracer(still_life(), size=(8, 8), device=device)
+    trace_progress.render(5, camera=CAMERA, progress=lambda done, total: told.append((done, total)))
     assert told == [(1, 5), (2, 5), (3, 5), (4, 5), (5, 5)]
 
 
 @pytest.mark.parametrize("samples", [0, -3])
 def test_no_samples_count_as_one(device, samples):
-    tracer = pica.PathTracer(still_life(), (8, 8), device=device)
-    np.testing.assert_array_equal(tracer.render(samples, CAMERA).color, tracer.render(1, CAMERA).color)
+    tracer = pica.PathTracer(still_life(), size=(8, 8), device=device)
+    np.testing.assert_array_equal(tracer.render(samples, camera=CAMERA).color, tracer.render(1, camera=CAMERA).color)
 
 
 def test_frame_carries_the_same_aovs_as_the_renderers(device):
@@ -266,9 +272,9 @@ def test_frame_carries_the_same_aovs_as_the_renderers(device):
 
 
 def test_older_pictures_stay(device):
-    tracer = pica.PathTracer(still_life(), SIZE, device=device)
-    frame = tracer.render(2, CAMERA)
-    tracer.render(3, Camera.look_at((3, 1, 0), (0, 0, 0)))
+    tracer = pica.PathTracer(still_life(), size=SIZE, device=device)
+    frame = tracer.render(2, camera=CAMERA)
+    tracer.render(3, camera=Camera.look_at((3, 1, 0), (0, 0, 0)))
     np.testing.assert_array_equal(frame.color, trace(device, still_life(), 2, CAMERA, SIZE).color)
 
 

@@ -71,7 +71,7 @@ def backdrop():
 
 
 def running(device, scene, values=None) -> pica.Renderer:
-    renderer = pica.Renderer(scene, SIZE, settings({**QUICK, **(values or {})}), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings({**QUICK, **(values or {})}), device=device)
     renderer.advance(CAMERA)
     return renderer
 
@@ -102,7 +102,7 @@ def test_a_new_type_is_shown_once_it_is_ready(device, register, values):
     seen = until_ready(renderer)
     assert len(seen) > 3, "frames went on"
     assert set(seen[:-1]) == {0.6} and seen[-1] == 0.25
-    settled = renderer.render(1, CAMERA)
+    settled = renderer.render(1, camera=CAMERA)
     fresh = render(device, scene, 1, CAMERA, SIZE, {**QUICK, **values})
     np.testing.assert_array_equal(settled.aov("albedo"), fresh.aov("albedo"))
 
@@ -122,7 +122,7 @@ def test_a_new_shape_waits_too(device, register):
     seen = until_ready(renderer)
     assert set(seen[:-1]) == {0.25} and seen[-1] == 0.75
     renderer.reset()  # to frame 0, which looks through the pixels' centres
-    settled = renderer.render(1, CAMERA)
+    settled = renderer.render(1, camera=CAMERA)
     fresh = render(device, scene, 1, CAMERA, SIZE, {**QUICK, **RAYS})
     np.testing.assert_array_equal(settled.aov("albedo"), fresh.aov("albedo"))
 
@@ -134,7 +134,7 @@ def test_render_shows_all_at_once(device, register):
     scene.add(wall(Material(type="plain")))
     albedo(renderer)
     assert renderer.pending_shaders > 0
-    assert renderer.render(1, CAMERA).aov("albedo")[8, 8, 0] == pytest.approx(0.25, abs=1e-3)
+    assert renderer.render(1, camera=CAMERA).aov("albedo")[8, 8, 0] == pytest.approx(0.25, abs=1e-3)
     assert renderer.pending_shaders == 0
     assert albedo(renderer) == 0.25
 
@@ -166,7 +166,7 @@ def test_a_faulty_type_is_reported_once_and_shown_when_mended(device, register):
     assert albedo(renderer) == 0.6
     assert renderer.pending_shaders == 0
     with pytest.raises(MaterialTypeError, match="'color' is not a member"):
-        renderer.render(1, CAMERA)
+        renderer.render(1, camera=CAMERA)
     register("plain", PLAIN)
     assert until_ready(renderer)[-1] == 0.25
 

@@ -190,14 +190,14 @@ def test_only_types_in_use_are_compiled_in(device, own_types):
 
 def test_a_type_may_come_while_frames_are_rendered(device, own_types):
     scene = scene_of(placed(plane(4, 4, lambert(0.6)), name="floor"), environment=sky())
-    renderer = pica.Renderer(scene, (48, 32), settings(RASTER), device)
-    before = renderer.render(1, CAMERA)
+    renderer = pica.Renderer(scene, size=(48, 32), settings=settings(RASTER), device=device)
+    before = renderer.render(1, camera=CAMERA)
     assert len(np.unique(before.aov("material"))) <= 2
     for node in samples():
         scene.add(node)
     scene.add(placed(sphere(0.5, marble()), move(0, 0.5, 0), "ball"))
     renderer.reset()
-    after = renderer.render(1, CAMERA).aov("albedo")
+    after = renderer.render(1, camera=CAMERA).aov("albedo")
     fresh = render(device, scene, 1, CAMERA, (48, 32), RASTER).aov("albedo")
     np.testing.assert_allclose(after, fresh, atol=1e-6)
     assert (after != before.aov("albedo")).any()

@@ -111,7 +111,7 @@ def lit(renderer: pica.Renderer) -> bool:
 
 
 def renderer_of(device, scene) -> pica.Renderer:
-    return pica.Renderer(scene, (16, 16), settings(QUICK), device)
+    return pica.Renderer(scene, size=(16, 16), settings=settings(QUICK), device=device)
 
 
 def known(renderer: pica.Renderer) -> set:
@@ -171,7 +171,7 @@ def test_a_light_that_changes_its_kind_shines_as_it_was_until_programs_know_it(d
     assert lit(renderer), "as it was"
     bulb.light = PointLight(intensity=1e-6)
     assert not lit(renderer), "this kind is known"
-    assert renderer.render(1, CAMERA).color[8, 8, 0] < 0.1, "nor is the other waited for"
+    assert renderer.render(1, camera=CAMERA).color[8, 8, 0] < 0.1, "nor is the other waited for"
     assert known(renderer) == {LIGHTS, FLAT_LIGHTS, ENVIRONMENT}
 
 
@@ -190,9 +190,9 @@ def test_a_light_that_goes_while_it_waits_is_not_waited_for(device, nothing_cach
 def test_whoever_waits_sees_a_new_light_at_once(device, nothing_cached):
     scene = backdrop()
     renderer = renderer_of(device, scene)
-    assert renderer.render(1, CAMERA).color.max() == 0
+    assert renderer.render(1, camera=CAMERA).color.max() == 0
     scene.add(shining(LAMP, ABOVE))
-    assert renderer.render(1, CAMERA).color[8, 8, 0] > 0.1
+    assert renderer.render(1, camera=CAMERA).color[8, 8, 0] > 0.1
 
 
 def test_emission_is_read_from_its_texture(device, nothing_cached):
@@ -237,10 +237,10 @@ def pictured(device, what: str, way: str = "hybrid", **values: str):
     camera = pica.Camera.look_at((0, 2, 2.5), (0, 0, 0))
     given = settings({"shadows.denoiser": "off", **values})
     if way == "hybrid":
-        made = pica.Renderer(scene, (24, 16), given, device)
+        made = pica.Renderer(scene, size=(24, 16), settings=given, device=device)
     else:
-        made = pica.PathTracer(scene, (24, 16), max_depth=3, settings=given, device=device)
-    found = made.render(4, camera).color, made.view.material_types
+        made = pica.PathTracer(scene, size=(24, 16), max_depth=3, settings=given, device=device)
+    found = made.render(4, camera=camera).color, made.view.material_types
     made.close()
     return found
 
@@ -326,7 +326,7 @@ def test_types_that_come_after_a_feature_keep_their_hit_groups(device, nothing_c
     pica.register_material("half", tmp_path / "half.slang")
     behind = placed(plane(2, 2, textured(base_color_texture=GREY)), move(0, 0, -1) @ turn("x", 90))
     scene = scene_of(behind, wall(Material(type="half", alpha_mode=AlphaMode.MASK)))
-    renderer = pica.Renderer(scene, (16, 16), settings({**QUICK, **values}), device)
-    found = renderer.render(1, CAMERA)
+    renderer = pica.Renderer(scene, size=(16, 16), settings=settings({**QUICK, **values}), device=device)
+    found = renderer.render(1, camera=CAMERA)
     assert [entry.name for entry in renderer.view.material_types] == ["standard", "features/", "half"]
     assert found.aov("albedo")[8, [4, 12], 0] == pytest.approx([0.25, 0.216], abs=0.01)

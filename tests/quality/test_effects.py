@@ -12,7 +12,7 @@ from pica.scenes.basic_meshes import box, plane
 from pica.scenes.placing import move, turn
 from tests.building import lambert, placed, scene_of, shining
 
-CAMERA = Camera.look_at((0, 6, 0.01), (0, 0, 0), fov=40)
+CAMERA = Camera.look_at((0, 6, 0.01), (0, 0, 0), vertical_fov=np.radians(40))
 SIZE = (48, 32)
 
 
@@ -33,10 +33,10 @@ def test_the_reference_of_a_penumbra_is_the_share_of_the_lamp_in_sight(device):
         shining(RectangleLight(radiance=10, width=2, height=2), move(0, 5, 0) @ turn("x", -90)),
     )
     # The camera looks from below the board's height, lest it see the board.
-    camera = Camera.look_at((0, 2.9, 0.01), (0, 0, 0), fov=80)
-    renderer = pica.Renderer(scene, (64, 36), device=device)
+    camera = Camera.look_at((0, 2.9, 0.01), (0, 0, 0), vertical_fov=np.radians(80))
+    renderer = pica.Renderer(scene, size=(64, 36), device=device)
     measured = MeasuredEffect(renderer, "shadows")
-    frame = renderer.render(1, camera)
+    frame = renderer.render(1, camera=camera)
     (found,) = measured.reference(1024).values()
     # From floor point x the edge at x = 0, y = 3 is seen at x - 5/3 x = -2/3 x on the lamp's plane, which spans -1..1.
     # A point of the lamp brings cos^2 / distance^2 = 5^2 / distance^4.
@@ -52,7 +52,7 @@ def test_the_reference_of_a_penumbra_is_the_share_of_the_lamp_in_sight(device):
 
 def test_sharp_shadows_equal_their_reference(device):
     scene = half_hidden(PointLight(intensity=10))
-    renderer = pica.Renderer(scene, SIZE, device=device)
+    renderer = pica.Renderer(scene, size=SIZE, device=device)
     errors = compare_effect(renderer, "shadows", "still", frames=2, samples=4, camera=CAMERA)
     assert errors.psnr == [120, 120] and list(errors.layers) == ["light 0"]
     # Jitter moves the edge by less than a pixel.
@@ -61,7 +61,7 @@ def test_sharp_shadows_equal_their_reference(device):
 
 def test_one_ray_of_a_wide_lamp_is_noise(device):
     scene = half_hidden(PointLight(intensity=10, radius=0.8))
-    renderer = pica.Renderer(scene, SIZE, settings=pica.Settings(), device=device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=pica.Settings(), device=device)
     errors = compare_effect(renderer, "shadows", "camera", frames=2, samples=256, camera=CAMERA)
     assert 5 < errors.numbers()["psnr"] < 60
     assert error_sheet(errors).shape[1] > 3 * SIZE[0]
@@ -96,6 +96,6 @@ def test_numbers_are_means_over_frames():
 
 def test_shadows_that_are_off_cannot_be_measured(device):
     settings = pica.Settings().with_values({"shadows.mode": "off"})
-    renderer = pica.Renderer(half_hidden(PointLight()), SIZE, settings, device)
+    renderer = pica.Renderer(half_hidden(PointLight()), size=SIZE, settings=settings, device=device)
     with pytest.raises(pica.errors.SettingsError, match="off"):
         compare_effect(renderer, "shadows", "still", 1, 1)

@@ -44,7 +44,7 @@ class TextureReader:
 def linear_pixels(texture: Texture, srgb: bool) -> NDArray[np.float32]:
     """(height, width, 4) linear values; alpha is linear always (IEC 61966-2-1 for the rest)."""
     values = texture.image.pixels.astype(np.float32) / 255
-    if srgb:
+    if srgb if texture.image.encoding is None else texture.image.encoding == "srgb":
         color = values[..., :3]
         values[..., :3] = np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)
     return values

@@ -17,7 +17,7 @@ from tests.reference.mitsuba_scene import render_reference
 from tests.reference.variant import dr, mi
 
 pytestmark = pytest.mark.thorough
-CAMERA = pica.Camera.look_at((0.7, 0.6, 1.2), (0, 0.34, 0), fov=35)
+CAMERA = pica.Camera.look_at((0.7, 0.6, 1.2), (0, 0.34, 0), vertical_fov=math.radians(35))
 
 
 def matt(*color):
@@ -35,7 +35,7 @@ def lit_floor(light, placement, environment=None):
 
 def looking_down(height=1.0, fov=2.0):
     """A camera that sees little more than the origin of the floor."""
-    return pica.Camera.look_at((0, height, 0), (0, 0, 0), fov=fov)
+    return pica.Camera.look_at((0, height, 0), (0, 0, 0), vertical_fov=math.radians(fov))
 
 
 DOWN = np.array([[1, 0, 0, 0], [0, 0, 1, 2], [0, -1, 0, 0], [0, 0, 0, 1]], np.float64)
@@ -73,7 +73,9 @@ def test_reference_environment_faces_the_right_way():
         x, z = corner
         toward = np.array([x, 0, z]) / math.sqrt(2)
         lit, dark = (
-            render_reference(scene, pica.Camera.look_at(side * toward * 3, (0, 0, 0), fov=5), (8, 8), 64, 2).mean()
+            render_reference(
+                scene, pica.Camera.look_at(side * toward * 3, (0, 0, 0), vertical_fov=math.radians(5)), (8, 8), 64, 2
+            ).mean()
             for side in (1, -1)
         )
         assert lit > 0.4 and dark < 0.01 * lit
@@ -88,7 +90,7 @@ def test_reference_textures_are_upright():
     material.base_color_texture = Texture(Image(pixels))
     scene = Scene(environment=pica.Environment(np.ones((8, 16, 3), np.float32)))
     scene.add(Node(mesh=mesh("floor", [plane(2, 2, material)])))
-    camera = pica.Camera.look_at((0, 4, 0), (0, 0, 0), fov=2 * math.degrees(math.atan(0.25)), up=(0, 0, -1))
+    camera = pica.Camera.look_at((0, 4, 0), (0, 0, 0), vertical_fov=2 * math.atan(0.25), up=(0, 0, -1))
     picture = render_reference(scene, camera, (4, 4), samples=64, max_depth=2)
     corners = picture[[0, 0, 3, 3], [0, 3, 0, 3]]
     np.testing.assert_allclose(corners > 0.3, np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]], bool))

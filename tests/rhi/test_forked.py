@@ -14,16 +14,16 @@ from tests.building import CAMERA, still_life
 
 raster = pica.Settings.preset("raster")
 scene = still_life()
-renderer = pica.Renderer(scene, (16, 16), raster)
-frame = renderer.render(1, CAMERA)
+renderer = pica.Renderer(scene, size=(16, 16), settings=raster)
+frame = renderer.render(1, camera=CAMERA)
 
 def read(): frame.color
-def render(): renderer.render(1, CAMERA)
+def render(): renderer.render(1, camera=CAMERA)
 def advance(): renderer.advance(CAMERA)
 def resize(): renderer.resize((8, 8))
 def close(): renderer.close()
-def another(): pica.Renderer(scene, (16, 16), raster)
-def path_tracer(): pica.PathTracer(scene, (16, 16))
+def another(): pica.Renderer(scene, size=(16, 16), settings=raster)
+def path_tracer(): pica.PathTracer(scene, size=(16, 16))
 def end():
     global renderer, frame
     del renderer, frame

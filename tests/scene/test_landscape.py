@@ -1,6 +1,7 @@
 """Levels of detail of a landscape: triangles, borders and which patches change."""
 
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -84,7 +85,7 @@ def test_a_moved_landscape_takes_levels_by_where_it_is():
 def test_heights_lie_on_the_surface():
     landscape = hills()
     surface = landscape.surface()
-    places = scatter(surface, 200, seed=2, steepest=89, sizes=(1, 1))
+    places = scatter(surface, 200, seed=2, steepest=math.radians(89), sizes=(1, 1))
     x, y, z = places[:, :3, 3].T
     np.testing.assert_allclose(landscape.height_at(x, z), y, atol=1e-5)
 

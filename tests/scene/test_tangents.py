@@ -3,8 +3,8 @@ import warnings
 import numpy as np
 import pytest
 
+from pica.scene.building import texture_coordinates
 from pica.scene.gltf import read
-from pica.scene.gltf.meshes import _texture_coordinates
 from pica.scene.normals import face_normals, perpendicular
 from pica.scene.tangents import generate_tangents
 from tests.assets import ASSETS, needs_assets
@@ -128,7 +128,7 @@ def test_agrees_with_the_tangents_that_flight_helmet_ships(mesh: int) -> None:
     section = [node.mesh for node in nodes if node.mesh][mesh].sections[0]
     texture = section.material.normal_texture
     assert texture is not None
-    uvs = _texture_coordinates(
+    uvs = texture_coordinates(
         {"POSITION": section.positions, "TEXCOORD_0": section.uv0}, texture.uv_set, texture.transform
     )
     tangents, source, _ = generate_tangents(section.positions, section.normals, uvs, section.indices)

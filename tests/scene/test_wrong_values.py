@@ -93,8 +93,11 @@ OBJECTS = [
 ]
 
 CALLS = [
-    (Camera.look_at, {"eye": (0, 0, 1), "target": (0, 0, 0), "fov": 40, "up": (0, 1, 0), "name": "", "near": 0.1}),
-    (Camera.framing, {"low": (0, 0, 0), "high": (1, 1, 1), "aspect": 1.0, "fov": 40}),
+    (
+        Camera.look_at,
+        {"eye": (0, 0, 1), "target": (0, 0, 0), "vertical_fov": 0.7, "up": (0, 1, 0), "name": "", "near": 0.1},
+    ),
+    (Camera.framing, {"low": (0, 0, 0), "high": (1, 1, 1), "aspect": 1.0, "vertical_fov": 0.7}),
     (Scene, {"name": "", "environment": None}),
     (Scene("scene").add, {"node": Node()}),
     (Scene("scene").remove, {"node": Node()}),
@@ -243,8 +246,8 @@ def test_properties_of_nodes_name_themselves(name):
         (lambda: Camera.look_at((1, 0, 0), (0, 0, 0), up=(0, np.nan, 0)), "camera '': up: row 1 is not finite (nan)"),
         (lambda: Camera.look_at((1, 0, 0), (0, 0, 0), up=(0, 0, 0)), "camera '': up: has no length"),
         (
-            lambda: Camera.look_at((1, 0, 0), (0, 0, 0), fov=180),
-            "camera '': fov: 180.0 is not between 0 and 180 degrees",
+            lambda: Camera.look_at((1, 0, 0), (0, 0, 0), vertical_fov=45),
+            "camera '': vertical_fov: 45.0 is not from 1e-06 to 3.14159 radians; for degrees, write math.radians(45)",
         ),
         (
             lambda: Camera.look_at((1, 0, 0), (0, 0, 0), near=0),
@@ -254,7 +257,7 @@ def test_properties_of_nodes_name_themselves(name):
         (lambda: Camera(np.eye(4), near=2, far=1, orthographic_height=1), "camera: near: 2 does not lie before far, 1"),
         (
             lambda: Camera(np.eye(4), vertical_fov=np.pi),
-            "camera: vertical_fov: 3.141592653589793 is not from 1e-06 to 3.14159",
+            "camera: vertical_fov: 3.141592653589793 is not from 1e-06 to 3.14159 radians",
         ),
         (
             lambda: setattr(Node("a"), "transform", np.diag([1e308, 1, 1, 1])),

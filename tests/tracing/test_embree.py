@@ -149,11 +149,13 @@ def test_hybrid_pictures_are_equal_while_a_node_moves(device):
     pictures = []
     for values in (PIPELINE, EMBREE):
         scene = still_life()
-        renderer = pica.Renderer(scene, SIZE, settings({"visibility.primary": "rays"} | values), device)
-        renderer.render(2, CAMERA)
+        renderer = pica.Renderer(
+            scene, size=SIZE, settings=settings({"visibility.primary": "rays"} | values), device=device
+        )
+        renderer.render(2, camera=CAMERA)
         board = next(node for node in scene.nodes() if node.name == "mask")
         board.transform = move(-0.2, 0.3, 0) @ board.transform
-        pictures.append(renderer.render(2, CAMERA))
+        pictures.append(renderer.render(2, camera=CAMERA))
     assert_same_picture(*pictures)
 
 
@@ -164,7 +166,7 @@ def test_layers_of_half_transparent_boards(device):
     glass.base_color = (0.8, 0.5, 0.3, 0.3)
     boards = [placed(plane(2, 2, glass), move(0, 0, -0.2 * n) @ turn("x", 90)) for n in range(8)]
     scene = scene_of(*boards, environment=still_life().environment)
-    camera = pica.Camera.look_at((0, 0, 3), (0, 0, 0), fov=40)
+    camera = pica.Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=np.radians(40))
     first, second = (trace(device, scene, 4, camera, max_depth=4, values=v) for v in (PIPELINE, EMBREE))
     assert_same_picture(first, second)
 

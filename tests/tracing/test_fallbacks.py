@@ -72,10 +72,10 @@ def two_frames(settings, device):
     bend(Mesh([box((0.3, 0.2, 0.6), lambert())]), spline, copies=3)
     scene.add(spline.node)
     scene.add(Node(mesh=Mesh([], primitives=[spheres([(-0.3, 0.2, 0.8)], 0.2, lambert(0.2, 0.6, 0.3))])))
-    renderer = Renderer(scene, SIZE, settings, device)
-    renderer.render(1, CAMERA)
+    renderer = Renderer(scene, size=SIZE, settings=settings, device=device)
+    renderer.render(1, camera=CAMERA)
     spline.set(curve + np.array([0, 0.2, 0]))
-    return renderer, renderer.render(1, CAMERA)
+    return renderer, renderer.render(1, camera=CAMERA)
 
 
 def test_a_frame_without_rays_is_that_of_the_raster_preset(device, raster_only, without_embree, told, monkeypatch):
@@ -98,7 +98,7 @@ def test_a_frame_without_rays_is_that_of_the_raster_preset(device, raster_only, 
 
 def test_the_path_tracer_is_an_error_of_one_line(raster_only, without_embree, told):
     with pytest.raises(DeviceError, match=r"path tracing: device '.*' has no ray tracing.*pip install") as raised:
-        pica.PathTracer(still_life(), SIZE, device=raster_only)
+        pica.PathTracer(still_life(), size=SIZE, device=raster_only)
     assert "\n" not in str(raised.value) and told() == []
 
 

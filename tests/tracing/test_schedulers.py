@@ -48,13 +48,15 @@ def test_buffers_follow_a_moving_scene(device):
     pictures = []
     for more in (PIPELINE, BUFFERS):
         scene = still_life()
-        renderer = pica.Renderer(scene, SIZE, settings({"visibility.primary": "rays"} | more), device)
-        renderer.render(2, CAMERA)
+        renderer = pica.Renderer(
+            scene, size=SIZE, settings=settings({"visibility.primary": "rays"} | more), device=device
+        )
+        renderer.render(2, camera=CAMERA)
         ball = next(node for node in scene.nodes() if node.name == "ball")
         moved = ball.transform.copy()
         moved[0, 3] += 0.4
         ball.transform = moved
-        pictures.append(renderer.render(2, CAMERA))
+        pictures.append(renderer.render(2, camera=CAMERA))
     assert_same(*pictures)
 
 

@@ -39,6 +39,7 @@ _TOP = 16384.0
 
 def bake(
     scene: Scene,
+    *,
     spacing: float | None = None,
     samples: int = 1024,
     settings: Settings | None = None,

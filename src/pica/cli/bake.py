@@ -36,7 +36,15 @@ def bake(
     began = time.perf_counter()
     with progress("Baking", json) as advance:
         partial = output.with_name(f"{output.name}.partial")
-        light_map = pica.bake(content, spacing, samples, settings, device, advance, partial)
+        light_map = pica.bake(
+            content,
+            spacing=spacing,
+            samples=samples,
+            settings=settings,
+            device=device,
+            progress=advance,
+            partial=partial,
+        )
         light_map.save(output)
     seconds = time.perf_counter() - began
     probes, size = len(light_map.harmonics), output.stat().st_size

@@ -95,11 +95,13 @@ def _whole(
     from pica import quality
 
     # First, as it is an error where nothing traces rays.
-    tracer = pica.PathTracer(renderer.scene, renderer.size, max_depth, renderer.settings, renderer.device)
+    tracer = pica.PathTracer(
+        renderer.scene, size=renderer.size, max_depth=max_depth, settings=renderer.settings, device=renderer.device
+    )
     with progress("Hybrid", json) as advance:
-        hybrid = renderer.render(frames, camera, advance)
+        hybrid = renderer.render(frames, camera=camera, progress=advance)
     with progress("Path traced", json) as advance:
-        reference = tracer.render(samples, camera, advance)
+        reference = tracer.render(samples, camera=camera, progress=advance)
     errors = quality.compare(reference.color, hybrid.color)
     panels = {
         f"hybrid, {frames} frames": quality.exposed(hybrid.color, errors.exposure),

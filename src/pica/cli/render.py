@@ -105,10 +105,10 @@ def render(
     loaded = time.perf_counter()
     renderer: Renderer | PathTracer
     if path_traced:
-        renderer = pica.PathTracer(content, pixels, settings=settings, device=device)
+        renderer = pica.PathTracer(content, size=pixels, settings=settings, device=device)
         kind, count = "samples", samples or 256
     else:
-        renderer = pica.Renderer(content, pixels, settings=settings, device=device, light_map=baked)
+        renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked)
         renderer.debug = any(name.startswith("debug.") for name in aov or [])
         kind, count = "frames", frames
     result: dict[str, Any] = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), kind: count}

@@ -104,7 +104,7 @@ class Sequence:
         return [self.start + number / self.fps for number in range(count)]
 
     def framing(self, scene: "Scene", times: list[float]) -> "Camera":
-        """A camera that shows the whole scene at all times; leaves the scene at the first of them."""
+        """A camera that shows what is looked at, at all times; leaves the scene at the first of them."""
         import numpy as np
 
         import pica
@@ -112,9 +112,9 @@ class Sequence:
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for time in reversed(times[:: math.ceil(len(times) / _FRAMED)]):
             scene.animate(time, find_animation(scene, self.animation))
-            corners = scene.bounds()
+            corners = scene.subject_bounds()
             low, high = np.minimum(low, corners[0]), np.maximum(high, corners[1])
-        return pica.Camera.framing(low, high, self.size[0] / self.size[1])
+        return pica.Camera.framing(low, high, aspect=self.size[0] / self.size[1])
 
     def missing(self, count: int) -> list[int]:
         """Which of `count` pictures an earlier run has not made. Raises PicaError if it made them in another size."""

@@ -1,5 +1,6 @@
 """What the commands render: a scene, a moment of it and where it is looked at from, by arguments that all share."""
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -49,7 +50,7 @@ class View:
     camera: Annotated[str | None, _option("NAME", "A camera of the scene.")] = None
     eye: Annotated[str | None, _option("X,Y,Z", "Where to look from, in metres.")] = None
     target: Annotated[str | None, _option("X,Y,Z", "What to look at, in metres.")] = None
-    fov: Annotated[float | None, _option("DEGREES", "Vertical field of view, 45 unless told.")] = None
+    fov: Annotated[float | None, _option("DEGREES", "Vertical field of view in degrees, 45 unless told.")] = None
     allow_outside: Annotated[
         bool, _flag("--allow-outside", "Also read files outside SCENE's folder, such as textures in ../")
     ] = False
@@ -84,7 +85,10 @@ class View:
         if self.eye is None or self.target is None:
             raise PicaError("--eye and --target go together; --fov needs both")
         eye, target = _point("--eye", self.eye), _point("--target", self.target)
-        return pica.Camera.look_at(eye, target, 45.0 if self.fov is None else self.fov)
+        degrees = 45.0 if self.fov is None else self.fov
+        if not 0 < degrees < 180:
+            raise PicaError(f"--fov {degrees:g} is not between 0 and 180 degrees")
+        return pica.Camera.look_at(eye, target, vertical_fov=math.radians(degrees))
 
 
 def takes_view(command: Callable[..., None]) -> Callable[..., None]:

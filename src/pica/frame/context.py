@@ -214,12 +214,13 @@ def _half_jitter(index: int, jitter: tuple[float, float]) -> spy.float2:
     return spy.float2(x, y)
 
 
+_LENS = ("vertical_fov", "near", "far", "orthographic_height", "principal_point", "pixel_aspect")
+
+
 def same_view(a: Camera, b: Camera) -> bool:
     """Whether two cameras show the same."""
     return a is b or (
-        bool(np.array_equal(a.transform, b.transform))
-        and (a.vertical_fov, a.near, a.far, a.orthographic_height)
-        == (b.vertical_fov, b.near, b.far, b.orthographic_height)
+        bool(np.array_equal(a.transform, b.transform)) and all(getattr(a, name) == getattr(b, name) for name in _LENS)
     )
 
 
@@ -233,18 +234,20 @@ def camera_constants(camera: Camera, size: Size, aspect: float | None = None, st
     # How much farther than this picture the other one reaches, to the right and down.
     across, down = (-(-length // step) * step / length for length in size)
     orthographic = camera.orthographic_height is not None
-    half = camera.orthographic_height / 2 if camera.orthographic_height else np.tan(camera.vertical_fov / 2)
+    half = camera.half_height
+    # From the view axis to the picture's middle, in halves of its width and height.
+    aside, above = 1 - 2 * camera.principal_point[0], 2 * camera.principal_point[1] - 1
     axes = camera.transform[:3, :3]
     return {
         "position": _float3(camera.transform[:3, 3]),
         "nearPlane": camera.near,
         "forward": _float3(-axes[:, 2]),
         "farPlane": camera.far,
-        "right": _float3(axes[:, 0] * half * (aspect or width / height) * across),
+        "right": _float3(axes[:, 0] * half * (aspect or width / height) * camera.pixel_aspect * across),
         "orthographic": int(orthographic),
         "up": _float3(axes[:, 1] * half * down),
-        "pixelSize": float(2 * half / height * step),
-        "shift": spy.float2(1 - 1 / across, 1 / down - 1),
+        "pixelSize": float(2 * half / height * step * max(camera.pixel_aspect, 1)),
+        "shift": spy.float2(1 - (1 - aside) / across, (1 + above) / down - 1),
     }
 
 

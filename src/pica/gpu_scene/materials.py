@@ -313,7 +313,7 @@ class MaterialTable:
                 continue
             height, width, _ = texture.image.pixels.shape
             entry = packed[f"{slot}_texture"]
-            images.append(self._image(texture.image, slot in _SRGB))
+            images.append(self._image(texture.image, _is_srgb(texture.image, slot)))
             entry["texture"] = images[-1].view.descriptor_handle_ro.value
             entry["sampler"] = self._sampler(texture.sampler).descriptor_handle.value
             entry["transform"] = np.reshape(texture.transform, (2, 3))
@@ -376,11 +376,16 @@ def _kind(material: Material) -> tuple[object, ...]:
     return material.type, material.double_sided, material.alpha_mode is AlphaMode.OPAQUE
 
 
+def _is_srgb(image: Image, slot: str) -> bool:
+    return slot in _SRGB if image.encoding is None else image.encoding == "srgb"
+
+
 def average_emission(material: Material) -> float:
     """Mean luminance that the material emits, nits; estimates what a light is worth, nothing more."""
     luminance = np.dot(material.emission, (0.2126, 0.7152, 0.0722))
     texture = material.emissive_texture
     if texture is not None and luminance > 0:
-        pixels = texture.image.pixels[::4, ::4, :3] / 255.0
-        luminance *= float(np.mean(pixels**2.2 @ (0.2126, 0.7152, 0.0722)))
+        exponent = 2.2 if _is_srgb(texture.image, "emissive") else 1.0
+        pixels = (texture.image.pixels[::4, ::4, :3] / 255.0) ** exponent
+        luminance *= float(np.mean(pixels @ (0.2126, 0.7152, 0.0722)))
     return float(luminance)

@@ -35,6 +35,7 @@ class PathTracer(Closing):
     def __init__(
         self,
         scene: Scene,
+        *,
         size: Size = (1280, 720),
         max_depth: int | None = None,
         settings: Settings | None = None,
@@ -78,6 +79,7 @@ class PathTracer(Closing):
     def render(
         self,
         samples: int = 1024,
+        *,
         camera: Camera | None = None,
         progress: Progress | None = None,
         denoise: Denoise = False,

@@ -74,10 +74,10 @@ def path_traced_sample(
     if not traces(device):
         return None
     samples = _SOFTWARE_SAMPLES if device.is_software else _HARDWARE_SAMPLES
-    with PathTracer(renderer.scene, renderer.size, settings=renderer.settings, device=device) as tracer:
+    with PathTracer(renderer.scene, size=renderer.size, settings=renderer.settings, device=device) as tracer:
         device.profiler.flush()
         device.profiler.finished.clear()
         # The first also fills the G-buffer, the last also makes the picture.
-        tracer.render(samples + 2, camera, progress)
+        tracer.render(samples + 2, camera=camera, progress=progress)
     sample = median(sum(times.values()) for times in list(device.profiler.finished)[1:-1])
     return {"samples": samples, "sample_ms": sample, "frame_over_sample": frame_ms / sample}

@@ -113,7 +113,7 @@ def compare_effect(
     play = sequence(motion, renderer.scene, camera, start, animation)
     errors, before, exposure = EffectErrors(), None, 0.0
     for frame in range(frames):
-        color = renderer.advance(play(frame), jittered)["color"]
+        color = renderer.advance(play(frame), jittered=jittered)["color"]
         # No frame is skipped: flicker counts every one.
         result, expected = measured.result(), measured.reference(samples)
         if measured.is_light:

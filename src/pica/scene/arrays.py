@@ -37,7 +37,7 @@ def numbers(*shape: Shape) -> Check[NDArray[Any]]:
     """Finite numbers that fit 32-bit floats, of whatever type they are."""
 
     def check(values: Any) -> NDArray[Any]:
-        array = _array(values, shape, "fiu", "numbers")
+        array = as_array(values, shape, "fiu", "numbers")
         floats()(array if array.dtype.kind == "f" else array.astype(np.float64))
         return array
 
@@ -49,7 +49,7 @@ def integers(dtype: DTypeLike, *shape: Shape) -> Check[NDArray[Any]]:
     made = np.dtype(dtype)
 
     def check(values: Any) -> NDArray[Any]:
-        array = _array(values, shape, "iu", "integers")
+        array = as_array(values, shape, "iu", "integers")
         if array.dtype != made:
             _check_range(array, np.iinfo(made))
         return _converted(array, made)
@@ -96,7 +96,7 @@ def place_of(bad: NDArray[np.bool_]) -> str:
 
 def _numbers(dtype: np.dtype[Any], shape: tuple[Shape, ...], low: float) -> Callable[[Any], NDArray[Any]]:
     def check(values: Any) -> NDArray[Any]:
-        array = _array(values, shape, "fiu", "numbers")
+        array = as_array(values, shape, "fiu", "numbers")
         kept = _converted(array, dtype)
         # The sum of squares tells in one go that nothing is amiss; if it does not, look more closely.
         if not np.vdot(kept, kept) <= LARGEST:
@@ -124,7 +124,7 @@ def _converted(array: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
         return np.array(array, dtype, order="C")
 
 
-def _array(values: Any, shape: tuple[Shape, ...], kinds: str, what: str) -> NDArray[Any]:
+def as_array(values: Any, shape: tuple[Shape, ...], kinds: str, what: str) -> NDArray[Any]:
     """The values as an array of a shape and of some kinds of numbers."""
     try:
         array = np.asarray(values)

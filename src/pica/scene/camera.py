@@ -2,33 +2,40 @@
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError, shown
-from pica.scene.arrays import affine, doubles
+from pica.scene.arrays import LARGEST_SIDE, affine, doubles
 from pica.scene.checked_field import CheckedField, described
-from pica.scene.values import UnfitError, checked, number, optional, positive, text
+from pica.scene.values import UnfitError, angle, checked, choice, number, optional, positive, text, vector, whole
 
 _FRAMING_DIRECTION = np.array([0.45, 0.35, 1.0])
 _FRAMING_SHARE = 0.9
 """Of the picture that a framed box may fill."""
+_WIDEST = math.radians(100.0)
+"""Of the views that `framing` takes where it has no room to step back."""
 
 
 _NARROWEST = 1e-6
 """Radians of a field of view; less is nothing in 32-bit floats."""
-_FOV = number(_NARROWEST, math.pi - _NARROWEST)
+_FOV = angle(_NARROWEST, math.pi - _NARROWEST)
 _MATRIX, _POINT = doubles(4, 4), doubles(3)
+_MIDDLE = (0.5, 0.5)
+Convention = Literal["opencv", "opengl"]
+"""What a camera's axes are called: "opencv" looks along +Z with +Y down, "opengl" along -Z with +Y up."""
+_CONVENTION = choice("opencv", "opengl")
+_TO_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
-def _degrees(value: float) -> float:
-    """A field of view, in degrees."""
-    found = number()(value)
-    if not _NARROWEST <= math.radians(found) <= math.pi - _NARROWEST:
-        raise UnfitError(f"{shown(found)} is not between 0 and 180 degrees")
-    return found
+def _size(value: Any) -> tuple[int, int]:
+    """Width and height of a picture."""
+    one = whole(1, LARGEST_SIDE)
+    width, height = vector(2)(value)
+    return one(width if width % 1 else int(width)), one(height if height % 1 else int(height))
 
 
 def _rigid(matrix: ArrayLike) -> NDArray[np.float64]:
@@ -50,14 +57,20 @@ class Camera:
 
     transform: CheckedField[NDArray[np.float64]] = CheckedField(_rigid)
     """(4, 4) camera to world, rotation and translation only."""
+    _: KW_ONLY
     vertical_fov: CheckedField[float] = CheckedField(_FOV, math.radians(45.0))
-    """Radians from the picture's lower to its upper edge, between 0 and pi; ignored when orthographic_height is set."""
+    """Radians from the lower to the upper edge of a picture with the axis in its middle, between 0 and pi; ignored when
+    orthographic_height is set."""
     near: CheckedField[float] = CheckedField(number(0), 0.01)
     """Metres along the view axis before which nothing is seen; above 0 unless orthographic_height is set."""
     far: CheckedField[float] = CheckedField(positive(), 1e4)
     """Metres; only an orthographic camera's depth uses it, a perspective one sees for ever."""
     orthographic_height: CheckedField[float | None] = CheckedField(optional(positive()), None)
     """Metres from the lower to the upper edge of an orthographic view; None: perspective."""
+    principal_point: CheckedField[tuple[float, float]] = CheckedField(vector(2), _MIDDLE)
+    """Where the view axis meets the picture: fractions of its width and height, from its upper left corner."""
+    pixel_aspect: CheckedField[float] = CheckedField(positive(), 1.0)
+    """Width of a pixel over its height."""
     name: CheckedField[str] = CheckedField(text, "")
 
     def __post_init__(self) -> None:
@@ -66,19 +79,87 @@ class Camera:
         if self.orthographic_height is not None and not self.near < self.far:
             raise SceneError(f"{described(self)}: near: {self.near:g} does not lie before far, {self.far:g}")
 
+    @property
+    def half_height(self) -> float:
+        """Half the picture's height: in metres if orthographic, else at distance 1."""
+        return math.tan(self.vertical_fov / 2) if self.orthographic_height is None else self.orthographic_height / 2
+
+    def reach(self, aspect: float) -> tuple[float, float]:
+        """How far a picture of that width over height reaches from the view axis, sideways and up or down, as far as it
+        does in either direction; units of half_height."""
+        x, y = (1 + abs(2 * at - 1) for at in self.principal_point)
+        return self.half_height * aspect * self.pixel_aspect * x, self.half_height * y
+
+    def intrinsics(self, size: tuple[int, int]) -> NDArray[np.float64]:
+        """(3, 3) the matrix K of a picture of `size`, (width, height) in pixels, as OpenCV has it.
+
+        K [R|t] takes points of the world to column and row, [R|t] being the inverse of `pose("opencv")`. Whole numbers
+        are at the middle of pixels: (0, 0) is that of the upper left one. Raises SceneError for an orthographic camera.
+        """
+        width, height = checked(f"{described(self)}: size", _size, size)
+        if self.orthographic_height is not None:
+            raise SceneError(f"{described(self)}: intrinsics: an orthographic camera has none")
+        focal = height / (2 * self.half_height)
+        x, y = self.principal_point
+        return np.array([[focal / self.pixel_aspect, 0, x * width - 0.5], [0, focal, y * height - 0.5], [0, 0, 1]])
+
+    def pose(self, convention: Convention) -> NDArray[np.float64]:
+        """(4, 4) camera to world, for a camera that looks along +Z with +Y down ("opencv") or -Z with +Y up ("opengl").
+
+        The world is pica's, +Y up, either way. Raises SceneError for another convention.
+        """
+        opencv = checked(f"{described(self)}: convention", _CONVENTION, convention) == "opencv"
+        return self.transform @ _TO_OPENCV if opencv else self.transform.copy()
+
+    @staticmethod
+    def from_intrinsics(
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        size: tuple[int, int],
+        pose: ArrayLike,
+        *,
+        convention: Convention = "opencv",
+        near: float = 0.01,
+        name: str = "",
+    ) -> "Camera":
+        """A calibrated camera without distortion, for pictures of `size`, (width, height) in pixels.
+
+        `fx`, `fy`: focal lengths in pixels. `cx`, `cy`: column and row at which the view axis meets the picture; whole
+        numbers are at the middle of pixels, as in OpenCV. Where a file counts from the picture's corner instead, as
+        COLMAP does, take 0.5 from both. `pose`: (4, 4) camera to world, by the axes of `convention`: the inverse of
+        OpenCV's [R|t]. Raises SceneError for what is not finite, not above 0 or not rotation and translation alone.
+        """
+        camera = f"camera {shown(checked('camera: name', text, name))}"
+        width, height = checked(f"{camera}: size", _size, size)
+        focal = [checked(f"{camera}: {axis}", positive(), value) for axis, value in (("fx", fx), ("fy", fy))]
+        middle = [checked(f"{camera}: {axis}", number(), value) for axis, value in (("cx", cx), ("cy", cy))]
+        placed = checked(f"{camera}: pose", _rigid, pose)
+        opencv = checked(f"{camera}: convention", _CONVENTION, convention) == "opencv"
+        return Camera(
+            placed @ _TO_OPENCV if opencv else placed,
+            vertical_fov=2 * math.atan(height / (2 * focal[1])),
+            near=near,
+            principal_point=((middle[0] + 0.5) / width, (middle[1] + 0.5) / height),
+            pixel_aspect=focal[1] / focal[0],
+            name=name,
+        )
+
     @staticmethod
     def look_at(
         eye: ArrayLike,
         target: ArrayLike,
-        fov: float = 45.0,
+        *,
+        vertical_fov: float = math.radians(45.0),
         up: ArrayLike = (0.0, 1.0, 0.0),
         name: str = "",
         near: float = 0.01,
     ) -> "Camera":
-        """A perspective camera at `eye` that looks at `target`; `fov` is vertical, in degrees.
+        """A perspective camera at `eye` that looks at `target`; `vertical_fov` in radians.
 
         `up` points up in the picture; where it points along the view, another direction does. Raises SceneError when
-        eye and target coincide, fov is not between 0 and 180, or anything is not finite.
+        eye and target coincide, vertical_fov is not between 0 and pi, or anything is not finite.
         """
         camera = f"camera {shown(checked('camera: name', text, name))}"
         eye_point, target_point = checked(f"{camera}: eye", _POINT, eye), checked(f"{camera}: target", _POINT, target)
@@ -87,7 +168,7 @@ class Camera:
         distance = np.linalg.norm(backward)
         if not distance > 0:
             raise SceneError(f"{camera}: eye and target are the same point {tuple(eye_point.tolist())}")
-        degrees = checked(f"{camera}: fov", _degrees, fov)
+        vertical_fov = checked(f"{camera}: vertical_fov", _FOV, vertical_fov)
         if not upward.any():
             raise SceneError(f"{camera}: up: has no length")
         backward /= distance
@@ -103,28 +184,44 @@ class Camera:
             backward,
             eye_point,
         )
-        return Camera(transform=transform, vertical_fov=math.radians(degrees), name=name, near=near)
+        return Camera(transform=transform, vertical_fov=vertical_fov, name=name, near=near)
 
     @staticmethod
-    def framing(low: ArrayLike, high: ArrayLike, aspect: float, fov: float = 40.0) -> "Camera":
+    def framing(
+        low: ArrayLike,
+        high: ArrayLike,
+        *,
+        aspect: float,
+        vertical_fov: float = math.radians(40.0),
+        farthest: float | None = None,
+    ) -> "Camera":
         """A camera that shows the whole box from `low` to `high`, slightly from above and from the right.
 
-        `aspect` is the picture's width over its height. Raises SceneError as look_at does.
+        `aspect` is the picture's width over its height, `vertical_fov` in radians. `farthest`: metres from the
+        box's middle at most; where that is too near, the view is wider, up to 100 degrees, even if that leaves corners
+        out. Raises SceneError as look_at does.
         """
         box = [checked(f"camera 'framing': {name}", _POINT, corner) for name, corner in (("low", low), ("high", high))]
         aspect = checked("camera 'framing': aspect", positive(), aspect)
-        fov = checked("camera 'framing': fov", _degrees, fov)
+        vertical_fov = checked("camera 'framing': vertical_fov", _FOV, vertical_fov)
         corners = np.array(list(itertools.product(*np.transpose(box))))
         center = corners.mean(0)
         radius = max(float(np.linalg.norm(corners[-1] - corners[0])) / 2, 1e-6)
-        view = Camera.look_at(_FRAMING_DIRECTION, np.zeros(3), fov).transform[:3, :3]
+        view = Camera.look_at(_FRAMING_DIRECTION, np.zeros(3)).transform[:3, :3]
         # In the camera's axes, a corner is inside the picture from the distance at which its slope is the edge's.
         offsets = (corners - center) @ view
-        slope = math.tan(math.radians(fov) / 2) * _FRAMING_SHARE
+        slope = math.tan(vertical_fov / 2) * _FRAMING_SHARE
         distance = max(
             float((np.abs(offsets[:, 0]) / (slope * aspect) + offsets[:, 2]).max()),
             float((np.abs(offsets[:, 1]) / slope + offsets[:, 2]).max()),
             radius * 1e-3,
         )
+        farthest = checked("camera 'framing': farthest", optional(positive()), farthest)
+        if farthest is not None and farthest < distance:
+            distance = farthest
+            depths = np.maximum(distance - offsets[:, 2], radius * 1e-3)
+            slope = float((np.abs(offsets[:, :2]) / (aspect, 1) / depths[:, None]).max())
+            vertical_fov = min(2 * math.atan(slope / _FRAMING_SHARE), max(vertical_fov, _WIDEST))
         eye = center + _FRAMING_DIRECTION / np.linalg.norm(_FRAMING_DIRECTION) * distance
-        return Camera.look_at(eye, center, fov, name="framing", near=max((distance - radius) * 0.1, radius * 1e-3))
+        near = max((distance - radius) * 0.1, radius * 1e-3)
+        return Camera.look_at(eye, center, vertical_fov=vertical_fov, name="framing", near=near)

@@ -87,18 +87,23 @@ def unchecked_constructor(made: type[_Made]) -> Callable[..., _Made]:
     """
     defaults: dict[str, Any] = {}
     factories: dict[str, Callable[[], Any]] = {}
+    checked = {name for name, value in vars(made).items() if isinstance(value, CheckedField)}
     for field in fields(made):  # type: ignore[arg-type]  # of a dataclass
         factory = field.default if isinstance(field.default, type) else field.default_factory
-        if callable(factory):
+        if callable(factory) and field.name in checked:
+            defaults[field.name] = read_only(factory())  # which all may share
+        elif callable(factory):
             factories[field.name] = factory
         elif field.default is not MISSING:
             defaults[field.name] = field.default
 
     def construct(**values: Any) -> _Made:
-        kept = defaults | {name: read_only(value) for name, value in values.items()}
+        kept = defaults | values
         for name, factory in factories.items():
             if name not in values:
-                kept[name] = read_only(factory())
+                kept[name] = factory()
+        for name in checked.intersection(values):
+            kept[name] = read_only(values[name])
         constructed = object.__new__(made)
         object.__setattr__(constructed, "__dict__", kept)  # classes may be frozen
         return constructed

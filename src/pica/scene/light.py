@@ -11,7 +11,7 @@ from typing import Literal
 from pica.errors import SceneError, shown
 from pica.scene.channels import ALL_CHANNELS, checked_channels
 from pica.scene.checked_field import CheckedField, described
-from pica.scene.values import BRIGHTEST, LARGEST, choice, number, optional, positive, text, vector
+from pica.scene.values import BRIGHTEST, LARGEST, angle, choice, number, optional, positive, text, vector
 
 Color = tuple[float, float, float]
 WHITE: Color = (1.0, 1.0, 1.0)
@@ -22,7 +22,7 @@ WIDEST = math.sqrt(LARGEST / (4 * math.pi))
 """Metres: the largest ball whose area shaders can hold."""
 _LENGTH = number(0, WIDEST)
 _SIZE = positive(WIDEST)
-_CONE = number(0, math.pi / 2)
+_CONE = angle(0, math.pi / 2)
 _RANGE = optional(positive())
 
 
@@ -52,7 +52,7 @@ class DirectionalLight(_AnyLight):
     color: CheckedField[Color] = CheckedField(COLOR, WHITE)
     illuminance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
     """Lux on a surface that faces the light."""
-    angular_diameter: CheckedField[float] = CheckedField(number(0, math.pi), 0.0)
+    angular_diameter: CheckedField[float] = CheckedField(angle(0, math.pi), 0.0)
     """Radians across the light's disk as seen from the scene; 0 gives hard shadows. The sun has 0.0093."""
     name: CheckedField[str] = CheckedField(text, "")
 

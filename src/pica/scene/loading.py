@@ -17,8 +17,8 @@ from pica.text import printable
 
 def load(
     path: str | Path,
-    environment: str | Path | Environment | None = None,
     *,
+    environment: str | Path | Environment | None = None,
     allow_outside: bool = False,
     limits: Limits | None = None,
 ) -> Scene:

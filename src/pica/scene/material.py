@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import shown
 from pica.scene.anisotropy import Anisotropy
@@ -18,8 +18,21 @@ from pica.scene.iridescence import Iridescence
 from pica.scene.light import COLOR, WHITE, Color
 from pica.scene.material_registry import STANDARD
 from pica.scene.sheen import Sheen
+from pica.scene.texels import texels
 from pica.scene.tracked_field import TrackedField
-from pica.scene.values import BRIGHTEST, UnfitError, flag, instance, number, optional, text, vector, whole
+from pica.scene.values import (
+    BRIGHTEST,
+    UnfitError,
+    checked,
+    choice,
+    flag,
+    instance,
+    number,
+    optional,
+    text,
+    vector,
+    whole,
+)
 
 _SHARE = number(0, 1)
 _NOT_NEGATIVE = number(0)
@@ -53,6 +66,10 @@ class Sampler:
     """Interpolate between texels; False shows them as blocks."""
 
 
+Encoding = Literal["srgb", "linear"]
+_ENCODING = choice("srgb", "linear")
+
+
 @dataclass(eq=False)
 class Image(Followed):
     """Pixels of a texture: (height, width, 4) uint8, row 0 on top; what they mean depends on the use.
@@ -63,6 +80,20 @@ class Image(Followed):
 
     pixels: TrackedField[NDArray[np.uint8]] = TrackedField(picture(integers(np.uint8, "height", "width", 4)))
     name: CheckedField[str] = CheckedField(text, "")
+    encoding: TrackedField[Encoding | None] = TrackedField(optional(_ENCODING), None)
+    """What red, green and blue are, wherever the image is used; None: as each use in Material says. Alpha is linear."""
+
+    @staticmethod
+    def from_array(array: ArrayLike, *, encoding: Encoding, name: str = "") -> "Image":
+        """An image of uint8, or of floats from 0 to 1, which are rounded to 8 bits as they are.
+
+        `array`: (height, width) or (height, width, 1 to 4), row 0 on top; one channel is grey, two are grey and alpha.
+        `encoding`: "srgb", as pictures are, or "linear", as measured numbers are; shaders decode the image so in
+        whichever texture of a material. Linear colours have few dark steps in 8 bits: encode them first. Raises
+        SceneError for other shapes, types and numbers.
+        """
+        encoding = checked("image: encoding", _ENCODING, encoding)
+        return Image(checked("image: array", picture(texels), array), name, encoding)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +108,13 @@ class Texture:
         vector(6), (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
     )
     """Rows of a 2x3 matrix: (u', v') = matrix * (u, v, 1) (KHR_texture_transform)."""
+
+    @staticmethod
+    def from_array(
+        array: ArrayLike, *, encoding: Encoding, sampler: Sampler | None = None, name: str = ""
+    ) -> "Texture":
+        """A texture of an array, as Image.from_array has it; `sampler` None: repeated, and interpolated."""
+        return Texture(Image.from_array(array, encoding=encoding, name=name), sampler or Sampler())
 
 
 _TEXTURE = optional(instance(Texture))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError
 from pica.scene.arrays import floats, integers, place_of
@@ -76,6 +76,33 @@ class Section(Followed):
         check_again(self)
         self.__post_init__()
 
+    @staticmethod
+    def from_arrays(
+        positions: ArrayLike,
+        indices: ArrayLike,
+        *,
+        normals: ArrayLike | None = None,
+        uv: ArrayLike | None = None,
+        uv1: ArrayLike | None = None,
+        colors: ArrayLike | None = None,
+        tangents: ArrayLike | None = None,
+        material: Material | None = None,
+        smooth: bool = True,
+    ) -> "Section":
+        """A section of positions (vertices, 3) in metres and indices (triangles, 3); what is not given is made.
+
+        `normals`: (vertices, 3) of any length; without them, the means of the triangles round each vertex or, with
+        `smooth` False, those of the triangles, whose corners become vertices of their own. `uv`, `uv1`: (vertices, 2),
+        v down, or zeros. `colors`: (vertices, 3) or with alpha (vertices, 4), linear, or white. `tangents`: (vertices,
+        4), only beside normals; without them, those of the material's normal map, where a vertex may become two.
+        `material`: white, rough and not a metal if none. Raises SceneError, which names the argument, for what is not
+        finite or does not fit.
+        """
+        from pica.scene.building import section_from_arrays  # which makes sections
+
+        given = {"normals": normals, "uv": uv, "uv1": uv1, "colors": colors, "tangents": tangents}
+        return section_from_arrays(positions, indices, material, smooth, **given)
+
     def take(self, vertices: NDArray[np.intp], indices: NDArray[np.uint32]) -> "Section":
         """The section with only the given vertices, (count,), in that order; `indices` (triangles, 3) count in them."""
         per_vertex = {name: getattr(self, name) for name in _OPTIONAL_ATTRIBUTES}
@@ -137,6 +164,27 @@ class Mesh(Followed):
         targets = {0 if s.morph_positions is None else len(s.morph_positions) for s in self.sections}
         if len(targets) > 1:
             raise SceneError(f"{described(self)}: sections: differ in their number of morph targets, {sorted(targets)}")
+
+    @staticmethod
+    def from_arrays(
+        positions: ArrayLike,
+        indices: ArrayLike,
+        *,
+        normals: ArrayLike | None = None,
+        uv: ArrayLike | None = None,
+        uv1: ArrayLike | None = None,
+        colors: ArrayLike | None = None,
+        tangents: ArrayLike | None = None,
+        material: Material | None = None,
+        smooth: bool = True,
+        name: str = "",
+    ) -> "Mesh":
+        """A mesh of one section of positions (vertices, 3) in metres and indices (triangles, 3).
+
+        All else as Section.from_arrays has it. For several materials, `Mesh([Section.from_arrays(...), ...])`.
+        """
+        given = {"normals": normals, "uv": uv, "uv1": uv1, "colors": colors, "tangents": tangents}
+        return Mesh([Section.from_arrays(positions, indices, material=material, smooth=smooth, **given)], name)
 
     def check(self) -> None:
         """Raises SceneError when the sections, as they are now, cannot be shown."""

@@ -13,11 +13,11 @@ from pica.scene.camera import Camera
 from pica.scene.changes import ChangeSet, Listeners
 from pica.scene.checked_field import CheckedField, described, fitting
 from pica.scene.environment import Environment
+from pica.scene.extents import framed, subject_box, whole_box
 from pica.scene.mesh import Mesh, Section
-from pica.scene.node import Node, all_instance_transforms, enter, loose, worth_checking
-from pica.scene.skin import deformed_positions
+from pica.scene.node import Node, enter, loose, worth_checking
 from pica.scene.tracked_field import TrackedField
-from pica.scene.values import LARGEST, UnfitError, instance, items, number, optional, text
+from pica.scene.values import UnfitError, instance, items, number, optional, text
 
 __all__ = ["Mesh", "Node", "Scene", "Section"]
 
@@ -128,35 +128,22 @@ class Scene:
 
         Raises SceneError for a mesh that cannot be shown, or cannot where it stands.
         """
-        alike: dict[Mesh | Node, list[Node]] = {}
-        for node in self.nodes():
-            if node.mesh is not None:
-                alike.setdefault(node if node.deforms else node.mesh, []).append(node)
-        low, high = np.full(3, np.inf), np.full(3, -np.inf)
-        for nodes in alike.values():
-            assert nodes[0].mesh is not None
-            corners = _corners(nodes[0], nodes[0].mesh)
-            if not len(corners):
-                continue
-            world, counts = all_instance_transforms(nodes)
-            points = np.einsum("nij,pj->npi", world[:, :3, :3], corners) + world[:, None, :3, 3]
-            far = ~(np.abs(points) <= LARGEST).all((1, 2))
-            if far.any():
-                node = nodes[int(np.repeat(np.arange(len(nodes)), counts)[far][0])]
-                raise SceneError(f"{described(node)}: its mesh is too large in the world for 32-bit floats")
-            low = np.minimum(low, points.min((0, 1), initial=np.inf))
-            high = np.maximum(high, points.max((0, 1), initial=-np.inf))
-        if not (low <= high).all():
-            return np.full(3, -0.5), np.full(3, 0.5)
-        return low, high
+        return whole_box(self.nodes())
+
+    def subject_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lowest and highest corner of the box round what is looked at, (3,) each: all meshes but grounds, walls and
+        skies that are far larger than the rest (docs/scenes.md, "What a picture shows"). Raises SceneError as bounds.
+        """
+        return subject_box(self.nodes())
 
     def default_camera(self, aspect: float) -> Camera:
-        """The file's first camera, or one that frames the whole scene; `aspect` is width over height.
+        """The file's first camera, or one that frames `subject_bounds`; `aspect` is width over height.
 
-        Raises SceneError for a scene that cannot be shown.
+        It stays on this side of walls that are no part of it, where there is room. Raises SceneError for a scene that
+        cannot be shown.
         """
         cameras = self.cameras()
-        return cameras[0] if cameras else Camera.framing(*self.bounds(), aspect)
+        return cameras[0] if cameras else framed(self.nodes(), aspect)
 
     def triangle_count(self) -> int:
         """Triangles over all nodes and copies."""
@@ -165,23 +152,6 @@ class Scene:
             for node in self.nodes()
             if node.mesh is not None
         )
-
-
-def _corners(node: Node, mesh: Mesh) -> NDArray[np.float64]:
-    """(8, 3) corners of the box round what the node's mesh shows; (0, 3) when that is nothing. Raises SceneError."""
-    mesh.check()
-    node.check()
-    used = [
-        (deformed_positions(section, node) if node.deforms else section.positions)[np.unique(section.indices)]
-        for section in mesh.sections
-        if len(section.indices)
-    ]
-    used += [primitives.bounds.reshape(-1, 3) for primitives in mesh.primitives]
-    if not sum(map(len, used)):
-        return np.zeros((0, 3))
-    points = np.concatenate(used).astype(np.float64)
-    low, high = points.min(0), points.max(0)
-    return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
 
 
 def _placed(camera: Camera, world: NDArray[np.float64]) -> Camera:

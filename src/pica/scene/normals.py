@@ -15,6 +15,23 @@ def face_normals(positions: NDArray[np.floating[Any]], triangles: NDArray[np.uin
     return _unit(normals, np.array([0.0, 0.0, 1.0])).astype(np.float32)
 
 
+def vertex_normals(positions: NDArray[np.floating[Any]], triangles: NDArray[np.uint32]) -> NDArray[np.float32]:
+    """(vertices, 3) the mean of the triangles at each vertex, weighted by their angles there; zero where none is.
+
+    Thurmer and Wuthrich 1998, "Computing Vertex Normals from Polygonal Facets": the same however a face is cut into
+    triangles.
+    """
+    corners = positions[triangles].astype(np.float64)
+    to_next = _unit(np.roll(corners, -1, axis=1) - corners, np.zeros(3))
+    to_previous = -np.roll(to_next, 1, axis=1)
+    angles = np.arccos(np.clip(np.einsum("tci,tci->tc", to_next, to_previous), -1.0, 1.0))
+    has_area = np.linalg.norm(np.cross(to_next[:, 0], to_previous[:, 0]), axis=1) > 0
+    weighted = face_normals(positions, triangles)[:, None] * (angles * has_area[:, None])[..., None]
+    normals = np.zeros((len(positions), 3))
+    np.add.at(normals, triangles, weighted)
+    return normals.astype(np.float32)
+
+
 def unit_normals(
     normals: NDArray[np.float32], positions: NDArray[np.float32], triangles: NDArray[np.uint32]
 ) -> NDArray[np.float32]:

@@ -51,6 +51,20 @@ def number(low: float = -LARGEST, high: float = LARGEST) -> Check[float]:
     return check
 
 
+def angle(low: float, high: float) -> Check[float]:
+    """Radians from low to high."""
+    any_number = number()
+
+    def check(value: Any) -> float:
+        found = any_number(value)
+        if not low <= found <= high:
+            hint = f"; for degrees, write math.radians({found:g})" if found > 2 * math.pi else ""
+            raise UnfitError(f"{shown(found)} is not from {low:g} to {high:g} radians{hint}")
+        return found
+
+    return check
+
+
 def positive(high: float = LARGEST) -> Check[float]:
     """A finite number above 0."""
     within = number(high=high)

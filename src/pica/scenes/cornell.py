@@ -38,7 +38,7 @@ def cornell() -> Scene:
     place(room, "short box", mesh("short box", [box(0.6, white)]), move(0.34, 0.3, 0.36) @ turn("y", -17))
     place(room, "tall box", mesh("tall box", [box((0.6, 1.2, 0.6), white)]), move(-0.34, 0.6, -0.28) @ turn("y", 18))
 
-    camera = Camera.look_at((0, 1, 4.9), (0, 1, 0), fov=30.0, name="front")
+    camera = Camera.look_at((0, 1, 4.9), (0, 1, 0), vertical_fov=np.radians(30.0), name="front")
     node = scene.add(Node("camera", camera=camera))
     node.transform = camera.transform
     return scene

@@ -48,7 +48,7 @@ def corridor() -> Scene:
     leaves = _lift(room)
     figures = _figures(room)
     scene.animations = [Animation(figures, "figures"), Animation(_opening(leaves), "lift")]
-    camera = Camera.look_at((1.0, 1.5, 3.2), (-0.1, 1.05, -1.2), fov=42.0, name="lobby")
+    camera = Camera.look_at((1.0, 1.5, 3.2), (-0.1, 1.05, -1.2), vertical_fov=np.radians(42.0), name="lobby")
     place(room, "camera", transform=camera.transform).camera = camera
     scene.animate(0.0)
     return scene

@@ -88,12 +88,12 @@ def scatter(
     count: int,
     seed: int = 0,
     sizes: tuple[float, float] = (0.7, 1.3),
-    steepest: float = 40.0,
+    steepest: float = math.radians(40.0),
     upright: float = 0.7,
 ) -> Floats:
     """(count, 4, 4) places on a surface, evenly over its area, for Node.instances.
 
-    `sizes`: least and largest scale. `steepest`: degrees from level beyond which nothing grows. `upright`: 1 stands
+    `sizes`: least and largest scale. `steepest`: radians from level beyond which nothing grows. `upright`: 1 stands
     along +Y, 0 along the surface's normal. The same seed gives the same places. Raises SceneError where all is too
     steep.
     """
@@ -101,9 +101,9 @@ def scatter(
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(across, axis=1)
     normals = across / np.maximum(area, 1e-30)[:, None]
-    area = np.where(normals[:, 1] >= math.cos(math.radians(steepest)), area, 0)
+    area = np.where(normals[:, 1] >= math.cos(steepest), area, 0)
     if not area.any():
-        raise SceneError(f"scatter: nowhere is the surface less steep than {steepest} degrees")
+        raise SceneError(f"scatter: nowhere is the surface less steep than {steepest:g} radians")
     rng = np.random.default_rng(seed)
     chosen = np.searchsorted(np.cumsum(area) / area.sum(), rng.random(count), side="right").clip(0, len(area) - 1)
     # Osada, Funkhouser, Chazelle and Dobkin 2002, "Shape Distributions", section 4.2

@@ -57,7 +57,7 @@ def landscape(seed: int = 1, plants: int = 1500) -> Scene:
     sun = DirectionalLight(color=(1.0, 0.86, 0.68), illuminance=4.0, angular_diameter=math.radians(1.5), name="sun")
     place(world, "sun", sun, aim((5.0, 4.5, 3.0), (0, 0, 0)))
     eye = float(ground.height_at(0.0, 5.0)) + 1.9
-    camera = Camera.look_at((0, eye, 5), (0, eye - 0.1, 4), fov=48.0, name="meadow")
+    camera = Camera.look_at((0, eye, 5), (0, eye - 0.1, 4), vertical_fov=math.radians(48.0), name="meadow")
     place(world, "camera", transform=camera.transform).camera = camera
     scene.animate(0.0)
     return scene

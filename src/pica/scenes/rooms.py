@@ -40,7 +40,7 @@ def rooms(door: float = 1.0) -> Scene:
     place(inside, "box", mesh("box", [box((0.8, 1.0, 0.8), blue)]), move(-2.6, 0.5, -0.9) @ turn("y", 20))
     lamp = scene.add(Node("lamp", light=RectangleLight(radiance=20.0, width=0.8, height=0.8)))
     lamp.transform = move(-2, 2.45, 0) @ turn("x", -90)
-    return _seen(scene, Camera.look_at((1.2, 1.5, 1.8), (-0.2, 1.0, -1.2), fov=75))
+    return _seen(scene, Camera.look_at((1.2, 1.5, 1.8), (-0.2, 1.0, -1.2), vertical_fov=math.radians(75)))
 
 
 def court() -> Scene:
@@ -63,7 +63,7 @@ def court() -> Scene:
         place(inside, f"ball {number}", mesh("ball", [sphere(0.45, stone)]), move(-0.8, 0.45, along))
     sun = scene.add(Node("sun", light=DirectionalLight(illuminance=30.0, angular_diameter=math.radians(0.5))))
     sun.transform = aim((8, 9, 2), (0, 0, 0))
-    return _seen(scene, Camera.look_at((1.8, 1.7, 4.2), (-1.0, 1.3, -2.0), fov=65))
+    return _seen(scene, Camera.look_at((1.8, 1.7, 4.2), (-1.0, 1.3, -2.0), vertical_fov=math.radians(65)))
 
 
 def _matte(red: float, green: float, blue: float) -> Material:

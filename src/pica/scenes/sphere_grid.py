@@ -53,6 +53,8 @@ def sphere_grid(columns: int = 7, rows: int = 3) -> Scene:
     soft_light = RectangleLight(color=(1.0, 0.94, 0.86), radiance=16.0, width=2.0, height=2.0, name="soft light")
     place(root, "soft light", soft_light, aim((3.0, 5.0, 3.5), (0.0, 0.4, 0.0)))
     distance = max(columns, 1.8 * rows)
-    camera = Camera.look_at((0, 0.76 * distance, 0.9 * distance), (0, 0.3, 0), fov=34.0, name="front")
+    camera = Camera.look_at(
+        (0, 0.76 * distance, 0.9 * distance), (0, 0.3, 0), vertical_fov=np.radians(34.0), name="front"
+    )
     place(root, "camera", transform=camera.transform).camera = camera
     return scene

@@ -34,7 +34,7 @@ def sphere_sweep() -> Scene:
                 root, f"sphere {row},{column}", Mesh([ball], ball.material.name), move(column - (STEPS - 1) / 2, 0.4, z)
             )
     _boards(root)
-    camera = Camera.look_at((0, 4.2, 8.2), (0, 0.4, 0), fov=35.0, name="front")
+    camera = Camera.look_at((0, 4.2, 8.2), (0, 0.4, 0), vertical_fov=np.radians(35.0), name="front")
     place(root, "camera", transform=camera.transform).camera = camera
     return scene
 

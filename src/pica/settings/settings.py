@@ -22,7 +22,10 @@ from pica.settings.setting import Group, Level, Value, declared, dotted, number
 
 @dataclass(frozen=True)
 class Settings(Group):
-    """Everything that can be set. Immutable: `with_values` or `dataclasses.replace` make variants."""
+    """Everything that can be set: `Settings(shadows=ShadowsSettings(mode="hard"))`, or by dotted names, `with_values`.
+
+    Immutable: `with_values` or `dataclasses.replace` make variants.
+    """
 
     visibility: VisibilitySettings = field(default_factory=VisibilitySettings)
     geometry: GeometrySettings = field(default_factory=GeometrySettings)
@@ -73,6 +76,14 @@ class Settings(Group):
         changed = {name: replace(getattr(self, name), **group) for name, group in groups.items()}
         return replace(self, **changed, **others)
 
+    def values(self) -> dict[str, Value]:
+        """Every setting by its dotted name; `Settings().with_values` of that are these settings again."""
+        return {
+            dotted(type(group), name): getattr(group, name)
+            for group in [*(getattr(self, name) for name in GROUPS), self]
+            for name in declared(type(group))
+        }
+
     def changed_groups(self, other: "Settings") -> frozenset[str]:
         """What differs from other settings: names of groups, and "seed"."""
         return frozenset(each.name for each in fields(self) if getattr(self, each.name) != getattr(other, each.name))
@@ -99,7 +110,7 @@ class Settings(Group):
         }
         presets = {}
         for name, preset in PRESETS.items():
-            values = _values(Settings.preset(name))
+            values = Settings.preset(name).values()
             changed = {path: value for path, value in values.items() if value != settings[path]["default"]}
             presets[name] = {"text": preset.text, "values": changed}
         return {"settings": settings, "groups": groups, "presets": presets}
@@ -140,12 +151,3 @@ def _value(group: type[Group], path: str, name: str, value: Any) -> Any:
         names = ", ".join(sorted([*known, *GROUPS] if group is Settings else known))
         raise SettingsError(f"setting {shown(path)} does not exist; {shown(name)} is not one of {names}")
     return known[name].read(value) if isinstance(value, str) else value
-
-
-def _values(settings: Settings) -> dict[str, Value]:
-    """All settings by dotted name."""
-    return {
-        dotted(type(group), name): getattr(group, name)
-        for group in [*(getattr(settings, name) for name in GROUPS), settings]
-        for name in declared(type(group))
-    }

@@ -20,11 +20,11 @@ MODES = ("ray_traced", "ground_truth")
 def renderer_of(device, scene, size=SIZE, preset="hybrid", values=None, **occlusion):
     chosen = pica.Settings.preset(preset).with_values(values or {})
     occlusion = {f"ambient_occlusion.{name}": str(value) for name, value in occlusion.items()}
-    return pica.Renderer(scene, size, chosen.with_values(occlusion), device)
+    return pica.Renderer(scene, size=size, settings=chosen.with_values(occlusion), device=device)
 
 
 def open_share(device, scene, camera, frames=1, **occlusion):
-    return renderer_of(device, scene, **occlusion).render(frames, camera).aov("ambient_occlusion")
+    return renderer_of(device, scene, **occlusion).render(frames, camera=camera).aov("ambient_occlusion")
 
 
 def under_a_ceiling():
@@ -32,7 +32,7 @@ def under_a_ceiling():
     scene = scene_of(
         placed(plane(60, 60, lambert())), placed(plane(60, 60, lambert(0.5, double_sided=True)), move(0, 1, 0))
     )
-    return scene, Camera.look_at((0, 0.9, 0.001), (0, 0, 0), fov=60)
+    return scene, Camera.look_at((0, 0.9, 0.001), (0, 0, 0), vertical_fov=np.radians(60))
 
 
 @pytest.mark.parametrize(("nearest", "furthest", "expected"), [(0, 2, 0.25), (0, 0.9, 1), (1.25, 2, 0.61)])
@@ -64,8 +64,8 @@ def test_beside_a_wall_a_segment_of_the_disk_is_closed(device, mode):
     scene, camera = beside_a_wall()
     # One slice tells little, and slices weigh differently in the filter's mean.
     renderer = renderer_of(device, scene, mode=mode, rays=16, filter=mode == "ground_truth")
-    mean = np.mean([renderer.render(1, camera).aov("ambient_occlusion") for _ in range(16)], axis=0)
-    normal = renderer.render(1, camera).aov("normal")
+    mean = np.mean([renderer.render(1, camera=camera).aov("ambient_occlusion") for _ in range(16)], axis=0)
+    normal = renderer.render(1, camera=camera).aov("normal")
     # Rows go up the picture, which is tilted by 45 degrees to the floor; its middle is the corner.
     row = np.arange(SIZE[1]) + 0.5
     distance = np.sqrt(2) * HEIGHT * (row / SIZE[1] - 0.5)
@@ -79,7 +79,7 @@ def test_beside_a_wall_a_segment_of_the_disk_is_closed(device, mode):
 
 @pytest.mark.parametrize("mode", MODES)
 def test_an_open_floor_and_the_surroundings_are_open(device, mode):
-    camera = Camera.look_at((0, 1, 3), (0, 0.6, 0), fov=60)
+    camera = Camera.look_at((0, 1, 3), (0, 0.6, 0), vertical_fov=np.radians(60))
     found = open_share(device, scene_of(placed(plane(9, 9, lambert()))), camera, 3, mode=mode)
     np.testing.assert_allclose(found, 1, atol=2e-3)
 
@@ -110,11 +110,11 @@ def test_the_first_frame_is_filtered_too(device):
 def test_what_goes_leaves_no_shadow_behind(device):
     lid = placed(box((0.8, 0.4, 0.8), lambert()), move(0, 0.5, 0), "lid")
     scene = scene_of(placed(plane(6, 6, lambert())), lid)
-    camera = Camera.look_at((0, 0.8, 3), (0, 0.1, 0), fov=30)
+    camera = Camera.look_at((0, 0.8, 3), (0, 0.1, 0), vertical_fov=np.radians(30))
     renderer = renderer_of(device, scene, mode="ray_traced", max_distance=1.0)
-    before = renderer.render(20, camera).aov("ambient_occlusion")
+    before = renderer.render(20, camera=camera).aov("ambient_occlusion")
     lid.transform = move(50, 0.5, 0)
-    after = [renderer.render(1, camera).aov("ambient_occlusion") for _ in range(6)]
+    after = [renderer.render(1, camera=camera).aov("ambient_occlusion") for _ in range(6)]
     dark = before < 0.5
     assert dark.sum() > 50
     assert after[0][dark].mean() > 0.8 and after[-1][dark].mean() > 0.95
@@ -122,10 +122,10 @@ def test_what_goes_leaves_no_shadow_behind(device):
 
 def test_reset_drops_the_history(device):
     renderer = renderer_of(device, still_life(), mode="ray_traced")
-    first = renderer.render(1, CAMERA).aov("ambient_occlusion")
-    renderer.render(3, CAMERA)
+    first = renderer.render(1, camera=CAMERA).aov("ambient_occlusion")
+    renderer.render(3, camera=CAMERA)
     renderer.reset()
-    np.testing.assert_array_equal(renderer.render(1, CAMERA).aov("ambient_occlusion"), first)
+    np.testing.assert_array_equal(renderer.render(1, camera=CAMERA).aov("ambient_occlusion"), first)
 
 
 def test_both_schedulers_give_the_same_bits(device):
@@ -134,7 +134,7 @@ def test_both_schedulers_give_the_same_bits(device):
     for more in schedulers:
         values = {"visibility.primary": "raster", **more}
         renderer = renderer_of(device, still_life(), values=values, mode="ray_traced", rays=2)
-        pair.append(renderer.render(3, CAMERA).aov("ambient_occlusion"))
+        pair.append(renderer.render(3, camera=CAMERA).aov("ambient_occlusion"))
     assert 0.3 < pair[0].mean() < 0.95
     np.testing.assert_array_equal(*pair)
 
@@ -145,7 +145,7 @@ def test_embree_meets_the_same(device):
     for more in ({"rays.scheduler": "pipeline"}, {"rays.scheduler": "buffers", "rays.tracer": "embree"}):
         values = {"visibility.primary": "raster", **more}
         renderer = renderer_of(device, still_life(), values=values, mode="ray_traced", rays=2, filter=False)
-        pair.append(renderer.render(1, CAMERA).aov("ambient_occlusion"))
+        pair.append(renderer.render(1, camera=CAMERA).aov("ambient_occlusion"))
     assert (pair[0] == pair[1]).mean() > 0.995
 
 
@@ -157,8 +157,8 @@ def test_a_prefiltered_environment_is_dimmed_in_the_surroundings_colour(device):
         environment=uniform(1, 1, 1),
     )
     values = {"max_distance": 2, "rays": 16}
-    frame = renderer_of(device, scene, preset="raster", mode="ray_traced", **values).render(8, camera)
-    plain = renderer_of(device, scene, preset="raster", mode="off").render(8, camera)
+    frame = renderer_of(device, scene, preset="raster", mode="ray_traced", **values).render(8, camera=camera)
+    plain = renderer_of(device, scene, preset="raster", mode="off").render(8, camera=camera)
     share = (frame.color / plain.color).mean((0, 1))
     # Jimenez et al. 2016, equation 10, at an open share of 1/4.
     albedo, open_ = np.array((0.8, 0.4, 0.1)), 0.25
@@ -173,22 +173,25 @@ def test_a_mirror_loses_what_is_not_open(device):
         placed(plane(60, 60, lambert(double_sided=True)), move(0, 1, 0)),
         environment=uniform(1, 1, 1),
     )
-    camera = Camera.look_at((0, 0.9, 0.001), (0, 0, 0), fov=60)
+    camera = Camera.look_at((0, 0.9, 0.001), (0, 0, 0), vertical_fov=np.radians(60))
     # Reflections over the picture would find themselves what hides the sky, and not what is beyond its edge.
     values = {"preset": "raster", "values": {"reflections.mode": "off"}, "mode": "ray_traced", "rays": 16}
     closed, opened = (
-        renderer_of(device, scene, max_distance=far, **values).render(8, camera).color.mean() for far in (20, 0.5)
+        renderer_of(device, scene, max_distance=far, **values).render(8, camera=camera).color.mean()
+        for far in (20, 0.5)
     )
     assert opened == pytest.approx(1, abs=0.02) and closed < 0.1
 
 
 def test_light_that_has_shadows_is_not_dimmed_twice(device):
-    pictures = [renderer_of(device, still_life(), mode=mode).render(2, CAMERA).color for mode in ("off", "ray_traced")]
+    pictures = [
+        renderer_of(device, still_life(), mode=mode).render(2, camera=CAMERA).color for mode in ("off", "ray_traced")
+    ]
     np.testing.assert_array_equal(*pictures)
 
 
 def test_the_raster_preset_needs_no_rays(device):
-    frame = renderer_of(device, still_life(), preset="raster").render(2, CAMERA)
+    frame = renderer_of(device, still_life(), preset="raster").render(2, camera=CAMERA)
     assert {"horizons", "occlusion_history"} <= set(frame.timings) and "occlusion_rays" not in frame.timings
     assert frame.aov("ambient_occlusion").min() < 0.7
 
@@ -196,7 +199,7 @@ def test_the_raster_preset_needs_no_rays(device):
 def test_views_show_the_filters_work(device):
     renderer = renderer_of(device, still_life(), mode="ray_traced")
     renderer.debug = True
-    frame = renderer.render(4, CAMERA)
+    frame = renderer.render(4, camera=CAMERA)
     raw, filtered, history, variance = (
         frame.aov(f"debug.ambient_occlusion.{name}") for name in ("raw", "filtered", "history", "variance")
     )

@@ -37,12 +37,12 @@ def tilted():
 
 
 def camera(x=0.0, y=0.0):
-    return Camera.look_at((x, y, 3), (x, y, 0), fov=40)
+    return Camera.look_at((x, y, 3), (x, y, 0), vertical_fov=np.radians(40))
 
 
 def renderer_of(device, scene, values=None):
     plain = {"shadows.mode": "off", "post.auto_exposure": "false"}
-    return pica.Renderer(scene, SIZE, pica.Settings().with_values(plain | (values or {})), device)
+    return pica.Renderer(scene, size=SIZE, settings=pica.Settings().with_values(plain | (values or {})), device=device)
 
 
 def shown(buffers):
@@ -52,14 +52,16 @@ def shown(buffers):
 def truth(renderer, view, samples=32):
     """The mean of jittered frames of one instant; `renderer` accumulates."""
     renderer.reset()
-    return renderer.render(samples, view).color
+    return renderer.render(samples, camera=view).color
 
 
 @pytest.mark.parametrize("upscale", ["1", "1.5"])
 def test_a_still_picture_is_the_plain_mean(device, upscale):
     scene, values = stage(box=tilted()), {"antialiasing.upscale": upscale}
-    still = renderer_of(device, scene, values).render(9, camera()).color
-    np.testing.assert_array_equal(still, renderer_of(device, scene, values | ACCUMULATE).render(9, camera()).color)
+    still = renderer_of(device, scene, values).render(9, camera=camera()).color
+    np.testing.assert_array_equal(
+        still, renderer_of(device, scene, values | ACCUMULATE).render(9, camera=camera()).color
+    )
     if upscale == "1":
         renderer, frames = renderer_of(device, scene), []
         for _ in range(9):
@@ -91,7 +93,7 @@ def test_what_rests_converges_while_something_else_moves(device):
     for frame in range(24):
         fan.transform = move(-1, 0, 0) @ turn("z", 7 * frame)
         moving = shown(renderer.advance(camera()))
-    still = renderer_of(device, scene, ACCUMULATE).render(24, camera()).color
+    still = renderer_of(device, scene, ACCUMULATE).render(24, camera=camera()).color
     right = np.s_[:, SIZE[0] // 2 + 4 :]
     off = np.abs(moving[right] - still[right]).max(-1)
     assert (off > 1e-4).mean() < 0.005 and off.max() < 0.02
@@ -101,9 +103,9 @@ def test_shading_that_changes_at_rest_is_followed(device):
     lamp = shining(DirectionalLight(illuminance=1.0), aim((0, 0, 1), (0, 0, 0)))
     scene = scene_of(placed(plane(12, 12, lambert(0.5)), turn("x", 90)), lamp)
     renderer = renderer_of(device, scene, {"lighting.environment": "off"})
-    dim = renderer.render(30, camera()).color
+    dim = renderer.render(30, camera=camera()).color
     lamp.light = DirectionalLight(illuminance=4.0)
-    np.testing.assert_allclose(renderer.render(1, camera()).color, 4 * dim, rtol=0.03)
+    np.testing.assert_allclose(renderer.render(1, camera=camera()).color, 4 * dim, rtol=0.03)
 
 
 @pytest.mark.parametrize(("upscale", "bound"), [("1", 0.6), ("1.5", 0.75)])
@@ -177,8 +179,8 @@ def test_all_pictures_have_the_output_size_and_nothing_is_blended(device):
     assert small.render_size == (43, 32) and small.size == SIZE
     frames = []
     for renderer in (native, small):
-        renderer.render(1, camera())
-        frames.append(renderer.render(4, camera(2 * PIXEL, PIXEL)))
+        renderer.render(1, camera=camera())
+        frames.append(renderer.render(4, camera=camera(2 * PIXEL, PIXEL)))
     full, scaled = frames
     assert scaled.aov_names == full.aov_names
     for name in full.aov_names:
@@ -195,9 +197,9 @@ def test_all_pictures_have_the_output_size_and_nothing_is_blended(device):
 
 def test_resizing_goes_by_the_output(device):
     renderer = renderer_of(device, stage(box=tilted()), {"antialiasing.upscale": "2"})
-    renderer.render(1, camera())
+    renderer.render(1, camera=camera())
     renderer.resize((50, 30))
-    frame = renderer.render(2, camera())
+    frame = renderer.render(2, camera=camera())
     assert frame.color.shape == frame.display.shape == (30, 50, 3)
     assert renderer.render_size == (25, 15)
 
@@ -205,7 +207,7 @@ def test_resizing_goes_by_the_output(device):
 def test_sharpness_raises_contrast_and_keeps_flat_areas(device):
     scene = stage(box=tilted())
     soft, sharp = (
-        renderer_of(device, scene, {"antialiasing.sharpness": str(s)}).render(16, camera()).color for s in (0, 1)
+        renderer_of(device, scene, {"antialiasing.sharpness": str(s)}).render(16, camera=camera()).color for s in (0, 1)
     )
     slope = [np.abs(np.diff(picture[..., 0], axis=1)).max(axis=1).mean() for picture in (soft, sharp)]
     assert slope[1] > 1.03 * slope[0]

@@ -76,7 +76,7 @@ def bumpy():
 
 VIEWS = {
     "still life": (still_life, CAMERA),
-    "cones": (cones, Camera.look_at((0, 1.2, 3.6), (0, 0.3, -0.3), fov=45)),
+    "cones": (cones, Camera.look_at((0, 1.2, 3.6), (0, 0.3, -0.3), vertical_fov=np.radians(45))),
     "masks": (masks, CAMERA),
     "blend": (glass, CAMERA),
     "bumpy": (bumpy, CAMERA),
@@ -118,7 +118,11 @@ def test_depth_of_a_plane_is_the_distance_along_the_axis(device, values):
 @pytest.mark.parametrize("perspective", [True, False], ids=["perspective", "orthographic"])
 def test_depth_of_a_slanted_plane_in_closed_form(device, values, perspective):
     """The floor y = 0 seen from above: the ray through each pixel centre meets it at a known distance."""
-    camera = Camera.look_at((0, 2, 3), (0, 0, -1), fov=40) if perspective else orthographic((0, 2, 3), (0, 0, -1), 2.5)
+    camera = (
+        Camera.look_at((0, 2, 3), (0, 0, -1), vertical_fov=np.radians(40))
+        if perspective
+        else orthographic((0, 2, 3), (0, 0, -1), 2.5)
+    )
     frame = render(device, scene_of(placed(plane(200, 200, lambert()))), 1, camera, values=values)
     origins, directions = pixel_rays(camera, SIZE)
     distance = -origins[..., 1] / directions[..., 1]
@@ -150,7 +154,7 @@ def test_near_plane_cuts(device, values):
     far_wall = placed(plane(50, 50, lambert(0.1)), move(0, 0, -3) @ turn("x", 90))
     scene = scene_of(near_wall, far_wall)
     for near, seen in ((0.99, 1), (1.01, 2)):
-        camera = Camera.look_at((0, 0, 0), (0, 0, -1), fov=90, near=near)
+        camera = Camera.look_at((0, 0, 0), (0, 0, -1), vertical_fov=np.radians(90), near=near)
         assert (render(device, scene, 1, camera, values=values).aov("instance") == seen).all()
 
 
@@ -164,7 +168,7 @@ def test_far_plane_of_an_orthographic_camera_cuts(device, values):
 
 @WAYS
 def test_normals_and_depth_of_a_sphere(device, values):
-    camera = front(4.0, fov=40)
+    camera = front(4.0, vertical_fov=np.radians(40))
     frame = render(device, scene_of(placed(sphere(1, lambert(), 128))), 1, camera, (96, 96), values)
     origins, directions = pixel_rays(camera, (96, 96))
     along = -np.sum(origins * directions, -1)
@@ -252,18 +256,18 @@ def test_blend_covers_a_share_of_the_frames(device, values):
     material = lambert(alpha_mode=AlphaMode.BLEND)
     material.base_color = (1, 1, 1, 0.25)
     scene = scene_of(placed(plane(9, 9, material), turn("x", 90)))
-    renderer = pica.Renderer(scene, (64, 64), settings(values), device)
-    covered = [(renderer.render(1, front(2.0)).aov("instance") == 1).mean() for _ in range(4)]
+    renderer = pica.Renderer(scene, size=(64, 64), settings=settings(values), device=device)
+    covered = [(renderer.render(1, camera=front(2.0)).aov("instance") == 1).mean() for _ in range(4)]
     assert np.mean(covered) == pytest.approx(0.25, abs=0.015)
     assert len(set(covered)) > 1, "another frame, other pixels"
 
 
 def frames_of_a_move(device, scene, values, before, after, change=lambda: None):
     """The second of two frames, with the jitter of both at the pixel centre."""
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
-    renderer.render(1, before)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
+    renderer.render(1, camera=before)
     change()
-    return renderer.render(1, after)
+    return renderer.render(1, camera=after)
 
 
 def expected_motion(frame, camera, before, place_before=None):
@@ -299,8 +303,8 @@ CAMERAS = {
     "travel": (Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0)), Camera.look_at((0.5, 1.5, 3.3), (0.3, 0.5, -0.2))),
     "turn": (Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0)), Camera.look_at((0.2, 1.4, 3.5), (0.4, 0.3, 0))),
     "zoom": (
-        Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0), fov=45),
-        Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0), fov=41),
+        Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0), vertical_fov=np.radians(45)),
+        Camera.look_at((0.2, 1.4, 3.5), (0, 0.4, 0), vertical_fov=np.radians(41)),
     ),
     "orthographic": (orthographic((0, 2, 3), (0, 0.3, 0), 3.0), orthographic((0.3, 2.2, 3), (0.2, 0.3, 0), 3.1)),
 }
@@ -338,11 +342,11 @@ def test_motion_of_a_moving_object(device, values):
 @WAYS
 def test_motion_ends_when_the_object_stops(device, values):
     scene = scene_of(placed(box(1, lambert())))
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
-    renderer.render(1, CAMERA)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
+    renderer.render(1, camera=CAMERA)
     next(scene.nodes()).transform = move(0.3, 0, 0)
-    assert np.abs(renderer.render(1, CAMERA).aov("motion")).max() > 1
-    np.testing.assert_allclose(renderer.render(1, CAMERA).aov("motion"), 0, atol=1e-3)
+    assert np.abs(renderer.render(1, camera=CAMERA).aov("motion")).max() > 1
+    np.testing.assert_allclose(renderer.render(1, camera=CAMERA).aov("motion"), 0, atol=1e-3)
 
 
 @WAYS
@@ -353,7 +357,7 @@ def test_motion_of_the_surroundings(device, values, name):
     if name == "travel":
         transform = camera.transform.copy()
         transform[:3, :3] = before.transform[:3, :3]
-        camera = Camera(transform, before.vertical_fov)
+        camera = Camera(transform, vertical_fov=before.vertical_fov)
     frame = frames_of_a_move(device, scene_of(environment=uniform(1)), values, before, camera)
     _, directions = pixel_rays_at(camera, sample_positions(SIZE, 1))
     expected = projected(before, (before.transform[:3, 3] + directions).reshape(-1, 3), SIZE).reshape(*SIZE[::-1], 2)
@@ -366,7 +370,7 @@ def test_motion_of_the_surroundings(device, values, name):
 def test_depth_change(device, values):
     """The third channel of the motion texture: metres along the axis to where the surface was."""
     scene = scene_of(placed(plane(50, 50, lambert()), turn("x", 90)))
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     renderer.advance(front(3.0))
     motion = motion_of(renderer.advance(front(2.75))["motion"].to_numpy())
     np.testing.assert_allclose(motion[..., 2], 0.25, atol=1e-4)

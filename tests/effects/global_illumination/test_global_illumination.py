@@ -23,7 +23,7 @@ def reflected(frame):
 
 
 def direct_and_indirect(device, scene, frames, values=ON):
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     return renderer, renderer.render(frames)
 
 
@@ -40,7 +40,7 @@ def direct_and_indirect(device, scene, frames, values=ON):
 )
 def test_a_still_picture_is_that_of_many_paths(device, name, values, tolerance):
     """Light of a lamp made of triangles, of a sun, and of a lamp in another room."""
-    renderer = pica.Renderer(getattr(pica.scenes, name)(), SIZE, settings(values), device)
+    renderer = pica.Renderer(getattr(pica.scenes, name)(), size=SIZE, settings=settings(values), device=device)
     camera = renderer.scene.default_camera(1.5)
     camera = replace(camera, transform=move(0.013, 0.007, 0) @ camera.transform)  # no pixel's centre is on an edge
     for _ in range(96):
@@ -58,11 +58,11 @@ def test_a_still_picture_is_that_of_many_paths(device, name, values, tolerance):
 def test_a_closed_door_keeps_the_light_out(device, values):
     """Also of who has just been in the lit room, whose surfels lie a few centimetres away."""
     scene = pica.scenes.rooms(door=0.0)
-    beside = pica.Camera.look_at((-1.2, 1.5, 1.8), (-2.4, 1.0, -1.2), fov=75)
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
-    lit = reflected(renderer.render(16, beside)).mean()
-    towards_the_door = pica.Camera.look_at((-1.2, 1.5, 1.8), (0.2, 1.0, -1.2), fov=75)
-    renderer.render(16, towards_the_door)
+    beside = pica.Camera.look_at((-1.2, 1.5, 1.8), (-2.4, 1.0, -1.2), vertical_fov=np.radians(75))
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
+    lit = reflected(renderer.render(16, camera=beside)).mean()
+    towards_the_door = pica.Camera.look_at((-1.2, 1.5, 1.8), (0.2, 1.0, -1.2), vertical_fov=np.radians(75))
+    renderer.render(16, camera=towards_the_door)
     assert lit > 0.1
     assert reflected(renderer.render(16)).mean() < 0.01 * lit
 
@@ -80,8 +80,8 @@ def test_metal_fields_keep_no_light_from_matte_ones(device, mode):
         shining(RectangleLight(radiance=20.0, width=0.8, height=0.5), move(0, 1, -1)),
     )
     values = {"global_illumination.mode": mode, "global_illumination.bounces": "1"}
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
-    camera = pica.Camera.look_at((0, 1.8, 2.6), (0, 0.2, -0.5), fov=50)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
+    camera = pica.Camera.look_at((0, 1.8, 2.6), (0, 0.2, -0.5), vertical_fov=np.radians(50))
     for _ in range(48):
         renderer.advance(camera, jittered=False)
     measured = MeasuredEffect(renderer, "global_illumination")
@@ -130,7 +130,7 @@ def test_what_is_thinner_than_two_pixels_has_the_light_of_surfels(device):
     wires = [placed(wire, move(0.11 * i - 0.6, 0.9, 0.2 * (i % 3)), f"wire {i}") for i in range(12)]
     for node in wires:
         scene.add(node)
-    renderer = pica.Renderer(scene, SIZE, settings(SURFELS), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(SURFELS), device=device)
     camera = scene.default_camera(1.5)
     for _ in range(24):
         seen = renderer.advance(camera, jittered=False)["visibility"]
@@ -146,7 +146,7 @@ def test_surfels_of_a_scene_at_rest_are_quiet(device):
     """Once nothing has changed for long; and a lamp that changes then is followed as ever."""
     scene = pica.scenes.rooms()
     lamp = next(node for node in scene.nodes() if node.light)
-    renderer = pica.Renderer(scene, SIZE, settings(SURFELS), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(SURFELS), device=device)
     camera = scene.default_camera(1.5)
 
     def following():
@@ -180,18 +180,18 @@ def test_surfels_ride_what_moves(device):
 def test_the_pool_of_surfels_never_runs_over(device):
     """A camera that looks elsewhere all the time, and room for few."""
     values = {**SURFELS, "global_illumination.surfels": "1000"}
-    renderer = pica.Renderer(pica.scenes.court(), SIZE, settings(values), device)
+    renderer = pica.Renderer(pica.scenes.court(), size=SIZE, settings=settings(values), device=device)
     for frame in range(40):
         angle = frame * 0.7
         target = (np.cos(angle), 1.2, np.sin(angle))
-        picture = renderer.render(1, pica.Camera.look_at((0, 1.5, 0), target, fov=70))
+        picture = renderer.render(1, camera=pica.Camera.look_at((0, 1.5, 0), target, vertical_fov=np.radians(70)))
         assert renderer.global_illumination.ray_counts()["surfel_rays"] <= 1024 and np.isfinite(picture.color).all()
     assert reflected(picture).mean() > 0.05
 
 
 def test_surfels_lie_evenly(device):
     """Coverage's deviation is small beside its mean."""
-    renderer = pica.Renderer(pica.scenes.cornell(), SIZE, settings(SURFELS), device)
+    renderer = pica.Renderer(pica.scenes.cornell(), size=SIZE, settings=settings(SURFELS), device=device)
     renderer.render(63)
     renderer.debug = True
     picture = renderer.render(1)
@@ -201,7 +201,7 @@ def test_surfels_lie_evenly(device):
 
 
 def test_what_is_known_of_surfels_can_be_seen(device):
-    renderer = pica.Renderer(pica.scenes.court(), SIZE, settings(SURFELS), device)
+    renderer = pica.Renderer(pica.scenes.court(), size=SIZE, settings=settings(SURFELS), device=device)
     renderer.render(8)
     assert not any(recipe.module.endswith("surfel_views.slang") for recipe in device.planned)  # nobody asked for it
     renderer.debug = True

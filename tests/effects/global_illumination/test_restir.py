@@ -17,19 +17,19 @@ RAW = "debug.global_illumination.raw"
 
 def closed_box():
     """Grey walls that shine, seen from within."""
-    inside = pica.Camera.look_at((0.9, 0.3, 1.2), (-1, -0.2, -1), fov=75)
+    inside = pica.Camera.look_at((0.9, 0.3, 1.2), (-1, -0.2, -1), vertical_fov=np.radians(75))
     return scene_of(placed(box((4, 3, 5), lambert(0.5, emission=(1.0, 1.0, 1.0), double_sided=True)))), inside
 
 
 def renderer_of(device, scene, values):
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     renderer.debug = True
     return renderer
 
 
 def lights(renderer, frames, camera=None):
     """(frames, height, width, 3) indirect light in each."""
-    return np.array([renderer.render(1, camera).aov("indirect") for _ in range(frames)])
+    return np.array([renderer.render(1, camera=camera).aov("indirect") for _ in range(frames)])
 
 
 def test_a_closed_box_is_as_bright_as_its_series_says(device):
@@ -100,7 +100,7 @@ def test_a_closing_door_is_followed(device):
 def test_after_a_cut_all_are_numbers(device):
     renderer = renderer_of(device, pica.scenes.court(), RESTIR)
     lights(renderer, 3)
-    elsewhere = pica.Camera.look_at((-2, 3, -3), (2, 0, 3), fov=80)
+    elsewhere = pica.Camera.look_at((-2, 3, -3), (2, 0, 3), vertical_fov=np.radians(80))
     after = lights(renderer, 8, elsewhere)
     fresh = lights(renderer_of(device, pica.scenes.court(), RESTIR), 8, elsewhere)
     assert np.isfinite(after).all() and after.mean() == pytest.approx(fresh.mean(), rel=0.1)

@@ -120,7 +120,7 @@ def density(inverse, directions):
 @pytest.mark.parametrize("metallic", [0.0, 1.0])
 def test_ratio_takes_what_is_hidden_out_of_the_highlight(device, metallic):
     """A ball before a lamp that a glossy floor mirrors is seen in the highlight, as by the path tracer."""
-    camera = Camera.look_at((0, 1.1, 3.4), (0, 0.35, 0), fov=38)
+    camera = Camera.look_at((0, 1.1, 3.4), (0, 0.35, 0), vertical_fov=np.radians(38))
     lamp = shining(RectangleLight(radiance=6, width=1.6, height=0.8), aim((0, 1.4, -2.2), (0, 0, 0.2)))
 
     def scene():
@@ -152,7 +152,7 @@ def test_the_reference_of_shadows_follows_the_ratio(device):
     lamp = shining(RectangleLight(radiance=6, width=1.6, height=0.8), aim((0, 1.4, -2.2), (0, 0, 0.2)))
     floor = Material(base_color=(0.5, 0.5, 0.5, 1), metallic=1.0, roughness=0.3)
     scene = scene_of(placed(plane(8, 8, floor)), placed(sphere(0.3, lambert(0.6)), move(0, 0.55, -0.6)), lamp)
-    camera = Camera.look_at((0, 1.1, 3.4), (0, 0.35, 0), fov=38)
-    renderer = pica.Renderer(scene, SIZE, settings({"lighting.area_shadows": "ratio"}), device)
+    camera = Camera.look_at((0, 1.1, 3.4), (0, 0.35, 0), vertical_fov=np.radians(38))
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings({"lighting.area_shadows": "ratio"}), device=device)
     errors = compare_effect(renderer, "shadows", "still", 16, 128, camera)
     assert errors.psnr[-1] > 25, errors.psnr

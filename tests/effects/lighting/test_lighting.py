@@ -28,7 +28,7 @@ from tests.building import (
 )
 
 SIZE = (64, 48)
-VIEW = Camera.look_at((0.3, 2.2, 3.2), (0, 0.3, 0), fov=40)
+VIEW = Camera.look_at((0.3, 2.2, 3.2), (0, 0.3, 0), vertical_fov=math.radians(40))
 ABOVE = orthographic((0, 4, 0), (0, 0, 0), 2.0)
 """Two metres of floor from edge to edge."""
 FROM = aim((0.8, 1.8, 0.9), (0, 0, 0))
@@ -262,8 +262,8 @@ def test_no_scene_takes_more_rays_than_the_budget(device, level, rays):
     sun = shining(DirectionalLight(illuminance=0.1, angular_diameter=0.02), turn("x", -60))
     sun.name = "sun"
     scene = stage(*many_lights(12), *lamp(), sun, environment=uniform(0.3, 0.4, 0.5))
-    renderer = pica.Renderer(scene, SIZE, pica.Settings().with_values({"shadows": level}), device)
-    renderer.render(1, VIEW)
+    renderer = pica.Renderer(scene, size=SIZE, settings=pica.Settings().with_values({"shadows": level}), device=device)
+    renderer.render(1, camera=VIEW)
     traced = renderer.shadows.ray_counts()["shadow_rays"]
     assert (rays - 1) * SIZE[0] * SIZE[1] < traced <= rays * SIZE[0] * SIZE[1]
     assert renderer.single_lights == ["sun"][: rays - 1], "the strongest light is another one"
@@ -362,7 +362,7 @@ def test_prefiltered_sky_is_close_to_the_sampled_one_on_diffuse_surfaces(device,
     """One ball alone, so that nothing hides the sky: irradiance by direction. A small sun is caught less well."""
     environment = sky() if sun else Environment(np.clip(sky().radiance, 0, 0.5))
     scene = scene_of(placed(sphere(0.8, lambert(0.8), 64)), environment=environment)
-    camera = Camera.look_at((0, 0.5, 3), (0, 0, 0), fov=32)
+    camera = Camera.look_at((0, 0.5, 3), (0, 0, 0), vertical_fov=math.radians(32))
     sampled = trace(device, scene, 256, camera, SIZE, max_depth=2)
     prefiltered = render(device, scene, 1, camera, SIZE, {"lighting.environment": "prefiltered"})
     # Away from the ball's edge, where the path tracer's pixels are partly sky.
@@ -379,7 +379,9 @@ def test_prefiltered_sky_reflects_by_roughness(device):
         ball = Material(base_color=(1, 1, 1, 1), metallic=1.0, roughness=roughness)
         scene = scene_of(placed(sphere(0.8, ball, 64)), environment=uniform(2.0))
         values = {"lighting.environment": "prefiltered"}
-        frame = render(device, scene, 1, Camera.look_at((0, 0, 3), (0, 0, 0), fov=30), SIZE, values)
+        frame = render(
+            device, scene, 1, Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=math.radians(30)), SIZE, values
+        )
         seen = frame.aov("instance") == 1
         np.testing.assert_allclose(frame.color[seen].mean(), 2.0, rtol=0.03)
 
@@ -396,7 +398,8 @@ def test_surroundings_off_light_nothing_but_are_seen(device):
 def test_another_seed_is_another_noise_of_the_same_strength(device):
     scene = STAGES["wide sun"]()
     first, again, other = (
-        pica.Renderer(scene, SIZE, settings({"seed": seed}), device).render(1, VIEW).color for seed in ("0", "0", "7")
+        pica.Renderer(scene, size=SIZE, settings=settings({"seed": seed}), device=device).render(1, camera=VIEW).color
+        for seed in ("0", "0", "7")
     )
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()

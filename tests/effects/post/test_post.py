@@ -12,8 +12,10 @@ SIZE = (24, 16)
 
 def shown(device, brightness, **values):
     scene = scene_of(placed(plane(0.01, 0.01, lambert())), environment=uniform(brightness, brightness, brightness))
-    renderer = pica.Renderer(scene, SIZE, settings({f"post.{k}": str(v) for k, v in values.items()}), device)
-    return renderer.render(2, CAMERA).display
+    renderer = pica.Renderer(
+        scene, size=SIZE, settings=settings({f"post.{k}": str(v) for k, v in values.items()}), device=device
+    )
+    return renderer.render(2, camera=CAMERA).display
 
 
 @pytest.mark.parametrize("brightness", [1e-3, 1.0, 1e4])
@@ -30,9 +32,9 @@ def test_a_stop_more_is_twice_the_light(device):
 
 def test_another_size(device):
     scene = scene_of(placed(plane(0.01, 0.01, lambert())), environment=uniform(1, 1, 1))
-    renderer = pica.Renderer(scene, SIZE, device=device)
-    first = renderer.render(1, CAMERA).display
+    renderer = pica.Renderer(scene, size=SIZE, device=device)
+    first = renderer.render(1, camera=CAMERA).display
     renderer.resize((40, 10))
-    second = renderer.render(1, CAMERA).display
+    second = renderer.render(1, camera=CAMERA).display
     assert first.shape == (16, 24, 3) and second.shape == (10, 40, 3)
     assert abs(int(first[0, 0, 0]) - int(second[0, 0, 0])) <= 1

@@ -14,7 +14,7 @@ from tests.building import lambert, placed, scene_of, settings
 SIZE = (48, 32)
 SHINES, REFLECTS = 0.25, 0.75
 EYE = (0.3, 0.2, -0.2)
-TOWARDS_THE_MIRROR = Camera.look_at(EYE, (0, 0, -1), fov=80)
+TOWARDS_THE_MIRROR = Camera.look_at(EYE, (0, 0, -1), vertical_fov=np.radians(80))
 SURFELS = {"global_illumination.mode": "surfels", "global_illumination.surfels": "8000"}
 
 
@@ -29,18 +29,24 @@ def furnace():
 
 @pytest.fixture(scope="module")
 def baked(device):
-    return pica.bake(furnace(), 0.5, 512, device=device)
+    return pica.bake(furnace(), spacing=0.5, samples=512, device=device)
 
 
 def in_the_mirror(device, values, light_map=None, look_about=0):
     """Mean light of the mirror's pixels, of all, and of what is behind the camera."""
-    renderer = pica.Renderer(furnace(), SIZE, settings({"reflections.mode": "ray_traced", **values}), device, light_map)
+    renderer = pica.Renderer(
+        furnace(),
+        size=SIZE,
+        settings=settings({"reflections.mode": "ray_traced", **values}),
+        device=device,
+        light_map=light_map,
+    )
     for towards in np.random.default_rng(1).normal(size=(look_about, 3)):
-        renderer.advance(Camera.look_at(EYE, EYE + towards, fov=80))
-    frame = renderer.render(16, TOWARDS_THE_MIRROR)
+        renderer.advance(Camera.look_at(EYE, EYE + towards, vertical_fov=np.radians(80)))
+    frame = renderer.render(16, camera=TOWARDS_THE_MIRROR)
     shown = frame.aov("metallic") > 0.5
     assert 0.4 < shown.mean() < 1
-    behind = renderer.render(16, Camera.look_at(EYE, (EYE[0], EYE[1], 1), fov=80))
+    behind = renderer.render(16, camera=Camera.look_at(EYE, (EYE[0], EYE[1], 1), vertical_fov=np.radians(80)))
     return frame.color[shown].mean(), frame.color.mean(), behind.color.mean()
 
 
@@ -71,20 +77,20 @@ def test_where_nobody_knows_paths_go_on(device, values):
 def test_other_global_illumination_is_asked_from_the_next_frame_on(device, baked):
     """Reflections are made anew where what they ask is of another kind, and keep their history elsewhere."""
     on = settings({"reflections.mode": "ray_traced", "global_illumination.mode": "light_map"})
-    renderer = pica.Renderer(furnace(), SIZE, on, device, baked)
+    renderer = pica.Renderer(furnace(), size=SIZE, settings=on, device=device, light_map=baked)
     for values in (SURFELS, {"global_illumination.mode": "off"}, {"global_illumination.mode": "path_traced"}):
         renderer.configure(on.with_values(values))
         renderer.advance(TOWARDS_THE_MIRROR)
     kept = renderer.reflections
     renderer.configure(on.with_values({"global_illumination.mode": "restir"}))
-    assert renderer.render(16, TOWARDS_THE_MIRROR).color.mean() == pytest.approx(1, abs=0.03)
+    assert renderer.render(16, camera=TOWARDS_THE_MIRROR).color.mean() == pytest.approx(1, abs=0.03)
     assert renderer.reflections is kept
 
 
 def test_the_reference_has_all_of_that_light_too(device, baked):
     on = settings({"reflections.mode": "ray_traced", "global_illumination.mode": "light_map"})
-    renderer = pica.Renderer(furnace(), SIZE, on, device, baked)
-    shown = renderer.render(8, TOWARDS_THE_MIRROR).aov("metallic") > 0.5
+    renderer = pica.Renderer(furnace(), size=SIZE, settings=on, device=device, light_map=baked)
+    shown = renderer.render(8, camera=TOWARDS_THE_MIRROR).aov("metallic") > 0.5
     measured = MeasuredEffect(renderer, "reflections")
     expected = measured.reference(256)["reflections"][shown]
     assert np.nanmean(expected) == pytest.approx(1, abs=0.02)

@@ -24,7 +24,7 @@ UNFILTERED = {
     "lighting.area_lights": "sampled",
     "shadows.denoiser": "off",
 }
-VIEW = Camera.look_at((0, 1.2, 3.4), (0, 0.6, 0), fov=50)
+VIEW = Camera.look_at((0, 1.2, 3.4), (0, 0.6, 0), vertical_fov=np.radians(50))
 
 
 def metal(roughness, *color):
@@ -107,9 +107,13 @@ LONGER = {"global_illumination.bounces": "2", "reflections.bounces": "2"}
 def test_every_path_counts_once(device, name, values, edges):
     """What each owner brings adds up to what the path tracer finds on paths of so many edges (docs/light-paths.md)."""
     scene, camera = SCENES[name]()
-    renderer = pica.Renderer(scene, SIZE, settings(UNFILTERED | values), device)
-    frame = renderer.render(192, camera)
-    expected = pica.PathTracer(scene, SIZE, edges, settings(), device).render(256, camera).color
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(UNFILTERED | values), device=device)
+    frame = renderer.render(192, camera=camera)
+    expected = (
+        pica.PathTracer(scene, size=SIZE, max_depth=edges, settings=settings(), device=device)
+        .render(256, camera=camera)
+        .color
+    )
     assert frame.color.mean() == pytest.approx(expected.mean(), rel=0.01)
     shares = {
         effect: frame.aov(effect).mean() / expected.mean() for effect in ("reflections", "indirect")
@@ -127,22 +131,24 @@ def under_clouds(roughness):
 
 def rebuilt_frames(device, scene, camera, size, count, values):
     """(count, height, width) what each frame's rays alone tell, and a renderer."""
-    renderer = pica.Renderer(scene, size, settings({"reflections.mode": "ray_traced", **values}), device)
+    renderer = pica.Renderer(
+        scene, size=size, settings=settings({"reflections.mode": "ray_traced", **values}), device=device
+    )
     renderer.debug = True
-    frames = [renderer.render(1, camera).aov("debug.reflections.reconstructed").mean(-1) for _ in range(count)]
+    frames = [renderer.render(1, camera=camera).aov("debug.reflections.reconstructed").mean(-1) for _ in range(count)]
     return np.array(frames), renderer
 
 
 def test_neighbours_rays_cut_the_variance(device):
     """RTG 25, 25.2.2: as 16 rays a pixel would. Here alpha is 0.3, on a flat and on a curved surface."""
     scene, _ = under_clouds(0.3**0.5)
-    camera, size, count = Camera.look_at((0, 1.3, 1.9), (0, 0.5, 0), fov=60), (160, 120), 32
+    camera, size, count = Camera.look_at((0, 1.3, 1.9), (0, 0.5, 0), vertical_fov=np.radians(60)), (160, 120), 32
     rebuilt, renderer = rebuilt_frames(device, scene, camera, size, count, {})
     rays, _ = rebuilt_frames(device, scene, camera, size, count, {"reflections.filter": "false"})
     # Of four pixels one has the ray's light, four times of it: which one, frame/half.slang tells.
     turns = np.arange(count) + np.arange(count) // 4
     own = [rays[turn, t & 1 :: 2, (t ^ t >> 1) & 1 :: 2] / 4 for turn, t in enumerate(turns)]
-    seen = renderer.render(1, camera).aov("instance")
+    seen = renderer.render(1, camera=camera).aov("instance")
     for number in np.unique(seen[seen > 0]):
         inside = fours(seen == number).min((1, 3)) > 0
         of_pixels = fours(rebuilt.var(0)).mean((1, 3))[inside].mean()
@@ -161,7 +167,7 @@ def fours(picture):
 def test_a_still_picture_is_what_many_rays_find(device, roughness, bias, tolerance):
     scene, camera = under_clouds(roughness)
     values = {"reflections.mode": "ray_traced", "reflections.mirror_bias": bias}
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     measured = MeasuredEffect(renderer, "reflections")
     for _ in range(64):
         renderer.advance(camera, jittered=False)
@@ -179,10 +185,13 @@ def balls_that_show_each_other():
 
 def test_a_picture_at_rest_becomes_that_of_own_rays(device):
     """What neighbours' rays got wrong goes; as soon as the camera moves, it starts anew."""
-    camera, errors = Camera.look_at((1.2, 0.9, 2.2), (0, 0.4, 0), fov=40), []
+    camera, errors = Camera.look_at((1.2, 0.9, 2.2), (0, 0.4, 0), vertical_fov=np.radians(40)), []
     for own in (True, False):
         renderer = pica.Renderer(
-            balls_that_show_each_other(), (48, 36), settings({"reflections.mode": "ray_traced"}), device
+            balls_that_show_each_other(),
+            size=(48, 36),
+            settings=settings({"reflections.mode": "ray_traced"}),
+            device=device,
         )
         measured = MeasuredEffect(renderer, "reflections")
         kept = renderer.reflections._own
@@ -194,7 +203,9 @@ def test_a_picture_at_rest_becomes_that_of_own_rays(device):
         if own:
             before = kept._textures["missing"].to_numpy()[..., 3].max()
             for _ in range(34):
-                renderer.advance(Camera.look_at((1.3, 0.9, 2.2), (0, 0.4, 0), fov=40), jittered=False)
+                renderer.advance(
+                    Camera.look_at((1.3, 0.9, 2.2), (0, 0.4, 0), vertical_fov=np.radians(40)), jittered=False
+                )
             assert before > 30 and 0 < kept._textures["missing"].to_numpy()[..., 3].max() < 4
     assert errors[0] < 0.5 * errors[1], errors
 
@@ -213,8 +224,8 @@ def ball_before_stripes():
     return scene_of(placed(sphere(4.0, metal(0.05)), move(0, 1, -4)), *stripes, environment=uniform(0.2, 0.2, 0.2))
 
 
-FLAT = mirrored_board, Camera.look_at((0, 0.8, 3), (0, 0.2, 0), fov=50)
-CURVED = ball_before_stripes, Camera.look_at((0, 1.2, 4), (0, 1, 0), fov=32)
+FLAT = mirrored_board, Camera.look_at((0, 0.8, 3), (0, 0.2, 0), vertical_fov=np.radians(50))
+CURVED = ball_before_stripes, Camera.look_at((0, 1.2, 4), (0, 1, 0), vertical_fov=np.radians(32))
 
 
 @pytest.mark.parametrize(("scene", "camera"), [FLAT, CURVED], ids=["flat", "curved"])
@@ -222,7 +233,9 @@ def test_what_a_mirror_shows_moves_with_its_image(device, monkeypatch, scene, ca
     """Its history is found where the image of the mirrored point was, not where the mirror was."""
     errors = []
     for follows in (True, False):
-        renderer = pica.Renderer(scene(), SIZE, settings({"reflections.mode": "ray_traced"}), device)
+        renderer = pica.Renderer(
+            scene(), size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device
+        )
         if not follows:
             accumulate = renderer.reflections._accumulate
             blank = device.texture("nowhere", renderer.reflections._textures["distances"].format, SIZE)
@@ -238,12 +251,14 @@ def test_what_a_mirror_shows_moves_with_its_image(device, monkeypatch, scene, ca
 
 def test_views_show_where_the_past_was_looked_for(device):
     """What a mirror shows moves otherwise than the mirror, and stays where both stand still."""
-    renderer = pica.Renderer(mirrored_board(), SIZE, settings({"reflections.mode": "ray_traced"}), device)
+    renderer = pica.Renderer(
+        mirrored_board(), size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device
+    )
     renderer.debug = True
-    assert "debug.reflections.of_image" not in renderer.render(1, FLAT[1]).aov_names, "nothing was before"
+    assert "debug.reflections.of_image" not in renderer.render(1, camera=FLAT[1]).aov_names, "nothing was before"
     apart = []
     for aside in (0.1, 0.2, 0.2):
-        frame = renderer.render(1, Camera.look_at((aside, 0.8, 3), (aside, 0.2, 0), fov=50))
+        frame = renderer.render(1, camera=Camera.look_at((aside, 0.8, 3), (aside, 0.2, 0), vertical_fov=np.radians(50)))
         floor = frame.aov("metallic") > 0.5
         places = [frame.aov(f"debug.reflections.{name}")[floor] for name in ("of_surface", "of_image")]
         apart.append(np.abs(places[0] - places[1]).mean() / places[0].mean())
@@ -259,7 +274,7 @@ def test_views_show_where_the_past_was_looked_for(device):
 def test_what_one_ray_alone_finds_leaves_no_blotch(device, monkeypatch, error, least, most):
     """A frame 300 times as bright as those before: noise, where its rays differ as much, and else another light."""
     scene, _ = under_clouds(0.7)
-    renderer = pica.Renderer(scene, SIZE, settings({"reflections.mode": "ray_traced"}), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device)
     effect = renderer.reflections
     accumulate, kind = effect._accumulate, effect._textures["reconstructed"].format
     frames = {}
@@ -276,16 +291,16 @@ def test_what_one_ray_alone_finds_leaves_no_blotch(device, monkeypatch, error, l
 
         monkeypatch.setattr(effect, "_accumulate", given)
         aside = 0.002 * number
-        renderer.advance(Camera.look_at((aside, 1, 2.5), (aside, 0.3, 0), fov=40), jittered=False)
+        renderer.advance(Camera.look_at((aside, 1, 2.5), (aside, 0.3, 0), vertical_fov=np.radians(40)), jittered=False)
     history = effect._history.current["history"].to_numpy().reshape(SIZE[1], SIZE[0], 4)
     assert least <= np.median(history[history[..., 3] > 0][:, 0]) < most
 
 
 def test_off_traces_nothing_and_leaves_what_shines_to_the_samples(device):
     scene, camera = under_clouds(0.3)
-    renderer = pica.Renderer(scene, SIZE, settings({"lighting.filter": "false"}), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings({"lighting.filter": "false"}), device=device)
     assert "reflections" not in [effect.name for effect in renderer.effects]
-    found = renderer.render(96, camera).color
+    found = renderer.render(96, camera=camera).color
     expected = trace(device, scene, 96, camera, SIZE, 2).color
     assert found.mean() == pytest.approx(expected.mean(), rel=0.02)
 
@@ -296,10 +311,10 @@ def test_what_mirrors_show_is_lit_by_the_environment(device, way):
     mirror = placed(plane(3, 3, metal(0.1)), move(0, 1, -1) @ turn("x", 90))
     scene = scene_of(mirror, placed(box((3, 2, 0.2), lambert(0.8)), move(0, 1, 2)), environment=uniform(1, 0.8, 0.6))
     values = {"reflections.mode": "ray_traced", "lighting.environment": way, "global_illumination.mode": "off"}
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     measured = MeasuredEffect(renderer, "reflections")
     for _ in range(16):
-        renderer.advance(Camera.look_at((0, 1, 0.5), (0, 1, -1), fov=40), jittered=False)
+        renderer.advance(Camera.look_at((0, 1, 0.5), (0, 1, -1), vertical_fov=np.radians(40)), jittered=False)
     found, truth = measured.result()["reflections"], measured.reference(256)["reflections"]
     assert np.nanmean(truth) > 0.1
     assert np.nanmean(found, (0, 1)) == pytest.approx(np.nanmean(truth, (0, 1)), rel=0.05)
@@ -308,7 +323,7 @@ def test_what_mirrors_show_is_lit_by_the_environment(device, way):
 def test_an_environment_that_is_off_is_not_mirrored(device):
     scene, camera = under_clouds(0.2)
     values = {"reflections.mode": "ray_traced", "lighting.environment": "off"}
-    frame = pica.Renderer(scene, SIZE, settings(values), device).render(1, camera)
+    frame = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device).render(1, camera=camera)
     assert frame.color[frame.aov("instance") > 0].max() == 0
 
 
@@ -327,7 +342,7 @@ def test_mirror_rays_draw_a_glossy_floor(device, alpha, bias, better):
     errors, truth = {}, None
     for way in ("ratio", "radiance"):
         values = {"reflections.mode": "ray_traced", "reflections.reconstruction": way}
-        renderer = pica.Renderer(scene, (96, 72), settings(values), device)
+        renderer = pica.Renderer(scene, size=(96, 72), settings=settings(values), device=device)
         measured = MeasuredEffect(renderer, "reflections")
         renderer.advance(camera, jittered=False)
         found = np.nan_to_num(measured.result()["reflections"])

@@ -12,7 +12,7 @@ from pica.scenes.placing import aim, move, turn
 from tests.building import lambert, placed, scene_of, settings, shining, sky, uniform
 
 SIZE = (96, 64)
-VIEW = Camera.look_at((0, 1.2, 3.4), (0, 0.5, 0), fov=50)
+VIEW = Camera.look_at((0, 1.2, 3.4), (0, 0.5, 0), vertical_fov=np.radians(50))
 PREFILTERED = {"visibility.primary": "raster", "shadows.mode": "off", "lighting.environment": "prefiltered"}
 SCREEN = {**PREFILTERED, "reflections.mode": "screen_space"}
 
@@ -22,7 +22,7 @@ def metal(roughness, *color):
 
 
 def rendered(device, scene, values, frames=32, camera=VIEW):
-    return pica.Renderer(scene, SIZE, settings(values), device).render(frames, camera)
+    return pica.Renderer(scene, size=SIZE, settings=settings(values), device=device).render(frames, camera=camera)
 
 
 def lamps_on(floor):
@@ -50,7 +50,9 @@ def test_a_floor_shows_what_rays_find_where_that_is_in_the_picture(device, rough
 
 def a_floor(height):
     floor = placed(plane(200, 200, metal(0.3)))
-    return scene_of(floor, environment=sky()), Camera.look_at((0, height, 3.4), (0, height / 2, 0), fov=50)
+    return scene_of(floor, environment=sky()), Camera.look_at(
+        (0, height, 3.4), (0, height / 2, 0), vertical_fov=np.radians(50)
+    )
 
 
 def a_ball():
@@ -61,9 +63,9 @@ def a_ball():
 def test_no_surface_meets_itself_and_misses_show_the_surroundings(device, scene):
     """What is alone mirrors the sky alone, as smoothly as without rays."""
     shown, camera = scene()
-    renderer = pica.Renderer(shown, SIZE, settings(SCREEN), device)
+    renderer = pica.Renderer(shown, size=SIZE, settings=settings(SCREEN), device=device)
     renderer.debug = True
-    frame = renderer.render(1, camera)
+    frame = renderer.render(1, camera=camera)
     rays = frame.aov("debug.reflections.variance") >= 0
     assert rays.sum() > 800
     assert frame.aov("debug.reflections.distance")[rays].min() > 1e5
@@ -116,8 +118,8 @@ def test_what_the_picture_surely_shows_is_not_traced(device):
     light, rays = [], []
     for first in ("false", "true"):
         values = {"reflections.mode": "ray_traced", "reflections.screen_space_first": first}
-        renderer = pica.Renderer(scene, SIZE, settings(values), device)
-        light.append(renderer.render(8, VIEW).aov("reflections"))
+        renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
+        light.append(renderer.render(8, camera=VIEW).aov("reflections"))
         rays.append(renderer.reflections.ray_counts()["reflection_rays"])
     assert 0 < rays[1] < 0.6 * rays[0]
     assert light[1].mean() == pytest.approx(light[0].mean(), rel=0.02)

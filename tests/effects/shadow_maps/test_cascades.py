@@ -1,6 +1,7 @@
 """Cascades: where they lie, and when they are drawn anew. No GPU."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -31,17 +32,27 @@ def corners(camera: Camera, near: float, far: float) -> np.ndarray:
         half = np.tan(camera.vertical_fov / 2) * distance
         if camera.orthographic_height is not None:
             half = camera.orthographic_height / 2
-        places.append(camera.transform @ (x * half * ASPECT, y * half, -distance, 1))
+        across, up = x + 1 - 2 * camera.principal_point[0], y + 2 * camera.principal_point[1] - 1
+        places.append(camera.transform @ (across * half * ASPECT * camera.pixel_aspect, up * half, -distance, 1))
     return np.array(places)[:, :3]
 
 
 @pytest.mark.parametrize("fov", [10, 45, 100])
 @pytest.mark.parametrize("ends", [(0.1, 3), (5, 6), (1, 400)])
 def test_the_sphere_just_holds_its_slice(fov, ends):
-    camera = Camera.look_at((1, 2, 3), (4, 0, 1), fov)
+    camera = Camera.look_at((1, 2, 3), (4, 0, 1), vertical_fov=np.radians(fov))
     sphere = slice_sphere(camera, ASPECT, *ends)
     reach = np.linalg.norm(corners(camera, *ends) - sphere.center, axis=1)
     assert reach.max() == pytest.approx(sphere.radius)
+
+
+@pytest.mark.parametrize("lens", [{"principal_point": (0.1, 0.7)}, {"pixel_aspect": 1.5}])
+def test_the_sphere_of_another_lens(lens):
+    camera = replace(Camera.look_at((1, 2, 3), (4, 0, 1)), **lens)
+    for view in (camera, replace(camera, orthographic_height=5.0)):
+        sphere = slice_sphere(view, ASPECT, 2, 7)
+        reach = np.linalg.norm(corners(view, 2, 7) - sphere.center, axis=1)
+        assert reach.max() == pytest.approx(sphere.radius)
 
 
 def test_the_sphere_of_an_orthographic_view():

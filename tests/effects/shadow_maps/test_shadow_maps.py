@@ -145,7 +145,7 @@ def test_nothing_shadows_itself(device, height, mode):
 
 def arriving(device, scene, values):
     """What the maps of the only light say, (height, width); 0 where there is nothing."""
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     renderer.advance(ABOVE)
     device.handle.wait_for_idle()
     return renderer.shadows.filtered.to_numpy()[..., 0].astype(np.float32)
@@ -185,7 +185,7 @@ def advanced(renderer, camera):
 
 def test_maps_are_drawn_only_when_something_has_changed(device):
     scene = scene_of(*things(), sun(), replace_node(LAMPS["spot"]))
-    renderer = pica.Renderer(scene, SIZE, settings(HARD), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(HARD), device=device)
     camera = pica.Camera.look_at((0, 2, 4), (0, 0, 0))
     assert advanced(renderer, camera) > 0
     assert advanced(renderer, camera) == 0
@@ -204,11 +204,11 @@ def test_maps_are_drawn_only_when_something_has_changed(device):
 def test_shadows_follow_what_moves(device):
     ball = placed(sphere(0.4, lambert(0.5)), move(-1, 0.6, 0))
     scene = scene_of(floor(), ball, sun())
-    renderer = pica.Renderer(scene, SIZE, settings(HARD), device)
-    renderer.render(1, ABOVE)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(HARD), device=device)
+    renderer.render(1, camera=ABOVE)
     ball.transform = move(1, 0.6, 0.3)
     renderer.reset()
-    moved = renderer.render(1, ABOVE).color
+    moved = renderer.render(1, camera=ABOVE).color
     same = placed(sphere(0.4, lambert(0.5)), ball.transform)
     fresh = render(device, scene_of(floor(), same, sun()), 1, ABOVE, SIZE, HARD).color
     assert np.abs(moved - fresh).mean() < 2e-3 * fresh.mean()
@@ -217,11 +217,11 @@ def test_shadows_follow_what_moves(device):
 def test_what_moves_beyond_the_scene_still_throws_its_shadow(device):
     ball = placed(sphere(0.4, lambert(0.5)), move(0, 0.6, 0))
     scene = scene_of(floor(), ball, sun((1, 3, 0)))
-    renderer = pica.Renderer(scene, SIZE, settings(HARD), device)
-    renderer.render(1, ABOVE)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(HARD), device=device)
+    renderer.render(1, camera=ABOVE)
     ball.transform = move(10, 31, 0)
     renderer.reset()
-    shaded = renderer.render(1, orthographic((0, 20, 0.001), (0, 0, 0), 4.0, far=50.0)).color[..., 1]
+    shaded = renderer.render(1, camera=orthographic((0, 20, 0.001), (0, 0, 0), 4.0, far=50.0)).color[..., 1]
     assert (shaded < 0.5 * np.median(shaded)).mean() > 0.01
 
 
@@ -229,13 +229,13 @@ def test_edges_do_not_shimmer(device):
     """A camera that moves by whole pixels sees the same picture, moved, although every frame draws the maps anew."""
     scene = scene_of(*things(), sun())
     values = {**HARD, "shadow_maps.cascade_margin": "0", "shadow_maps.cascade_size": "256"}
-    renderer = pica.Renderer(scene, SIZE, settings(values), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     pixel = 4.0 / SIZE[1]
     pictures = []
     for step in range(4):
         camera = replace(ABOVE, transform=move(step * pixel, 0, 0) @ ABOVE.transform)
         renderer.reset()
-        pictures.append(renderer.render(1, camera).color[..., 1])
+        pictures.append(renderer.render(1, camera=camera).color[..., 1])
     for step, picture in enumerate(pictures[1:], 1):
         same, first = picture[:, : -step - 1], pictures[0][:, step:-1]
         changed = np.abs(same - first) > 0.02 * first.max()
@@ -245,9 +245,9 @@ def test_edges_do_not_shimmer(device):
 def test_views_list_only_what_they_may_see(device):
     crowd = [placed(sphere(0.2, lambert(0.5)), move(x, 0.2, z)) for x in range(-20, 21, 4) for z in range(-20, 21, 4)]
     scene = scene_of(floor(60), *crowd, sun())
-    camera = pica.Camera.look_at((0.5, 1.5, 2), (0.5, 0.2, 0), 40)
-    renderer = pica.Renderer(scene, SIZE, settings(HARD), device)
-    renderer.render(1, camera)
+    camera = pica.Camera.look_at((0.5, 1.5, 2), (0.5, 0.2, 0), vertical_fov=np.radians(40))
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(HARD), device=device)
+    renderer.render(1, camera=camera)
     listed = renderer.shadows.maps.draw_counts.to_numpy().view(np.uint32)[::2].astype(int)
     assert listed[0] < len(crowd) / 4
     assert listed.max() <= len(crowd) + 1
@@ -257,7 +257,7 @@ def test_views_list_only_what_they_may_see(device):
 
 def test_the_raster_preset_has_shadows_without_rays(device):
     scene = scene_of(*things(), sun())
-    renderer = pica.Renderer(scene, SIZE, pica.Settings.preset("raster"), device)
-    picture = renderer.render(1, ABOVE)
+    renderer = pica.Renderer(scene, size=SIZE, settings=pica.Settings.preset("raster"), device=device)
+    picture = renderer.render(1, camera=ABOVE)
     assert "shadow map lookup" in picture.timings and "shadow_rays" not in picture.timings
     assert 0.05 < (picture.aov("shadows")[..., 0] < 0.5).mean() < 0.5

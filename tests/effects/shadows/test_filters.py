@@ -15,7 +15,7 @@ from pica.scenes.placing import aim, move, turn
 from tests.building import lambert, orthographic, placed, scene_of, settings, shining
 
 SIZE = (96, 64)
-VIEW = Camera.look_at((0.3, 2.6, 3.2), (0, 0.3, 0), fov=40)
+VIEW = Camera.look_at((0.3, 2.6, 3.2), (0, 0.3, 0), vertical_fov=math.radians(40))
 FROM = aim((1.5, 3.0, 2.0), (0, 0.3, 0))
 FILTERS = ["svgf", "anisotropic"]
 LIGHTS = {
@@ -38,7 +38,7 @@ def stage(*lights):
 
 def renderer_of(device, scene, size=SIZE, **shadows):
     values = {f"shadows.{name}": str(value) for name, value in shadows.items()}
-    renderer = pica.Renderer(scene, size, settings(values), device)
+    renderer = pica.Renderer(scene, size=size, settings=settings(values), device=device)
     renderer.debug = True
     return renderer
 
@@ -74,7 +74,7 @@ def psnr(found, truth):
 @pytest.mark.parametrize("denoiser", FILTERS)
 @pytest.mark.parametrize("name", LIGHTS)
 def test_still_shadows_come_near_the_truth(device, truth, name, denoiser):
-    frame = renderer_of(device, stage(shining(*LIGHTS[name])), denoiser=denoiser).render(24, VIEW)
+    frame = renderer_of(device, stage(shining(*LIGHTS[name])), denoiser=denoiser).render(24, camera=VIEW)
     raw, filtered = psnr(view(frame, "raw"), truth(name)), psnr(view(frame, "filtered"), truth(name))
     assert filtered > 27 and filtered > raw + 8, f"{raw:.1f} dB raw, {filtered:.1f} dB filtered"
 
@@ -82,7 +82,7 @@ def test_still_shadows_come_near_the_truth(device, truth, name, denoiser):
 def test_footprints_beat_variance_on_a_big_light_without_history(device, truth):
     lights = {name: stage(shining(*LIGHTS["big rectangle"])) for name in FILTERS}
     found = {
-        name: psnr(view(renderer_of(device, scene, denoiser=name, history=1).render(1, VIEW), "filtered"),
+        name: psnr(view(renderer_of(device, scene, denoiser=name, history=1).render(1, camera=VIEW), "filtered"),
                    truth("big rectangle"))
         for name, scene in lights.items()
     }  # fmt: skip
@@ -99,7 +99,7 @@ def test_penumbra_widens_with_the_distance_of_the_occluder(device, denoiser):
         sun = shining(DirectionalLight(illuminance=2.0, angular_diameter=diameter), turn("x", -90))
         scene = scene_of(placed(plane(9, 9, lambert())), board, sun)
         camera = orthographic((0, 0.25, 0), (0, 0, 0), 0.5)
-        frame = renderer_of(device, scene, (64, 32), denoiser=denoiser).render(48, camera)
+        frame = renderer_of(device, scene, (64, 32), denoiser=denoiser).render(48, camera=camera)
         row = view(frame, "filtered").mean(0)
         # Between 15 and 85 percent, where noise does not decide.
         crossings = np.interp([0.15, 0.85], np.maximum.accumulate(row), np.arange(64))
@@ -119,7 +119,7 @@ def test_the_shadow_of_what_moved_away_is_gone_within_eight_frames(device, denoi
 
     def step():
         box_.transform = move(1e-6, 0, 0) @ box_.transform  # something moves in every frame
-        return view(renderer.render(1, VIEW), "filtered")
+        return view(renderer.render(1, camera=VIEW), "filtered")
 
     for _ in range(12):
         before = step()
@@ -136,7 +136,7 @@ def test_the_shadow_of_what_moved_away_is_gone_within_eight_frames(device, denoi
 @pytest.mark.parametrize("denoiser", FILTERS)
 def test_still_shadows_do_not_flicker(device, denoiser):
     renderer = renderer_of(device, stage(shining(*LIGHTS["rectangle"])), denoiser=denoiser)
-    pictures = [view(renderer.render(1, VIEW), "filtered") for _ in range(20)]
+    pictures = [view(renderer.render(1, camera=VIEW), "filtered") for _ in range(20)]
     assert np.mean([np.abs(b - a).mean() for a, b in pairwise(pictures[10:])]) < 0.003
 
 
@@ -144,39 +144,39 @@ def test_each_light_may_choose_its_filter(device):
     sun = replace(LIGHTS["sun"][0], shadow_denoiser="anisotropic")
     lamp = replace(LIGHTS["sphere"][0], shadow_denoiser="off")
     scene = stage(*(shining(light, FROM) for light in (sun, lamp, LIGHTS["rectangle"][0], PointLight(intensity=4.0))))
-    frame = renderer_of(device, scene, max_lights=8, denoiser="svgf").render(1, VIEW)
+    frame = renderer_of(device, scene, max_lights=8, denoiser="svgf").render(1, camera=VIEW)
     assert frame.aov("shadows").shape[-1] == 4
     assert frame.aov("debug.shadows.filtered").shape[-1] == 2, "neither the lamp that wants none nor the sharp one"
     assert frame.aov("debug.shadows.footprint").shape == (SIZE[1], SIZE[0], 3)
-    assert not any("anisotropic" in name for name in renderer_of(device, stage()).render(1, VIEW).timings)
+    assert not any("anisotropic" in name for name in renderer_of(device, stage()).render(1, camera=VIEW).timings)
 
 
 def test_a_light_may_change_its_filter(device):
     node = shining(LIGHTS["sun"][0], FROM)
     renderer = renderer_of(device, stage(node), denoiser="svgf")
-    assert "svgf" in renderer.render(2, VIEW).timings
+    assert "svgf" in renderer.render(2, camera=VIEW).timings
     node.light = replace(node.light, shadow_denoiser="anisotropic")
-    timings = renderer.render(1, VIEW).timings
+    timings = renderer.render(1, camera=VIEW).timings
     assert "anisotropic" in timings and "svgf" not in timings
     node.light = replace(node.light, shadow_denoiser="off")
-    assert "shadow_history" not in renderer.render(1, VIEW).timings
+    assert "shadow_history" not in renderer.render(1, camera=VIEW).timings
 
 
 def test_history_follows_its_light_when_another_goes(device):
     strong, weak = (shining(LIGHTS[name][0], FROM) for name in ("rectangle", "sun"))
     scene = stage(strong, weak)
     renderer = renderer_of(device, scene, max_lights=8, denoiser="svgf")
-    renderer.render(6, VIEW)
+    renderer.render(6, camera=VIEW)
     scene.remove(strong)
-    frame = renderer.render(1, VIEW)
+    frame = renderer.render(1, camera=VIEW)
     assert np.median(view(frame, "history")) == 7
 
 
 def test_reset_drops_the_history(device):
     renderer = renderer_of(device, stage(shining(*LIGHTS["sun"])))
-    assert view(renderer.render(5, VIEW), "history").max() == 5
+    assert view(renderer.render(5, camera=VIEW), "history").max() == 5
     renderer.reset()
-    assert view(renderer.render(1, VIEW), "history").max() == 1
+    assert view(renderer.render(1, camera=VIEW), "history").max() == 1
 
 
 def test_shadows_follow_a_lamp_that_moves(device):
@@ -186,11 +186,11 @@ def test_shadows_follow_a_lamp_that_moves(device):
     start = lamp.transform
     for step in range(13):
         lamp.transform = move(0.03 * step, 0, 0) @ start
-        found = view(renderer.render(1, VIEW), "filtered")
+        found = view(renderer.render(1, camera=VIEW), "filtered")
     renderer.scene.remove(lamp)
     stopped = stage(lamp)
-    alone = view(renderer_of(device, stopped, denoiser="anisotropic").render(1, VIEW), "filtered")
-    truth = view(renderer_of(device, stopped, denoiser="anisotropic").render(128, VIEW), "filtered")
+    alone = view(renderer_of(device, stopped, denoiser="anisotropic").render(1, camera=VIEW), "filtered")
+    truth = view(renderer_of(device, stopped, denoiser="anisotropic").render(128, camera=VIEW), "filtered")
     errors = [np.square(picture - truth).mean() for picture in (found, alone)]
     assert errors[0] < 0.5 * errors[1], errors
 

@@ -127,7 +127,7 @@ def glossy_stage(*more):
 @pytest.mark.parametrize("tracer", [render, trace], ids=["hybrid", "path tracer"])
 def test_what_takes_no_light_changes_nothing(device, tracer):
     """Whatever strategy looks for a light: emissive triangles, the environment and lights with a size."""
-    camera = Camera.look_at((0, 0.5, 1.2), (0, 0, 0), fov=40)
+    camera = Camera.look_at((0, 0.5, 1.2), (0, 0, 0), vertical_fov=math.radians(40))
     more = {"max_depth": 2} if tracer is trace else {}
     pictures = [
         tracer(device, glossy_stage(*panes), 96, camera, (24, 16), values=PIPELINE, **more).color
@@ -143,22 +143,24 @@ def test_filtered_shadows_of_glass_come_near_the_truth(device):
     pane = placed(plane(0.8, 0.8, glass((0.3, 0.8, 0.4))), move(-0.5, 0.8, 0.1) @ turn("x", 30))
     light = shining(DirectionalLight(illuminance=2.0, angular_diameter=0.1), aim((0.6, 2, 0.5), (0, 0, 0)))
     scene = scene_of(floor(), ball, pane, light)
-    view = Camera.look_at((0.3, 2.0, 2.4), (0, 0.2, 0), fov=40)
+    view = Camera.look_at((0.3, 2.0, 2.4), (0, 0.2, 0), vertical_fov=math.radians(40))
     for denoiser in ("svgf", "anisotropic"):
         chosen = settings({"shadows.denoiser": denoiser, **PIPELINE})
-        errors = compare_effect(pica.Renderer(scene, (72, 48), chosen, device), "shadows", "still", 10, 48, view)
+        errors = compare_effect(
+            pica.Renderer(scene, size=(72, 48), settings=chosen, device=device), "shadows", "still", 10, 48, view
+        )
         assert errors.psnr[-1] > 28, f"{denoiser}: {errors.psnr[-1]:.1f} dB"
 
 
 def test_transparent_shadows_come_and_go_with_the_glass_and_the_setting(device):
     scene = scene_of(floor(), sun())
-    renderer = pica.Renderer(scene, (8, 8), settings(PIPELINE), device)
-    bare = renderer.render(1, ABOVE).color
+    renderer = pica.Renderer(scene, size=(8, 8), settings=settings(PIPELINE), device=device)
+    bare = renderer.render(1, camera=ABOVE).color
     pane = scene.add(placed(plane(3, 3, glass((0.5, 1, 1))), move(0, 1, 0)))
-    coloured = renderer.render(1, ABOVE).color
+    coloured = renderer.render(1, camera=ABOVE).color
     np.testing.assert_allclose(coloured / bare, np.broadcast_to(0.96**2 * np.array([0.5, 1, 1]), bare.shape), rtol=0.01)
     off = {"shadows.transparent": "false", **PIPELINE}
     assert np.all(render(device, scene, 1, ABOVE, (8, 8), off).color == 0)
     assert np.all(trace(device, scene, 1, ABOVE, (8, 8), 2, off).color == 0)
     scene.remove(pane)
-    np.testing.assert_array_equal(renderer.render(1, ABOVE).color, bare)
+    np.testing.assert_array_equal(renderer.render(1, camera=ABOVE).color, bare)

@@ -14,7 +14,7 @@ from pica.scenes.placing import move, turn
 from tests.building import edges, lambert, orthographic, placed, scene_of, settings, shining, sky, trace
 
 SIZE = (64, 48)
-VIEW = Camera.look_at((0.3, 2.2, 3.2), (0, 0.3, 0), fov=40)
+VIEW = Camera.look_at((0.3, 2.2, 3.2), (0, 0.3, 0), vertical_fov=np.radians(40))
 GLOSSY = Material(base_color=(0.9, 0.6, 0.3, 1), metallic=1.0, roughness=0.4)
 
 
@@ -56,7 +56,7 @@ def soft_lights():
 
 def renderer_of(device, scene, size=SIZE, **lighting):
     values = {"shadows.max_lights": "8"} | {f"lighting.{name}": str(value).lower() for name, value in lighting.items()}
-    renderer = pica.Renderer(scene, size, settings(values), device)
+    renderer = pica.Renderer(scene, size=size, settings=settings(values), device=device)
     renderer.debug = True
     return renderer
 
@@ -68,21 +68,21 @@ def relative_error(found, expected):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_few_frames_come_nearer_to_the_mean_of_many(device, name):
-    many = renderer_of(device, SCENES[name](), filter=False).render(400, VIEW)
+    many = renderer_of(device, SCENES[name](), filter=False).render(400, camera=VIEW)
     inside = ~edges(many.aov("instance"))  # elsewhere four frames are too few for antialiasing
     expected = many.color
-    raw = renderer_of(device, SCENES[name](), filter=False).render(4, VIEW).color
-    filtered = renderer_of(device, SCENES[name](), filter=True).render(4, VIEW).color
+    raw = renderer_of(device, SCENES[name](), filter=False).render(4, camera=VIEW).color
+    filtered = renderer_of(device, SCENES[name](), filter=True).render(4, camera=VIEW).color
     before, after = (relative_error(picture[inside], expected[inside]) for picture in (raw, filtered))
     assert after < 0.9 * before, f"{before:.3f} as it is, {after:.3f} filtered"
     np.testing.assert_allclose(filtered.mean((0, 1)), raw.mean((0, 1)), rtol=0.02)
 
 
 def test_a_still_picture_converges_to_that_without_filter(device):
-    unfiltered = renderer_of(device, SCENES["emissive triangles"](), filter=False).render(400, VIEW).color
+    unfiltered = renderer_of(device, SCENES["emissive triangles"](), filter=False).render(400, camera=VIEW).color
     errors = []
     for frames in (8, 40, 200):
-        found = renderer_of(device, SCENES["emissive triangles"]()).render(frames, VIEW).color
+        found = renderer_of(device, SCENES["emissive triangles"]()).render(frames, camera=VIEW).color
         errors.append(relative_error(found, unfiltered))
     assert errors[2] < 0.5 * errors[1] < 0.5 * errors[0], errors
     np.testing.assert_allclose(found.mean((0, 1)), unfiltered.mean((0, 1)), rtol=0.003)
@@ -97,7 +97,7 @@ def test_patterns_stay_sharp_and_black_channels_hide_nothing(device):
     board = lambert(1.0, base_color_texture=pattern)
     camera = orthographic((0, 4, 0), (0, 0, 0), 2.0)
     scene = scene_of(placed(plane(4, 4, board)), *many_lights())
-    frame = renderer_of(device, scene, (64, 64)).render(1, camera)
+    frame = renderer_of(device, scene, (64, 64)).render(1, camera=camera)
     albedo = frame.aov("albedo")
     white, red = (albedo[..., 1] > 0.9), (albedo[..., 1] < 0.1)
     assert white.sum() > 500 and red.sum() > 500
@@ -112,12 +112,12 @@ def test_light_that_went_is_gone_soon_and_leaves_no_trail(device):
     lamps = many_lights()
     scene = things(*lamps)
     # Antialiasing has a history of its own, which is not what is tested.
-    renderer = pica.Renderer(scene, SIZE, settings({"antialiasing.mode": "accumulate"}), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings({"antialiasing.mode": "accumulate"}), device=device)
     ball = next(node for node in scene.nodes() if node.name == "ball")
 
     def step():
         ball.transform = move(1e-6, 0, 0) @ ball.transform  # something moves in every frame
-        return renderer.render(1, VIEW).color
+        return renderer.render(1, camera=VIEW).color
 
     for _ in range(16):
         before = step()
@@ -135,11 +135,11 @@ def test_a_picture_at_rest_leaves_its_history_as_it_is_until_something_moves(dev
     renderer = renderer_of(device, scene, (32, 24))
     for _ in range(130):
         renderer.advance(VIEW)
-    resting = renderer.render(1, VIEW)
+    resting = renderer.render(1, camera=VIEW)
     assert "stochastic_light_history" not in resting.timings and "stochastic_light_add" in resting.timings
     ball = next(node for node in scene.nodes() if node.name == "ball")
     ball.transform = move(0.01, 0, 0) @ ball.transform
-    moved = renderer.render(1, VIEW)
+    moved = renderer.render(1, camera=VIEW)
     assert "stochastic_light_history" in moved.timings
     assert np.median(moved.aov("debug.stochastic_light.diffuse.history")) > 100, "what stands still is known"
 
@@ -150,8 +150,8 @@ def test_noise_in_motion_is_less_than_without_filter(device):
         renderer = renderer_of(device, scene, **lighting)
         pictures = []
         for frame in range(12):
-            camera = Camera.look_at((0.3 + 0.005 * frame, 2.2, 3.2), (0, 0.3, 0), fov=40)
-            pictures.append(renderer.render(1, camera).color)
+            camera = Camera.look_at((0.3 + 0.005 * frame, 2.2, 3.2), (0, 0.3, 0), vertical_fov=np.radians(40))
+            pictures.append(renderer.render(1, camera=camera).color)
         return np.abs(pictures[-1] - pictures[-2]).mean() / pictures[-1].mean()
 
     raw, filtered = flicker(filter=False), flicker()
@@ -165,18 +165,18 @@ def test_highlights_of_mirrors_stay_where_they_are_seen(device):
     lamp = RectangleLight(radiance=20.0, width=0.5, height=0.15)
     lamps = [shining(lamp, move(x, 1.6, z) @ turn("x", -90)) for x in (-0.8, 0, 0.8) for z in (-0.8, 0.6)]
     scene = scene_of(placed(plane(4, 4, lambert(0.3))), *balls, *lamps)
-    renderer = pica.Renderer(scene, SIZE, settings({"lighting.filter": "true"}), device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings({"lighting.filter": "true"}), device=device)
     for frame in range(16):
         angle = np.radians(0.4 * frame)
-        camera = Camera.look_at((3 * np.sin(angle), 2.2, 3 * np.cos(angle)), (0, 0.3, 0), fov=40)
-        picture = renderer.render(1, camera)
+        camera = Camera.look_at((3 * np.sin(angle), 2.2, 3 * np.cos(angle)), (0, 0.3, 0), vertical_fov=np.radians(40))
+        picture = renderer.render(1, camera=camera)
     reference = trace(device, scene, 512, camera, SIZE, max_depth=2).color
     assert quality.compare(reference, picture.color).flip < 0.14
 
 
 def test_only_noisy_light_is_filtered(device):
     def passes(scene, **more):
-        return set(renderer_of(device, scene, **more).render(1, VIEW).timings)
+        return set(renderer_of(device, scene, **more).render(1, camera=VIEW).timings)
 
     mine = {"stochastic_light_history", "stochastic_light_filter", "stochastic_light_add"}
     assert mine <= passes(SCENES["many lights"]())
@@ -184,18 +184,20 @@ def test_only_noisy_light_is_filtered(device):
     assert not mine & passes(things(shining(PointLight(intensity=3.0), move(0, 2, 0))))
     assert mine <= passes(soft_lights())
     unwanted = settings({"shadows.max_lights": "8", "shadows.denoiser": "off"})
-    assert not mine & set(pica.Renderer(soft_lights(), SIZE, unwanted, device).render(1, VIEW).timings)
+    assert not mine & set(
+        pica.Renderer(soft_lights(), size=SIZE, settings=unwanted, device=device).render(1, camera=VIEW).timings
+    )
 
 
 def test_soft_lights_beyond_the_filtered_keep_their_light(device):
-    raw, filtered = (renderer_of(device, soft_lights(), filter=on).render(4, VIEW) for on in (False, True))
+    raw, filtered = (renderer_of(device, soft_lights(), filter=on).render(4, camera=VIEW) for on in (False, True))
     np.testing.assert_allclose(filtered.color.mean((0, 1)), raw.color.mean((0, 1)), rtol=0.005)
     assert filtered.aov("debug.stochastic_light.diffuse.filtered").mean() > 0.1
 
 
 def test_views_show_history_and_variance(device):
     renderer = renderer_of(device, SCENES["surroundings"]())
-    frame = renderer.render(5, VIEW)
+    frame = renderer.render(5, camera=VIEW)
     for part in ("diffuse", "specular"):
         raw, filtered = (frame.aov(f"debug.stochastic_light.{part}.{name}") for name in ("raw", "filtered"))
         assert raw.shape == filtered.shape == (SIZE[1], SIZE[0], 3)
@@ -203,19 +205,19 @@ def test_views_show_history_and_variance(device):
         assert frame.aov(f"debug.stochastic_light.{part}.history").max() == 5
         assert frame.aov(f"debug.stochastic_light.{part}.variance").max() > 0
     renderer.reset()
-    assert renderer.render(1, VIEW).aov("debug.stochastic_light.diffuse.history").max() == 1
+    assert renderer.render(1, camera=VIEW).aov("debug.stochastic_light.diffuse.history").max() == 1
 
 
 def test_sunlight_of_a_hundred_thousand_lux_does_not_overflow(device):
     radiance = np.full((16, 32, 3), 3000, np.float32)
     radiance[4, 20] = 1e8
-    color = renderer_of(device, things(environment=Environment(radiance))).render(2, VIEW).color
+    color = renderer_of(device, things(environment=Environment(radiance))).render(2, camera=VIEW).color
     assert np.isfinite(color).all() and color.max() > 1e4
 
 
 def test_a_first_frame_is_filtered_by_what_neighbours_tell(device):
     """Without any history the variance that guides the filter is a number everywhere."""
-    renderer = pica.Renderer(pica.scenes.cornell(), (48, 32), device=device)
+    renderer = pica.Renderer(pica.scenes.cornell(), size=(48, 32), device=device)
     renderer.debug = True
     frame = renderer.render(1)
     for part in ("diffuse", "specular"):

@@ -54,11 +54,11 @@ def slice_sphere(camera: Camera, aspect: float, near: float, far: float) -> Sphe
     """
     eye, forward = camera.transform[:3, 3], -camera.transform[:3, 2]
     if camera.orthographic_height is not None:
-        half = np.array([camera.orthographic_height / 2 * aspect, camera.orthographic_height / 2, (far - near) / 2])
+        half = np.array([*camera.reach(aspect), (far - near) / 2])
         return Sphere(eye + forward * (near + far) / 2, float(np.linalg.norm(half)))
-    # Squared slope of the picture's corner. The sphere goes through the corners of both ends, unless the far ones are
-    # so wide apart that the one about their middle holds everything.
-    slope = math.tan(camera.vertical_fov / 2) ** 2 * (1 + aspect**2)
+    # Squared slope of the picture's farthest corner. The sphere goes through the corners of both ends, unless the far
+    # ones are so wide apart that the one about their middle holds everything.
+    slope = sum(reach**2 for reach in camera.reach(aspect))
     distance = min((near + far) / 2 * (1 + slope), far)
     return Sphere(eye + forward * distance, math.sqrt((far - distance) ** 2 + far**2 * slope))
 

@@ -33,8 +33,11 @@ def light_faces(light: Light, world: Matrix, scene_radius: float, size: int) -> 
     near = max(float(row["radius"]), _NEAREST * scene_radius)
     count = face_count(light)
     slope = math.tan(light.outer_cone_angle) if isinstance(light, SpotLight) and count == 1 else 1.0
-    fov = math.degrees(2 * math.atan(slope * (1 + 2 * _GUARD / size)))
-    ahead = Camera.look_at(place, place + forward, fov, near=near)
+    fov = 2 * math.atan(slope * (1 + 2 * _GUARD / size))
+    ahead = Camera.look_at(place, place + forward, vertical_fov=fov, near=near)
     right, up = ahead.transform[:3, 0], ahead.transform[:3, 1]
     directions = [forward, right, -right, up, -up, -forward][:count]
-    return [ahead, *(Camera.look_at(place, place + way, fov, forward, near=near) for way in directions[1:])]
+    return [
+        ahead,
+        *(Camera.look_at(place, place + way, vertical_fov=fov, up=forward, near=near) for way in directions[1:]),
+    ]

@@ -1,23 +1,20 @@
 """Meshes: primitives become sections of indexed triangles with every attribute present (3.7.2)."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.scene.building import Attributes, complete, tangent_uvs
 from pica.scene.gltf.accessors import Rows, element_count, read_floats, read_indices
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.deformation import check_per_vertex, joints_and_weights, morph_offsets
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.materials import Materials
-from pica.scene.gltf.section_batch import Attributes, SectionBatch, unit_tangents
-from pica.scene.material import Material
+from pica.scene.gltf.section_batch import SectionBatch
 from pica.scene.model import Mesh, Section
-from pica.scene.normals import face_normals, unit_normals
-from pica.scene.tangents import generate_tangents
-from pica.scene.values import LARGEST
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 """Points and lines (0 to 3) have no surface."""
@@ -114,13 +111,13 @@ class Meshes:
         material = self._materials.get(primitive)
         shared = "NORMAL" in accessors  # else each triangle gets vertices of its own
         vertices = triangles.size if not shared else vertex_count if used is None else len(used)
-        tangents = _tangent_uvs(material) is not None and not (shared and "TANGENT" in accessors)
+        tangents = tangent_uvs(material) is not None and not (shared and "TANGENT" in accessors)
         taken = vertices * _VERTEX_BYTES + tangents * triangles.size * _TANGENT_BYTES
         self._document.take(primitive, vertices=vertices, bytes=taken)
         attributes = self._attributes(primitive, accessors, vertex_count, used)
         if not tangents and self._batch.takes(attributes, triangles):
             return self._batch.add(primitive, attributes, triangles, material)
-        return primitive.apply(_complete, attributes, triangles, material)
+        return primitive.apply(complete, attributes, triangles, material)
 
     def _triangles(self, primitive: Element, vertex_count: int, mode: int) -> tuple[NDArray[np.uint32], Rows | None]:
         """(triangles, 3) indices into the vertices that they use, and which of the file's those are; None for all."""
@@ -194,71 +191,3 @@ def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
     a, b, c = triangles.T
     kept = (a != b) & (b != c) & (c != a)
     return triangles if np.count_nonzero(kept) == len(kept) else triangles[kept]
-
-
-def _tangent_uvs(material: Material) -> tuple[int, Sequence[float]] | None:
-    """Which texture coordinates the tangents follow, and how they are moved (Texture.transform); None: nobody asks.
-
-    Of several textures' the base's normal map's, unless a file brings tangents."""
-    for texture in (material.normal_texture, material.coat_normal_texture, material.anisotropy_texture):
-        if texture is not None:
-            return texture.uv_set, texture.transform
-    return None if material.anisotropy is None else (0, (1, 0, 0, 0, 1, 0))
-
-
-def _complete(attributes: Attributes, triangles: NDArray[np.uint32], material: Material) -> Section:
-    """Generate what the file lacks."""
-    positions = attributes["POSITION"]
-    flat = "NORMAL" not in attributes
-    if not flat:
-        attributes["NORMAL"] = unit_normals(attributes["NORMAL"], positions, triangles)
-    else:  # 3.7.2.1: flat normals, and tangents in the file do not count
-        attributes.pop("TANGENT", None)
-        normals = np.repeat(face_normals(positions, triangles), 3, axis=0)
-        attributes = _taken(attributes, triangles.reshape(-1).astype(np.intp)) | {"NORMAL": normals}
-        triangles = np.arange(triangles.size, dtype=np.uint32).reshape(-1, 3)
-    follow = _tangent_uvs(material)
-    if "TANGENT" not in attributes and follow is not None:
-        uvs = _texture_coordinates(attributes, *follow)
-        tangents, source, triangles = generate_tangents(attributes["POSITION"], attributes["NORMAL"], uvs, triangles)
-        attributes = _taken(attributes, source) | {"TANGENT": tangents}
-    count = len(attributes["POSITION"])
-    return Section(
-        positions=attributes["POSITION"],
-        normals=attributes["NORMAL"],
-        tangents=unit_tangents(attributes.get("TANGENT"), attributes["NORMAL"]),
-        uv0=attributes.get("TEXCOORD_0", np.zeros((count, 2), np.float32)),
-        uv1=attributes.get("TEXCOORD_1", np.zeros((count, 2), np.float32)),
-        colors=_rgba(attributes.get("COLOR_0", np.ones((count, 4), np.float32))),
-        indices=triangles,
-        material=material,
-        flat=flat,
-        joints=attributes.get("JOINTS"),
-        weights=attributes.get("WEIGHTS"),
-        morph_positions=_by_target(attributes.get("MORPH_POSITION")),
-        morph_normals=_by_target(attributes.get("MORPH_NORMAL")),
-        morph_tangents=_by_target(attributes.get("MORPH_TANGENT")),
-    )
-
-
-def _by_target(offsets: NDArray[np.float32] | None) -> NDArray[np.float32] | None:
-    """(targets, vertices, 3) from (vertices, targets, 3)."""
-    return None if offsets is None else np.ascontiguousarray(offsets.transpose(1, 0, 2))
-
-
-def _taken(attributes: Attributes, vertices: NDArray[np.intp]) -> Attributes:
-    return {name: values[vertices] for name, values in attributes.items()}
-
-
-def _texture_coordinates(attributes: Attributes, uv_set: int, transform: Sequence[float]) -> NDArray[np.float32]:
-    """(vertices, 2) where a texture is read."""
-    uvs = attributes.get(f"TEXCOORD_{uv_set}", np.zeros((len(attributes["POSITION"]), 2), np.float32))
-    matrix = np.array(transform).reshape(2, 3)
-    moved = uvs.astype(np.float64) @ matrix[:, :2].T + matrix[:, 2]
-    return np.clip(moved, -LARGEST, LARGEST).astype(np.float32)
-
-
-def _rgba(colors: NDArray[np.float32]) -> NDArray[np.float32]:
-    if colors.shape[1] == 4:
-        return colors
-    return np.column_stack([colors, np.ones(len(colors), np.float32)])

@@ -127,6 +127,7 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
     entries = hierarchy.below(roots)
     document.take(document.root, "nodes", bytes=len(entries) * OBJECT_BYTES)
     transforms, poses = _places(entries)
+    transforms.setflags(write=False)
     near = np.einsum("nij,nij->n", transforms, transforms) <= LARGEST  # so that none is too large
     if any("mesh" in entry for entry in entries):
         meshes.expect(entries)

@@ -2,19 +2,17 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.scene.building import Attributes, unit_tangents
 from pica.scene.checked_field import unchecked_constructor
 from pica.scene.gltf.element import Element
 from pica.scene.material import Material
 from pica.scene.mesh import Section
-from pica.scene.normals import face_normals, perpendicular, unit_normals
-
-Attributes = dict[str, NDArray[Any]]
-"""By name, one row a vertex."""
+from pica.scene.normals import face_normals, unit_normals
 
 _section = unchecked_constructor(Section)
 _NAMES = {"POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"}
@@ -112,15 +110,3 @@ def _joined(
         if given is not None:
             values[first : first + len(given), : given.shape[1]] = given
     return values
-
-
-def unit_tangents(tangents: NDArray[np.float32] | None, normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(vertices, 4) unit tangents; any at a right angle to the normal where there is none."""
-    spare = np.column_stack([perpendicular(normals), np.ones(len(normals), np.float32)])
-    if tangents is None:
-        return spare
-    lengths = np.linalg.norm(tangents[:, :3].astype(np.float64), axis=1, keepdims=True)
-    unit = np.column_stack(
-        [tangents[:, :3] / np.where(lengths > 0, lengths, 1), np.where(tangents[:, 3:] < 0, -1, 1).astype(np.float32)]
-    )
-    return np.where(lengths > 0, unit, spare).astype(np.float32)
