@@ -12,6 +12,7 @@ from pica.scene import gltf, leftovers
 from pica.scene.environment import Environment
 from pica.scene.limits import Budget, Limits
 from pica.scene.model import Scene
+from pica.scene.values import checked, flag
 from pica.text import printable
 
 
@@ -29,6 +30,7 @@ def load(
     environment; pica.Limits() without. Raises SceneError, one line that names the file and the fault; warns about
     features of the file that are not supported.
     """
+    checked("load: allow_outside", flag, allow_outside)
     leftovers.collect()
     budget = Budget(limits)
     scene = gltf.read(_checked(path, "path"), budget, allow_outside)

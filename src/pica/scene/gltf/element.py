@@ -31,6 +31,11 @@ class Element:
     def __contains__(self, key: str) -> bool:
         return self._values.get(key) is not None
 
+    @property
+    def values(self) -> dict[str, Any]:
+        """The object itself, as the file has it."""
+        return self._values
+
     def keys(self) -> set[str]:
         """Which keys the object has."""
         return set(self._values)
