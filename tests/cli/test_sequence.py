@@ -143,7 +143,7 @@ def test_pictures_are_denoised_but_not_those_for_the_history(run, scene, monkeyp
     run(*arguments)
     (tmp_path / "2.png").unlink()
     run(*arguments, "--resume")
-    assert [(call.count, call.denoise) for call in scene.calls] == [*[(16, True)] * 3, (1, False), (16, True)]
+    assert [(call.count, call.denoise) for call in scene.calls] == [*[(16, True)] * 3, *[(16, False)] * 2, (16, True)]
 
 
 def test_buffers_beside_each_picture(run, scene, tmp_path):
@@ -168,7 +168,7 @@ def test_a_camera_that_is_animated_moves(run, scene, tmp_path):
         assert [round(call.camera.transform[0, 3], 6) for call in scene.calls] == [0.0, 0.1, 0.2]
 
 
-def test_resume_renders_what_is_missing_after_a_look_at_the_picture_before(run, scene, tmp_path):
+def test_resume_renders_what_is_missing_with_a_warm_history(run, scene, tmp_path):
     arguments = ["render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.7"]
     run(*arguments)
     kept = (tmp_path / "3.png").stat().st_mtime_ns
@@ -176,10 +176,45 @@ def test_resume_renders_what_is_missing_after_a_look_at_the_picture_before(run, 
         (tmp_path / f"{number}.png").unlink()
     scene.calls.clear()
     assert "4 of 7 pictures rendered" in run(*arguments, "--resume")[1]
-    assert places(scene) == [(0.0, 16), (0.1, 1), (0.2, 16), (0.4, 1), (0.5, 16), (0.6, 16)]
+    assert places(scene) == [(x, 16) for x in (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)]
     assert names(tmp_path) == [f"{number}.png" for number in range(7)]
     assert (tmp_path / "3.png").stat().st_mtime_ns == kept
     assert [round(np.array(Image.open(tmp_path / f"{n}.png")).mean() / 255, 1) for n in (2, 3)] == [0.2, 0.3]
+
+
+@pytest.mark.parametrize(
+    ("more", "places_before"),
+    [
+        ([], [(0.3, 16), (0.4, 16)]),
+        (["--frames", "8"], [(x, 8) for x in (0.1, 0.2, 0.3, 0.4)]),
+        (["--path-traced"], [(0.4, 1)]),
+    ],
+)
+def test_how_a_history_is_made_warm(run, scene, tmp_path, more, places_before):
+    arguments = ["render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.7", *more]
+    run(*arguments)
+    (tmp_path / "5.png").unlink()
+    scene.calls.clear()
+    run(*arguments, "--resume")
+    assert places(scene)[:-1] == places_before
+
+
+@pytest.mark.parametrize(("kind", "more"), [("png", ["--aov", "normal"]), ("exr", [])])
+def test_resume_finds_every_picture_that_is_broken(run, scene, tmp_path, kind, more):
+    arguments = ["render", "m.glb", "-o", tmp_path / f"%d.{kind}", *SMALL, "--seconds", "0.6", *more]
+    run(*arguments)
+    whole = {name: (tmp_path / name).read_bytes() for name in names(tmp_path)}
+    kept = (tmp_path / f"0.{kind}").stat().st_mtime_ns
+    (tmp_path / f"1.{kind}").write_bytes(b"")
+    (tmp_path / f"2.{kind}").write_bytes(whole[f"2.{kind}"][:-20])
+    (tmp_path / f"4.{kind}").write_text("something else")
+    if kind == "png":
+        (tmp_path / "3.normal.png").write_bytes(b"")
+    code, out, err = run(*arguments, "--resume")
+    assert code == 0, err
+    assert f"{4 if kind == 'png' else 3} of 6 pictures rendered" in out
+    assert {name: (tmp_path / name).read_bytes() for name in names(tmp_path)} == whole
+    assert (tmp_path / f"0.{kind}").stat().st_mtime_ns == kept
 
 
 def test_a_film_cut_short_is_resumed(run, scene, tmp_path, monkeypatch):
@@ -191,7 +226,7 @@ def test_a_film_cut_short_is_resumed(run, scene, tmp_path, monkeypatch):
     monkeypatch.setattr(Painter, "stop_at", None)
     scene.calls.clear()
     assert run(*arguments, "--resume")[0] == 0
-    assert places(scene) == [(0.3, 1), (0.4, 16), (0.5, 16)]
+    assert places(scene) == [(0.2, 16), (0.3, 16), (0.4, 16), (0.5, 16)]
     assert levels(tmp_path / "out.mp4") == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
     assert names(tmp_path) == ["out.mp4"]
 
@@ -202,6 +237,7 @@ def test_a_film_that_is_whole_is_left_alone_unless_another_length_is_asked(run, 
     scene.calls.clear()
     assert "0 of 3 pictures rendered" in run(*arguments, "--seconds", "0.3", "--resume")[1]
     assert names(tmp_path) == ["out.mp4"] and not scene.calls
+    (tmp_path / "out.mp4").write_bytes(b"")
     run(*arguments, "--seconds", "0.4", "--resume")
     assert levels(tmp_path / "out.mp4") == [0.0, 0.1, 0.2, 0.3]
 

@@ -1,5 +1,6 @@
 """`pica render`: a picture of a scene, or a sequence of them."""
 
+import math
 import time
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,9 @@ from pica.errors import PicaError
 
 if TYPE_CHECKING:
     from pica import Camera, Frame, PathTracer, Renderer
+
+_LEAD_IN = 32
+"""Frames after which the histories of a resumed sequence differ little from those of an unbroken run."""
 
 
 @takes_view
@@ -93,7 +97,9 @@ def render(
     began = time.perf_counter()
     content = view.load(moving=sequence is not None)
     times = sequence.times(content) if sequence else []
-    missing = sequence.missing(len(times)) if sequence and resume else list(range(len(times)))
+    missing = list(range(len(times)))
+    if sequence and resume:
+        missing = sequence.missing(len(times), lambda picture: list(files_of(picture, aov).values()))
     framed = None
 
     def camera() -> "Camera | None":
@@ -120,9 +126,10 @@ def render(
             times,
             missing,
             shoot=lambda whole: renderer.render(
-                count if whole else 1, camera=camera(), denoise=way if whole else False
+                1 if path_traced and not whole else count, camera=camera(), denoise=way if whole else False
             ),
             save=lambda frame, file: save(frame, file, aov),
+            lead_in=1 if path_traced else math.ceil(_LEAD_IN / count),
             progress=partial(progress, json=json),
         )
         result |= {"fps": sequence.fps, "start": sequence.start, "pictures": len(times), "rendered": len(missing)}
@@ -147,11 +154,15 @@ def save(frame: "Frame", output: Path, aovs: list[str] | None) -> list[Path]:
     """Write the picture and, beside a .png, one picture for each AOV; the files written. Raises PicaError."""
     for name in aovs or []:
         frame.aov(name)  # an unknown name is an error before anything is written
-    if output.suffix.lower() == ".exr":
-        frame.save(output, aovs=aovs)
-        return [output]
-    extra = {name: output.with_name(f"{output.stem}.{name}{output.suffix}") for name in aovs or []}
-    for name, path in extra.items():
-        frame.save_aov(name, path)
-    frame.save(output)  # last: where it lies, all that belongs to it does
-    return [output, *extra.values()]
+    files = files_of(output, aovs)
+    for name, path in files.items():
+        if name:
+            frame.save_aov(name, path)
+    frame.save(output, aovs=aovs)  # last: where it lies, all that belongs to it does
+    return list(files.values())
+
+
+def files_of(output: Path, aovs: list[str] | None) -> dict[str, Path]:
+    """The files that `save` writes, by the name of the AOV; the picture's is empty."""
+    beside = [] if output.suffix.lower() == ".exr" else aovs or []
+    return {"": output, **{name: output.with_name(f"{output.stem}.{name}{output.suffix}") for name in beside}}

@@ -116,23 +116,34 @@ class Sequence:
             low, high = np.minimum(low, corners[0]), np.maximum(high, corners[1])
         return pica.Camera.framing(low, high, self.size[0] / self.size[1])
 
-    def missing(self, count: int) -> list[int]:
-        """Which of `count` pictures an earlier run has not made. Raises PicaError if it made them in another size."""
+    def missing(self, count: int, files: Callable[[Path], list[Path]]) -> list[int]:
+        """Which of `count` pictures an earlier run has not made, or not whole.
+
+        `files`: all that belong to the file of a picture. Raises PicaError if there are some of another size.
+        """
         if self.is_film:
             self._remove_empty_folder()  # of a run that was killed before its first picture
         if self.is_film and self.output.exists() and not self._folder.exists():
             from pica.video import describe
 
-            return [] if describe(self.output) == (count, *self.size) else list(range(count))
-        missing = [number for number in range(count) if not self.file(number).exists()]
-        made = next((number for number in range(count) if self.file(number).exists()), None)
-        if made is not None:
-            from pica.pictures import read_radiance
+            with suppress(PicaError):  # it is broken
+                if describe(self.output) == (count, *self.size):
+                    return []
+            return list(range(count))
+        return [number for number in range(count) if not all(map(self._is_whole, files(self.file(number))))]
 
-            height, width = read_radiance(self.file(made)).shape[:2]
-            if (width, height) != self.size:
-                raise PicaError(f"--resume: {self.file(made)} is {width}x{height}, not {self.size[0]}x{self.size[1]}")
-        return missing
+    def _is_whole(self, file: Path) -> bool:
+        """Whether a picture is there and all of it can be read. Raises PicaError where it has another size."""
+        from pica.errors import SceneError
+        from pica.pictures import whole_size
+
+        try:
+            width, height = whole_size(file)
+        except SceneError:
+            return False
+        if (width, height) != self.size:
+            raise PicaError(f"--resume: {file} is {width}x{height}, not {self.size[0]}x{self.size[1]}")
+        return True
 
     def render(
         self,
@@ -141,11 +152,13 @@ class Sequence:
         missing: list[int],
         shoot: Callable[[bool], "Frame"],
         save: Callable[["Frame", Path], object],
+        lead_in: int,
         progress: Callable[[str], AbstractContextManager[Callable[[int, int], None]]] = progress,
     ) -> dict[str, float]:
         """Make the missing pictures and the film of them; the timings of the last.
 
-        `shoot(True)` renders the scene as it is now, `shoot(False)` in a hurry, for the history only. `progress` shows
+        `shoot(True)` renders the scene as it is now, `shoot(False)` for the history only. Motion and all else that
+        looks back need the pictures before a missing one: up to `lead_in` of them are rendered again. `progress` shows
         how far it is.
         """
         timings: dict[str, float] = {}
@@ -155,8 +168,8 @@ class Sequence:
         before = -1
         with self._pictures(), progress("Rendering") as advance:
             for done, number in enumerate(missing, start=len(times) - len(missing)):
-                if number != before + 1:  # motion and all else that looks back need the picture before this one
-                    scene.animate(times[number - 1], chosen)
+                for earlier in range(max(before + 1, number - lead_in), number):
+                    scene.animate(times[earlier], chosen)
                     shoot(False)
                 advance(done, len(times))
                 scene.animate(times[number], chosen)
