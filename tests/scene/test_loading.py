@@ -45,6 +45,19 @@ def test_an_environment_from_memory_is_kept(tmp_path: Path) -> None:
     assert load(triangle(tmp_path), environment=sky).environment is sky
 
 
+def test_a_file_with_z_up_is_turned_upright(tmp_path: Path) -> None:
+    path = triangle(tmp_path, translation=[1, 2, 3])
+    sky = Environment(np.ones((2, 4, 3), np.float32))
+    as_it_is, upright = (load(path, environment=sky, up=up) for up in ("y", "z"))
+    (node,) = (node for node in upright.nodes() if node.mesh)
+    assert np.allclose(node.world[:3, 3], (1, 3, -2))
+    assert np.allclose(node.world[:3, 2], (0, 1, 0)) and np.linalg.det(node.world) > 0
+    assert len(list(upright.nodes())) == 1 + len(list(as_it_is.nodes()))
+    for wrong in ("x", "Z", None, 2):
+        with pytest.raises(SceneError, match=r"^load: up: .* is not one of y, z$"):
+            load(path, up=wrong)  # type: ignore[arg-type]
+
+
 @needs_assets
 def test_environments_from_files(tmp_path: Path) -> None:
     for name in ("courtyard.hdr", "zip_exr/bl_studio.exr"):

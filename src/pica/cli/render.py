@@ -37,6 +37,7 @@ def render(
     frames: options.Frames = 16,
     preset: options.Preset = "hybrid",
     values: options.Values = None,
+    ev: options.Ev = None,
     aov: Annotated[
         list[str] | None,
         typer.Option(
@@ -80,7 +81,7 @@ def render(
         options.check_output(output, (*PICTURES, FILM))
         if seconds is not None or fps is not None or resume:
             raise PicaError(f"{output}: --seconds, --fps and --resume are for out.mp4 or pictures such as out/%04d.png")
-    settings = options.parse_settings(preset, values)
+    settings = options.parse_settings(preset, values, ev)
     if light_map is not None and path_traced:
         raise PicaError("--light-map is for the hybrid renderer; --path-traced finds all light itself")
     baked = options.load_light_map(light_map, settings)

@@ -11,8 +11,8 @@ from pica.pictures import read_radiance
 from pica.scene import gltf, leftovers
 from pica.scene.environment import Environment
 from pica.scene.limits import Budget, Limits
-from pica.scene.model import Scene
-from pica.scene.values import checked, flag
+from pica.scene.model import Node, Scene
+from pica.scene.values import checked, choice, flag
 from pica.text import printable
 
 
@@ -22,19 +22,24 @@ def load(
     *,
     allow_outside: bool = False,
     limits: Limits | None = None,
+    up: str = "y",
 ) -> Scene:
     """Load a .gltf or .glb file, lit from all around by `environment` (a .hdr or .exr file, or one in memory).
 
     A scene without any light gets a neutral sky, and a warning that says so. `allow_outside`: read buffers and pictures
     from files outside the asset's folder too, such as textures in "../". `limits`: what loading may take, with the
-    environment; pica.Limits() without. Raises SceneError, one line that names the file and the fault; warns about
-    features of the file that are not supported.
+    environment; pica.Limits() without. `up`: "z" for files whose Z axis points up, against what glTF says; the scene is
+    turned so that its Y axis does. Raises SceneError, one line that names the file and the fault; warns about features
+    of the file that are not supported.
     """
     checked("load: allow_outside", flag, allow_outside)
+    checked("load: up", choice("y", "z"), up)
     leftovers.collect()
     budget = Budget(limits)
     scene = gltf.read(_checked(path, "path"), budget, allow_outside)
     leftovers.watch(scene)
+    if up == "z":
+        _turn_upright(scene)
     if isinstance(environment, Environment):
         scene.environment = environment
     elif environment is not None:
@@ -46,6 +51,16 @@ def load(
         )
         scene.environment = default_environment()
     return scene
+
+
+def _turn_upright(scene: Scene) -> None:
+    """Put all that the scene holds under one node, which turns +Z to +Y."""
+    upright = Node("z is up")
+    upright.transform = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+    for root in list(scene.roots):
+        scene.remove(root)
+        upright.add(root)
+    scene.add(upright)
 
 
 def _checked(path: str | Path, name: str) -> Path:
