@@ -256,12 +256,85 @@ def test_nothing_moves_is_a_warning(run, scene, tmp_path):
     assert "the scene has no animation, so nothing moves" in err
 
 
+def heights_and_angles(painter):
+    """Of the cameras, about the box at x = 0."""
+    eyes = [call.camera.transform[:3, 3] for call in painter.calls]
+    return [eye[1] for eye in eyes], np.unwrap([math.atan2(eye[0], eye[2]) for eye in eyes])
+
+
+def test_a_turntable_goes_once_round_a_still_scene(run, scene, tmp_path):
+    code, _, err = run("render", "still.glb", "-o", tmp_path / "%d.png", *SMALL, "--turntable", "--fps", "2")
+    assert code == 0 and "nothing moves" not in err
+    assert len(scene.calls) == 16 == len(names(tmp_path))
+    heights, angles = heights_and_angles(scene)
+    assert np.allclose(heights, heights[0]) and np.allclose(np.diff(angles), 2 * math.pi / 16)
+    for call in scene.calls:
+        view, slope = np.linalg.inv(call.camera.transform), math.tan(call.camera.vertical_fov / 2)
+        for corner in np.array(list(np.ndindex(2, 2, 2))) * 0.2 - 0.1:
+            right, up, back, _ = view @ (*corner, 1)
+            assert abs(up) < -back * slope and abs(right) < -back * slope * 2
+
+
+def test_a_turntable_turns_about_the_target_while_an_animation_plays(run, scene, tmp_path):
+    view = ["--eye", "5,2,3", "--target", "5,1,0"]
+    code, _, err = run("render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--turntable", *view)
+    assert code == 0, err
+    assert [call.x for call in scene.calls] == [n / 10 for n in range(10)]
+    eyes = np.array([call.camera.transform[:3, 3] for call in scene.calls])
+    assert np.allclose(np.linalg.norm(eyes - (5, 1, 0), axis=1), math.sqrt(10)) and np.allclose(eyes[:, 1], 2)
+    assert np.allclose(eyes[5], (5, 2, -3))
+
+
+def test_a_camera_follows_the_path_of_a_file(run, scene, tmp_path):
+    path = tmp_path / "path.json"
+    keys = [(0, (0, 1, 4)), (0.5, (2, 1, 4)), (1.0, (4, 1, 4))]
+    path.write_text(json.dumps([{"time": t, "eye": eye, "target": (0, 0, 0), "fov": 20 + 20 * t} for t, eye in keys]))
+    code, _, err = run("render", "still.glb", "-o", tmp_path / "%d.png", *SMALL, "--camera-path", path)
+    assert code == 0, err
+    cameras = [call.camera for call in scene.calls]
+    assert np.allclose([camera.transform[:3, 3] for camera in cameras], [(0.4 * n, 1, 4) for n in range(10)])
+    assert np.allclose([math.degrees(camera.vertical_fov) for camera in cameras], 20 + 2 * np.arange(10))
+    assert all(np.allclose(camera.transform[:3, 2], _unit(camera.transform[:3, 3])) for camera in cameras)
+
+
+def _unit(vector):
+    return vector / np.linalg.norm(vector)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ("[", "is no JSON"),
+        ("\udcff", "is no JSON"),
+        ("{}", "is not a list such as"),
+        ("[]", "is not a list such as"),
+        ("[1]", "is not a list such as"),
+        ('[{"time": 0}]', "[0].eye: None"),
+        ('[{"time": "x"}]', "[0].time: 'x' is not a number"),
+        ('[{"time": 0, "eye": [0, 0], "target": [0, 0, 0]}]', "[0].eye: [0, 0] is not 3 numbers"),
+        ('[{"time": 0, "eye": [0, 0, 0], "target": [0, 0, 0]}]', "[0]: camera '': eye and target are the same"),
+        ('[{"time": 0, "eye": [0, 0, 1], "target": [0, 0, 0], "fov": 180}]', "[0].fov: 180"),
+        ('[{"time": 0, "eye": [0, 0, 1], "target": [0, 0, 0], "up": 3}]', "[0]: 'up' is none of"),
+        ('[{"time": 1, "eye": [0, 0, 1], "target": [0, 0, 0]}, {"time": 1}]', "[1].time: 1 is not after"),
+    ],
+)
+def test_paths_of_cameras_that_are_none(run, scene, tmp_path, content, says):
+    path = tmp_path / "path.json"
+    path.write_bytes(content.encode("utf-8", "surrogateescape"))
+    code, _, err = run("render", "still.glb", "-o", tmp_path / "%d.png", *SMALL, "--camera-path", path)
+    assert (code, err.count("\n")) == (2, 1) and err.startswith(f"pica: {path}: ") and says in err
+
+
 @pytest.mark.parametrize(
     ("output", "arguments", "says"),
     [
-        ("o.png", ["--seconds", "1"], "--seconds, --fps and --resume are for out.mp4 or pictures such as"),
-        ("o.png", ["--fps", "30"], "--seconds, --fps and --resume are for"),
-        ("o.png", ["--resume"], "--seconds, --fps and --resume are for"),
+        ("o.png", ["--seconds", "1"], "and --resume are for out.mp4 or pictures such as"),
+        ("o.png", ["--fps", "30"], "--seconds, --fps, --turntable, --camera-path and --resume are for"),
+        ("o.png", ["--resume"], "--seconds, --fps, --turntable, --camera-path and --resume are for"),
+        ("o.png", ["--turntable"], "--seconds, --fps, --turntable, --camera-path and --resume are for"),
+        ("o.mp4", ["--turntable", "--camera-path", "x.json"], "--camera-path takes no --turntable"),
+        ("o.mp4", ["--fov", "30", "--camera-path", "x.json"], "--camera-path takes no --turntable"),
+        ("o.mp4", ["--camera-path", "nowhere.json"], "nowhere.json: no such file"),
         ("o.mp4", ["--fps", "0"], "--fps 0: must be 0.001 to 1000"),
         ("o.mp4", ["--fps", "0.0001"], "--fps 0.0001: must be"),
         ("o.mp4", ["--fps", "1e-300"], "--fps 1e-300: must be"),

@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -9,13 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from pica.cli import options
+from pica.cli.camera_path import read_camera_path
 from pica.cli.report import print_json, print_line, progress
 from pica.cli.sequence import FILM, PICTURES, Sequence, is_sequence
 from pica.cli.view import View, takes_view
 from pica.errors import PicaError
 
 if TYPE_CHECKING:
-    from pica import Camera, Frame, PathTracer, Renderer
+    from pica import Camera, Frame, PathTracer, Renderer, Scene
 
 _LEAD_IN = 32
 """Frames after which the histories of a resumed sequence differ little from those of an unbroken run."""
@@ -61,6 +63,16 @@ def render(
     fps: Annotated[
         float | None, typer.Option(metavar="N", help="Pictures a second of a sequence, 30 unless told.")
     ] = None,
+    turntable: Annotated[
+        bool, typer.Option("--turntable", help="The camera goes once round what it looks at, in 8 s unless told.")
+    ] = False,
+    camera_path: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help='Cameras, a JSON list of {"time": s, "eye": [x, y, z], "target": [x, y, z], "fov": degrees}.',
+        ),
+    ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Keep the pictures that a run cut short has made; render those missing.")
     ] = False,
@@ -74,13 +86,18 @@ def render(
     pixels = options.parse_size(size)
     sequence = None
     if is_sequence(output):
-        sequence = Sequence(output, pixels, view.start or 0.0, 30.0 if fps is None else fps, seconds, view.animation)
+        if camera_path is not None and (turntable or view.has_camera):
+            raise PicaError("--camera-path takes no --turntable, --camera, --eye, --target or --fov beside it")
+        path = None if camera_path is None else read_camera_path(camera_path)
+        rate = 30.0 if fps is None else fps
+        sequence = Sequence(output, pixels, view.start or 0.0, rate, seconds, view.animation, turntable, path)
         if sequence.is_film and aov:
             raise PicaError(f"{output}: a film holds no buffers; --aov needs pictures, such as frames/%04d.exr")
     else:
         options.check_output(output, (*PICTURES, FILM))
-        if seconds is not None or fps is not None or resume:
-            raise PicaError(f"{output}: --seconds, --fps and --resume are for out.mp4 or pictures such as out/%04d.png")
+        if seconds is not None or fps is not None or resume or turntable or camera_path is not None:
+            given = "--seconds, --fps, --turntable, --camera-path and --resume"
+            raise PicaError(f"{output}: {given} are for out.mp4 or pictures such as out/%04d.png")
     settings = options.parse_settings(preset, values, ev)
     if light_map is not None and path_traced:
         raise PicaError("--light-map is for the hybrid renderer; --path-traced finds all light itself")
@@ -101,14 +118,7 @@ def render(
     missing = list(range(len(times)))
     if sequence and resume:
         missing = sequence.missing(len(times), lambda picture: list(files_of(picture, aov).values()))
-    framed = None
-
-    def camera() -> "Camera | None":
-        """The camera, where the scene has it at this time."""
-        return view.camera_in(content) or framed
-
-    if camera() is None and sequence and not content.cameras():
-        framed = sequence.framing(content, times)
+    camera_of = _moving_camera(view, content, sequence, times) if sequence else lambda _: view.camera_in(content)
     loaded = time.perf_counter()
     renderer: Renderer | PathTracer
     if path_traced:
@@ -126,8 +136,8 @@ def render(
             content,
             times,
             missing,
-            shoot=lambda whole: renderer.render(
-                1 if path_traced and not whole else count, camera=camera(), denoise=way if whole else False
+            shoot=lambda number, whole: renderer.render(
+                1 if path_traced and not whole else count, camera=camera_of(number), denoise=way if whole else False
             ),
             save=lambda frame, file: save(frame, file, aov),
             lead_in=1 if path_traced else math.ceil(_LEAD_IN / count),
@@ -138,7 +148,7 @@ def render(
         files = [output]
     else:
         with progress("Rendering", json) as advance:
-            frame = renderer.render(count, camera=camera(), progress=advance, denoise=way)
+            frame = renderer.render(count, camera=camera_of(0), progress=advance, denoise=way)
             files = save(frame, output, aov)
         result["timings"] = frame.timings
     done = time.perf_counter()
@@ -149,6 +159,27 @@ def render(
         print_json(result)
     else:
         print_line(f"{', '.join(result['files'])}: {said}, {done - loaded:.1f} s on {renderer.device_name}")
+
+
+def _moving_camera(
+    view: View, scene: "Scene", sequence: Sequence, times: list[float]
+) -> Callable[[int], "Camera | None"]:
+    """The camera of each picture of a sequence; to be asked while the scene is as in the picture."""
+    from pica.scene.orbit import orbited
+
+    path, framed = sequence.path, None
+    if path is not None:
+        return lambda number: path.at(times[number])
+    if not view.has_camera and not scene.cameras():
+        framed = sequence.framing(scene, times)
+    if not sequence.turntable:
+        return lambda _: view.camera_in(scene) or framed
+
+    def now() -> "Camera":
+        return view.camera_in(scene) or framed or scene.cameras()[0]
+
+    center = view.looked_at(scene, now())
+    return lambda number: orbited(now(), center, 2 * math.pi * number / len(times))
 
 
 def save(frame: "Frame", output: Path, aovs: list[str] | None) -> list[Path]:

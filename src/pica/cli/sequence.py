@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pica.cli import options
+from pica.cli.camera_path import ROUND, CameraPath
 from pica.cli.report import progress
 from pica.cli.view import find_animation
 from pica.errors import PicaError
@@ -54,6 +55,10 @@ class Sequence:
     """None: until the animation ends."""
     animation: str | None
     """Its name or its number; None: all together."""
+    turntable: bool = False
+    """Whether the camera goes once round."""
+    path: CameraPath | None = None
+    """Where the camera goes, if that is given."""
 
     def __post_init__(self) -> None:
         if not _SLOWEST <= self.fps <= _FASTEST:
@@ -90,14 +95,16 @@ class Sequence:
     def times(self, scene: "Scene") -> list[float]:
         """When each picture is, in seconds. Raises PicaError when there is no telling how long, or too many."""
         seconds = self.seconds
-        if not scene.animations:
+        if not scene.animations and not self.turntable and self.path is None:
             warnings.warn(f"{self.output}: the scene has no animation, so nothing moves", stacklevel=2)
         if seconds is None:
             chosen = find_animation(scene, self.animation)
             durations = (each.duration for n, each in enumerate(scene.animations) if chosen in (None, n, each.name))
-            seconds = max(durations, default=0.0) - self.start
+            seconds = max([*durations, self.path.times[-1] if self.path else 0.0]) - self.start
+            if seconds <= 0 and self.turntable:
+                seconds = ROUND
             if seconds <= 0:
-                raise PicaError("--seconds is needed: there is no animation that goes on after the start")
+                raise PicaError("--seconds is needed: nothing that moves goes on after the start")
         count = max(round(min(seconds * self.fps, 2 * options.MOST)), 1)
         if count > options.MOST:
             raise PicaError(f"--seconds {seconds:g} with --fps {self.fps:g}: over {options.MOST} pictures")
@@ -108,13 +115,15 @@ class Sequence:
         import numpy as np
 
         import pica
+        from pica.scene.orbit import framing_all_round
 
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for time in reversed(times[:: math.ceil(len(times) / _FRAMED)]):
             scene.animate(time, find_animation(scene, self.animation))
             corners = scene.bounds()
             low, high = np.minimum(low, corners[0]), np.maximum(high, corners[1])
-        return pica.Camera.framing(low, high, self.size[0] / self.size[1])
+        frame = framing_all_round if self.turntable else pica.Camera.framing
+        return frame(low, high, self.size[0] / self.size[1])
 
     def missing(self, count: int, files: Callable[[Path], list[Path]]) -> list[int]:
         """Which of `count` pictures an earlier run has not made, or not whole.
@@ -150,16 +159,16 @@ class Sequence:
         scene: "Scene",
         times: list[float],
         missing: list[int],
-        shoot: Callable[[bool], "Frame"],
+        shoot: Callable[[int, bool], "Frame"],
         save: Callable[["Frame", Path], object],
         lead_in: int,
         progress: Callable[[str], AbstractContextManager[Callable[[int, int], None]]] = progress,
     ) -> dict[str, float]:
         """Make the missing pictures and the film of them; the timings of the last.
 
-        `shoot(True)` renders the scene as it is now, `shoot(False)` for the history only. Motion and all else that
-        looks back need the pictures before a missing one: up to `lead_in` of them are rendered again. `progress` shows
-        how far it is.
+        `shoot(number, True)` renders a picture of the scene as it is now, `shoot(number, False)` for the history only.
+        Motion and all else that looks back need the pictures before a missing one: up to `lead_in` of them are rendered
+        again. `progress` shows how far it is.
         """
         timings: dict[str, float] = {}
         if not missing and self.is_film and not self._folder.exists():
@@ -170,10 +179,10 @@ class Sequence:
             for done, number in enumerate(missing, start=len(times) - len(missing)):
                 for earlier in range(max(before + 1, number - lead_in), number):
                     scene.animate(times[earlier], chosen)
-                    shoot(False)
+                    shoot(earlier, False)
                 advance(done, len(times))
                 scene.animate(times[number], chosen)
-                frame = shoot(True)
+                frame = shoot(number, True)
                 save(frame, self.file(number))
                 if len(missing) == len(times) and number == 0:
                     for stale in missing[1:]:  # of another run, which this one must not be resumed with

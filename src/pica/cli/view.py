@@ -88,6 +88,11 @@ class View:
             rotation=environment.rotation if self.env_rotation is None else math.radians(self.env_rotation),
         )
 
+    @property
+    def has_camera(self) -> bool:
+        """Whether a camera is asked for."""
+        return (self.camera, self.eye, self.target, self.fov) != (None, None, None, None)
+
     def camera_in(self, scene: "Scene") -> "Camera | None":
         """The camera that is asked for, where the scene has it now; None for the scene's own. Raises PicaError."""
         import pica
@@ -106,6 +111,14 @@ class View:
             raise PicaError("--eye and --target go together; --fov needs both")
         eye, target = _point("--eye", self.eye), _point("--target", self.target)
         return pica.Camera.look_at(eye, target, 45.0 if self.fov is None else self.fov)
+
+    def looked_at(self, scene: "Scene", camera: "Camera") -> Any:
+        """(3,) what a camera of `camera_in` or another one of the scene looks at, in metres."""
+        import numpy as np
+
+        from pica.scene.orbit import pivot
+
+        return pivot(scene, camera) if self.target is None else np.array(_point("--target", self.target))
 
 
 def takes_view(command: Callable[..., None]) -> Callable[..., None]:
