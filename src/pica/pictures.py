@@ -89,7 +89,10 @@ def read_exr_channels(path: str | Path) -> dict[str, NDArray[np.float32]]:
 
 
 def write_png(path: str | Path, pixels: NDArray[np.uint8]) -> None:
-    """Write (height, width, 3) uint8 as PNG. Raises PicaError when the file cannot be written."""
+    """Write (height, width, 3) uint8 as PNG, or (height, width, 4) with straight alpha.
+
+    Raises PicaError when the file cannot be written.
+    """
     image = PIL.Image.fromarray(pixels)
     write_whole(Path(path), lambda temporary: image.save(temporary, "PNG"))
 

@@ -88,6 +88,12 @@ def test_exposed_by_hand(run, calls, tmp_path, ev, white):
     assert not post.auto_exposure and math.isclose(2**-post.exposure, white, rel_tol=1e-3)
 
 
+def test_transparent(run, calls, tmp_path):
+    code, _, err = run("render", "m.glb", "-o", tmp_path / "o.png", "--size", "8x4", "--transparent")
+    assert code == 0, err
+    assert calls[0].settings.visibility.background == "transparent"
+
+
 def test_cameras(run, calls, tmp_path):
     run("render", "m.glb", "-o", tmp_path / "o.png", "--camera", "side")
     run("render", "m.glb", "-o", tmp_path / "o.png", "--eye", "-1,2,3", "--target", "0,0,0", "--fov", "30")

@@ -352,6 +352,7 @@ def test_paths_of_cameras_that_are_none(run, scene, tmp_path, content, says):
         ("o.mp4", ["--animation", "2"], "no animation 2"),
         ("o.mp4", ["--size", "9x4"], "a film needs an even width and height, not 9x4"),
         ("o.mp4", ["--aov", "normal"], "a film holds no buffers"),
+        ("o.mp4", ["--transparent"], "a film holds no alpha"),
         ("nowhere/o.mp4", [], "there is no folder"),
         ("%d.jpg", [], "must end in .png, .exr or .mp4"),
         ("%d%d.png", [], "needs one %d"),

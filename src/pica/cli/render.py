@@ -49,6 +49,7 @@ def render(
             ".history, .variance and .footprint show the work of the shadow filters.",
         ),
     ] = None,
+    transparent: Annotated[bool, typer.Option("--transparent", help="No background: .png and .exr get alpha.")] = False,
     path_traced: Annotated[bool, typer.Option("--path-traced", help="Use the reference path tracer.")] = False,
     samples: Annotated[int | None, options.count("Paths per pixel with --path-traced, 256 unless told.")] = None,
     denoise: Annotated[
@@ -91,14 +92,17 @@ def render(
         path = None if camera_path is None else read_camera_path(camera_path)
         rate = 30.0 if fps is None else fps
         sequence = Sequence(output, pixels, view.start or 0.0, rate, seconds, view.animation, turntable, path)
-        if sequence.is_film and aov:
-            raise PicaError(f"{output}: a film holds no buffers; --aov needs pictures, such as frames/%04d.exr")
+        if sequence.is_film and (aov or transparent):
+            what = "no alpha; --transparent" if transparent else "no buffers; --aov"
+            raise PicaError(f"{output}: a film holds {what} needs pictures, such as frames/%04d.exr")
     else:
         options.check_output(output, (*PICTURES, FILM))
         if seconds is not None or fps is not None or resume or turntable or camera_path is not None:
             given = "--seconds, --fps, --turntable, --camera-path and --resume"
             raise PicaError(f"{output}: {given} are for out.mp4 or pictures such as out/%04d.png")
     settings = options.parse_settings(preset, values, ev)
+    if transparent:
+        settings = settings.with_values({"visibility.background": "transparent"})
     if light_map is not None and path_traced:
         raise PicaError("--light-map is for the hybrid renderer; --path-traced finds all light itself")
     baked = options.load_light_map(light_map, settings)

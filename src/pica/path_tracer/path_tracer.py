@@ -3,6 +3,7 @@
 import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
+from pica.effects.antialiasing.coverage import StraightRadiance, alpha_aov
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError, plain, shown
@@ -67,6 +68,8 @@ class PathTracer(Closing):
         self._trace = ray_effect(device, "path_tracer/path_tracer.slang", "PathTracer", "surface", tracer, parts=PATHS)
         self._average = device.compute("path_tracer/average.slang")
         self._gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
+        transparent = settings.visibility.background == "transparent"
+        self._straight = StraightRadiance(device, size) if transparent else None
         self._post = Post(device, size, settings.post)
 
     @property
@@ -100,7 +103,8 @@ class PathTracer(Closing):
                 if shown is not None:
                     pictures = dict(zip(("color", "display"), shown, strict=True))
                     rgb = {name: Aov((texture,), lambda values: values[..., :3]) for name, texture in pictures.items()}
-                    found = kept(self.device, {**rgb, **self._gbuffer.aovs()})
+                    alpha = {} if self._straight is None else {"alpha": alpha_aov(self._mean, 3)}
+                    found = kept(self.device, {**rgb, **self._gbuffer.aovs(), **alpha})
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, samples)
@@ -128,12 +132,14 @@ class PathTracer(Closing):
             maxDepth=self._max_depth,
             opaqueSecondaryShadows=int(self.settings.rays.opaque_secondary_shadows),
             gathersFeatures=int(denoiser is not None),
+            hidesBackground=int(self._straight is not None),
             **features,
         )
         shown = None
         if last:
             self._average(frame, frame.grid, frame=frame, accumulated=self._sum, radiance=self._mean)
             picture = self._mean if denoiser is None else denoiser(frame, self._mean)
-            shown = picture, self._post(frame, picture)
+            straight = picture if self._straight is None else self._straight(frame, picture, self._mean, 3)
+            shown = picture, self._post(frame, straight)
         self._frames.end(frame)
         return shown
