@@ -321,13 +321,3 @@ class MaterialTable:
                 address_v=_WRAP[sampler.wrap_v],
             )
         return self._samplers[sampler]
-
-
-def average_emission(material: Material) -> float:
-    """Mean luminance that the material emits, nits; estimates what a light is worth, nothing more."""
-    luminance = np.dot(material.emission, (0.2126, 0.7152, 0.0722))
-    texture = material.emissive_texture
-    if texture is not None and luminance > 0:
-        pixels = texture.image.pixels[::4, ::4, :3] / 255.0
-        luminance *= float(np.mean(pixels**2.2 @ (0.2126, 0.7152, 0.0722)))
-    return float(luminance)

@@ -31,10 +31,10 @@ _MOST_NAMED, _LONGEST = 12, 80
 def check_extensions(document: Document) -> None:
     """Raise SceneError for a required extension that is not supported; warn once about all others (3.12), be they
     listed as used or not."""
-    required = _unsupported(document.root.texts("extensionsRequired"))
+    required = unsupported(document.root.texts("extensionsRequired"))
     if required:
         raise SceneError(f"needs {required}, which is not supported; export the file without")
-    used = _unsupported([*document.root.texts("extensionsUsed"), *_present(document.root.values)])
+    used = unsupported([*document.root.texts("extensionsUsed"), *_present(document.root.values)])
     if used:
         document.warn(f"ignores what is not supported: {used}")
 
@@ -55,7 +55,7 @@ def _present(root: dict[str, Any]) -> list[str]:
     return list(names)
 
 
-def _unsupported(extensions: list[str]) -> str:
+def unsupported(extensions: list[str]) -> str:
     """Those of the extensions that are not read, in one line."""
     names = [name for name in dict.fromkeys(extensions) if name not in SUPPORTED]
     more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
