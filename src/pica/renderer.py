@@ -7,6 +7,7 @@ import slangpy as spy
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.frame.aovs import at_size
 from pica.frame.arguments import Progress, check_progress, checked_camera, checked_count
+from pica.frame.black_pictures import BlackPictures
 from pica.frame.closing import alone
 from pica.frame.context import Size
 from pica.frame.effect import Aov, kept
@@ -43,6 +44,7 @@ class Renderer(Stages):
         self.debug = False
         """Whether `render` also keeps what effects have in between, as AOVs whose names begin with "debug."."""
         self._running = False
+        self._black_pictures = BlackPictures()
 
     @property
     def device_name(self) -> str:
@@ -156,7 +158,10 @@ class Renderer(Stages):
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, frames)
-        return Frame(found.pop("color"), found.pop("display"), at_size(self.size, seen | found), timings)
+        color, display, aovs = found.pop("color"), found.pop("display"), at_size(self.size, seen | found)
+        looked_at = {"color": color, "display": display, "depth": aovs["depth"]}
+        display = self._black_pictures.watched(looked_at, self.scene, self.settings)
+        return Frame(color, display, aovs, timings)
 
     def _last_aovs(self) -> dict[str, Aov]:
         """What the effects after the G-buffer show of the newest frame."""

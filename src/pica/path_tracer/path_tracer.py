@@ -8,6 +8,7 @@ from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError, plain, shown
 from pica.frame.arguments import Progress, check_made_with, check_progress, checked_camera, checked_count
+from pica.frame.black_pictures import BlackPictures
 from pica.frame.closing import Closing, alone
 from pica.frame.context import FrameSequence, Size
 from pica.frame.effect import Aov, kept
@@ -53,6 +54,7 @@ class PathTracer(Closing):
         self.settings = runnable(device, settings or Settings())
         self.scene = scene
         self._max_depth = max_depth or NO_LIMIT
+        self._black_pictures = BlackPictures()
         with device.turn:
             self._make(device)
 
@@ -108,7 +110,9 @@ class PathTracer(Closing):
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, samples)
-        return Frame(found.pop("color"), found.pop("display"), found, timings)
+        display = self._black_pictures.watched(found, self.scene, self.settings)
+        aovs = {name: fetch for name, fetch in found.items() if name not in pictures}
+        return Frame(found["color"], display, aovs, timings)
 
     def _sample(
         self, camera: Camera, first: bool, last: bool, denoiser: Denoiser | None

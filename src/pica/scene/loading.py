@@ -37,8 +37,8 @@ def load(
     A scene without any light, or whose materials emit next to none, gets a neutral sky, and a warning that says so.
     `allow_outside`: read buffers and pictures from files outside the asset's folder too, such as textures in "../".
     `limits`: what loading may take, with the environment; pica.Limits() without. `up`: "z" for files whose Z axis
-    points up, against what glTF says; the scene is turned so that its Y axis does. Raises SceneError, one line that names
-    the file and the fault; warns about features of the file that are not supported.
+    points up, against what glTF says; the scene is turned so that its Y axis does. Raises SceneError, one line that
+    names the file and the fault; warns about features of the file that are not supported.
     """
     checked("load: allow_outside", flag, allow_outside)
     checked("load: up", choice("y", "z"), up)
