@@ -160,7 +160,7 @@ class Renderer(Stages):
                 progress(done, frames)
         color, display, aovs = found.pop("color"), found.pop("display"), at_size(self.size, seen | found)
         looked_at = {"color": color, "display": display, "depth": aovs["depth"]}
-        display = self._black_pictures.watched(looked_at, self.scene, self.settings)
+        color, display = self._black_pictures.watched(looked_at, self.scene, self.settings)
         return Frame(color, display, aovs, timings)
 
     def _last_aovs(self) -> dict[str, Aov]:

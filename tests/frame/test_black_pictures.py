@@ -85,9 +85,10 @@ def test_what_glows_alone_says_nothing(device):
     assert said(pica.Renderer(scene_of(placed(box(1, glowing))), SIZE, settings(), device)) == []
 
 
-def test_nothing_is_looked_at_before_the_display_is_fetched(device):
+def test_radiance_alone_says_so_too(device, tmp_path):
     renderer = pica.Renderer(scene_of(placed(box(1, lambert()))), SIZE, settings(), device)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert not renderer.render(1, CAMERA).color.any()
         assert np.isfinite(renderer.render(1, CAMERA).aov("depth")).any()
+    with pytest.warns(UserWarning, match=NOTHING_SHINES):
+        renderer.render(1, CAMERA).save(tmp_path / "black.exr", aovs=[])

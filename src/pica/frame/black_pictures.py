@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,24 +26,28 @@ _NEAR = 1e-3
 
 
 class BlackPictures:
-    """Looks at displayed pictures when they are fetched, and warns of the first that is nearly black."""
+    """Looks at pictures when they are fetched, and warns of the first that is nearly black."""
 
     def __init__(self) -> None:
         self._warned = False
 
-    def watched(self, pictures: Mapping[str, Lazy], scene: Scene, settings: Settings) -> Lazy:
-        """What fetches pictures["display"], and says why it is nearly black; "color" and "depth" are fetched then."""
+    def watched(self, pictures: Mapping[str, Lazy], scene: Scene, settings: Settings) -> tuple[Lazy, Lazy]:
+        """What fetches pictures["color"] and pictures["display"], and says why they are nearly black.
 
-        def fetch() -> NDArray[Any]:
-            display = pictures["display"]()
-            if not self._warned and display[::_STEP, ::_STEP].mean() < _DARK:
-                reason = why_black(display, pictures["color"](), pictures["depth"](), scene, settings.post)
+        Only where one seems so, the other and pictures["depth"] are fetched too.
+        """
+
+        def fetch(name: str, least: float) -> NDArray[Any]:
+            picture = pictures[name]()
+            if not self._warned and picture[::_STEP, ::_STEP].mean() <= least:
+                shown = {each: picture if each == name else pictures[each]() for each in ("display", "color", "depth")}
+                reason = why_black(**shown, scene=scene, post=settings.post)
                 if reason:
                     self._warned = True
                     warnings.warn(f"the picture is nearly black: {reason}", stacklevel=2)
-            return display
+            return picture
 
-        return fetch
+        return partial(fetch, "color", 0.0), partial(fetch, "display", _DARK)
 
 
 def why_black(display: NDArray[Any], color: NDArray[Any], depth: NDArray[Any], scene: Scene, post: PostSettings) -> str:

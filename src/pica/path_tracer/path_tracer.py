@@ -110,9 +110,9 @@ class PathTracer(Closing):
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, samples)
-        display = self._black_pictures.watched(found, self.scene, self.settings)
+        color, display = self._black_pictures.watched(found, self.scene, self.settings)
         aovs = {name: fetch for name, fetch in found.items() if name not in pictures}
-        return Frame(found["color"], display, aovs, timings)
+        return Frame(color, display, aovs, timings)
 
     def _sample(
         self, camera: Camera, first: bool, last: bool, denoiser: Denoiser | None
