@@ -117,12 +117,10 @@ class Renderer(Stages):
             indirect = self.global_illumination(frame, gbuffer, scene, *inputs, radiance)
         if self.reflections is not None:
             self.reflections(frame, gbuffer, scene, light, reprojection, indirect, radiance)
-        if self.coverage is not None:
-            self.coverage.mask(frame, gbuffer, radiance)
         picture = self.antialiasing(frame, gbuffer, radiance, self.post.exposure)
         if denoiser is not None and last:
             picture = denoiser(frame, picture)
-        display = self.post(frame, picture if self.coverage is None else self.coverage(frame, gbuffer, picture))
+        display = self.post(frame, picture, self.antialiasing.alpha)
         self._frames.end(frame)
         return {**gbuffer.textures, "color": picture, "display": display}
 

@@ -5,7 +5,6 @@ from dataclasses import fields
 
 from pica.effects.ambient_occlusion.ambient_occlusion import AmbientOcclusion
 from pica.effects.antialiasing.antialiasing import Antialiasing
-from pica.effects.antialiasing.coverage import Coverage
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.global_illumination.global_illumination import GlobalIllumination
 from pica.effects.lighting.lighting import DirectLighting
@@ -102,11 +101,9 @@ class Stages(Closing):
         )
         if "lighting" in changed:
             self.lighting = DirectLighting(device.part(), size, view, settings.lighting)
-        if "antialiasing" in changed:
-            self.antialiasing = Antialiasing(device.part(), self.size, settings.antialiasing)
-        if changed & {"visibility", "antialiasing"}:
+        if changed & {"antialiasing", "visibility"}:
             transparent = settings.visibility.background == "transparent"
-            self.coverage = Coverage(device.part(), self.size, settings.antialiasing) if transparent else None
+            self.antialiasing = Antialiasing(device.part(), self.size, settings.antialiasing, transparent)
         if "post" in changed:
             self.post = Post(device.part(), self.size, settings.post)
         self._prepared = False
@@ -139,7 +136,6 @@ class Stages(Closing):
             self.global_illumination,
             self.reflections,
             self.antialiasing,
-            self.coverage,
             self.post,
         )
         return [effect for effect in every if effect is not None]

@@ -3,10 +3,10 @@
 import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
-from pica.effects.antialiasing.coverage import StraightRadiance, alpha_aov
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError, plain, shown
+from pica.frame.aovs import alpha_aov
 from pica.frame.arguments import Progress, check_made_with, check_progress, checked_camera, checked_count
 from pica.frame.black_pictures import BlackPictures
 from pica.frame.closing import Closing, alone
@@ -70,8 +70,7 @@ class PathTracer(Closing):
         self._trace = ray_effect(device, "path_tracer/path_tracer.slang", "PathTracer", "surface", tracer, parts=PATHS)
         self._average = device.compute("path_tracer/average.slang")
         self._gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
-        transparent = settings.visibility.background == "transparent"
-        self._straight = StraightRadiance(device, size) if transparent else None
+        self._transparent = settings.visibility.background == "transparent"
         self._post = Post(device, size, settings.post)
 
     @property
@@ -105,7 +104,7 @@ class PathTracer(Closing):
                 if shown is not None:
                     pictures = dict(zip(("color", "display"), shown, strict=True))
                     rgb = {name: Aov((texture,), lambda values: values[..., :3]) for name, texture in pictures.items()}
-                    alpha = {} if self._straight is None else {"alpha": alpha_aov(self._mean, 3)}
+                    alpha = {"alpha": alpha_aov(self._mean, 3)} if self._transparent else {}
                     found = kept(self.device, {**rgb, **self._gbuffer.aovs(), **alpha})
                     timings = self.device.profiler.flush()
             if progress is not None:
@@ -136,14 +135,13 @@ class PathTracer(Closing):
             maxDepth=self._max_depth,
             opaqueSecondaryShadows=int(self.settings.rays.opaque_secondary_shadows),
             gathersFeatures=int(denoiser is not None),
-            hidesBackground=int(self._straight is not None),
+            hidesBackground=int(self._transparent),
             **features,
         )
         shown = None
         if last:
             self._average(frame, frame.grid, frame=frame, accumulated=self._sum, radiance=self._mean)
             picture = self._mean if denoiser is None else denoiser(frame, self._mean)
-            straight = picture if self._straight is None else self._straight(frame, picture, self._mean, 3)
-            shown = picture, self._post(frame, straight)
+            shown = picture, self._post(frame, picture, self._mean if self._transparent else None, channel=3)
         self._frames.end(frame)
         return shown
