@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
+from weakref import ref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,12 +35,16 @@ class BlackPictures:
     def watched(self, pictures: Mapping[str, Lazy], scene: Scene, settings: Settings) -> tuple[Lazy, Lazy]:
         """What fetches pictures["color"] and pictures["display"], and says why they are nearly black.
 
-        Only where one seems so, the other and pictures["depth"] are fetched too.
+        Only where one seems so, the other and pictures["depth"] are fetched too. The scene is not kept alive.
         """
+        still_there = ref(scene)
 
         def fetch(name: str, least: float) -> NDArray[Any]:
             picture = pictures[name]()
             if not self._warned and picture[::_STEP, ::_STEP].mean() <= least:
+                scene = still_there()
+                if scene is None:
+                    return picture
                 shown = {each: picture if each == name else pictures[each]() for each in ("display", "color", "depth")}
                 reason = why_black(**shown, scene=scene, post=settings.post)
                 if reason:
