@@ -153,12 +153,13 @@ class Renderer(Stages):
                 if done == frames:
                     pictures = {n: Aov((buffers[n],), lambda values: values[..., :3]) for n in ("color", "display")}
                     found = kept(self.device, {**pictures, **self._last_aovs()})
+                    color, display = found.pop("color"), found.pop("display")
+                    aovs = at_size(self.size, seen | found)
+                    looked_at = {"color": color, "display": display, "depth": aovs["depth"]}
+                    color, display = self._black_pictures.watched(looked_at, self.scene, self.settings)
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, frames)
-        color, display, aovs = found.pop("color"), found.pop("display"), at_size(self.size, seen | found)
-        looked_at = {"color": color, "display": display, "depth": aovs["depth"]}
-        color, display = self._black_pictures.watched(looked_at, self.scene, self.settings)
         return Frame(color, display, aovs, timings)
 
     def _last_aovs(self) -> dict[str, Aov]:

@@ -106,10 +106,10 @@ class PathTracer(Closing):
                     rgb = {name: Aov((texture,), lambda values: values[..., :3]) for name, texture in pictures.items()}
                     alpha = {"alpha": alpha_aov(self._mean, 3)} if self._transparent else {}
                     found = kept(self.device, {**rgb, **self._gbuffer.aovs(), **alpha})
+                    color, display = self._black_pictures.watched(found, self.scene, self.settings)
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, samples)
-        color, display = self._black_pictures.watched(found, self.scene, self.settings)
         aovs = {name: fetch for name, fetch in found.items() if name not in pictures}
         return Frame(color, display, aovs, timings)
 
