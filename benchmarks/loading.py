@@ -189,7 +189,7 @@ def main() -> None:
                 seconds.append(timed(lambda path=path: pica.load(path), arguments.runs))  # type: ignore[misc]
                 if arguments.renderer and len(seconds) == 1:
                     scene = pica.load(path)
-                    made = timed(lambda scene=scene: pica.Renderer(scene, (32, 18)), 1)  # type: ignore[misc]
+                    made = timed(lambda scene=scene: pica.Renderer(scene, size=(32, 18)), 1)  # type: ignore[misc]
                     print(f"{kind}: pica.Renderer takes {made / count * 1e6:.1f} us each")
         own = seconds[0] - sum(seconds[1:])
         print(

@@ -106,7 +106,7 @@ def renderer(request, device):
 def test_what_none_can_render(renderer):
     before = renderer.render(1, camera=CAMERA).color
     for label, value in VALUES.items():
-        if label not in ("true", "zero", "one", "minus one"):
+        if label != "one":
             assert "render: " in fault_of(renderer.render, value, camera=CAMERA), label
         if value is not None:
             assert "render: camera: " in fault_of(renderer.render, 1, camera=value), label

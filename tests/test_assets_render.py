@@ -21,7 +21,7 @@ FILES = sorted(
 )
 
 
-RENDERABLE = [path for path in FILES if not unsupported(Document(path), "extensionsRequired")]
+RENDERABLE = [path for path in FILES if not unsupported(Document(path).root.texts("extensionsRequired"))]
 DARK = {"AnisotropyBarnLamp.gltf", "AnisotropyBarnLamp_png.gltf"}
 """Lit by a filament alone, in a bulb whose glass is opaque as long as transmission is not supported."""
 

@@ -264,9 +264,10 @@ def test_device_by_name(device):
     np.testing.assert_allclose(renderer.render(1).color, 1)
 
 
-@pytest.mark.parametrize("frames", [0, -1])
-def test_no_frames_count_as_one(renderer, frames):
-    assert renderer.render(frames, camera=CAMERA).color.any()
+@pytest.mark.parametrize("frames", [0, -3])
+def test_no_frames_are_refused(renderer, frames):
+    with pytest.raises(PicaError, match=rf"^render: frames: {frames} is not from 1 to "):
+        renderer.render(frames, camera=CAMERA)
 
 
 def test_progress_is_told(renderer):

@@ -59,6 +59,33 @@ def test_the_next_run_removes_what_a_killed_one_left(tmp_path, writer):
     assert (tmp_path / "out.png").read_text() == "whole"
 
 
+def test_the_next_run_removes_what_a_killed_one_left_of_another_file(tmp_path, writer):
+    process, _ = writer(tmp_path / "first.png")
+    living, temporary = writer(tmp_path / "second.exr")
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    check_writable(tmp_path / "third.mp4")
+    assert names(tmp_path) == [temporary]
+    living.communicate("")
+    assert names(tmp_path) == ["second.exr"]
+
+
+def test_a_file_that_another_run_took_for_abandoned_is_made_anew(tmp_path, monkeypatch):
+    """Between its making and its lock, it looks abandoned."""
+    opened, taken = os.open, []
+
+    def open_and_lose(path, flags, *mode):
+        file = opened(path, flags, *mode)
+        if flags & os.O_EXCL and not taken:
+            taken.append(path)
+            os.unlink(path)
+        return file
+
+    monkeypatch.setattr(os, "open", open_and_lose)
+    write_whole(tmp_path / "out.png", text("whole"))
+    assert taken and names(tmp_path) == ["out.png"] and (tmp_path / "out.png").read_text() == "whole"
+
+
 def test_what_a_live_run_writes_is_left_alone(tmp_path, writer):
     process, temporary = writer(tmp_path / "out.png")
     write_whole(tmp_path / "out.png", text("first"))
@@ -85,10 +112,11 @@ def test_threads_that_write_one_file_leave_each_other_alone(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["a[1].png", "a*.png", "a?.exr", "new\nline.png", ".png", "a.b.png", "\udcff.png"])
-def test_only_leftovers_of_the_same_file_are_removed(tmp_path, name):
+def test_nothing_but_leftovers_is_removed(tmp_path, name):
     path = tmp_path / name
     left = path.with_name(f".{path.stem}.pica-01234567{path.suffix}")
-    others = [".a1.pica-01234567.png", ".other.pica-01234567.png", ".a.png", ".a.01234567.png", ".a.b.pica-0.png"]
+    others = ["a.pica-01234567.png", ".pica-01234567", ".a.png", ".a.01234567.png", ".a.b.pica-0.png"]
+    others += [".a.pica-0123456g.png", ".a.pica-01234567.tar.gz"]
     for each in (left, *(tmp_path / other for other in others)):
         each.write_text("")
     write_whole(path, text("whole"))

@@ -34,12 +34,13 @@ class Frame:
 
     @property
     def color(self) -> NDArray[np.float32]:
-        """(height, width, 3) linear Rec. 709 radiance of the scene in nits, no exposure applied."""
+        """(height, width, 3) linear Rec. 709 radiance of the scene in nits, no exposure applied; premultiplied by the
+        AOV "alpha" where the background is transparent."""
         return self._array("/color")
 
     @property
     def display(self) -> NDArray[np.uint8]:
-        """(height, width, 3) sRGB, exposed and tone mapped."""
+        """(height, width, 3) sRGB, exposed and tone mapped; straight where the background is transparent."""
         return self._array("/display")
 
     @property
@@ -59,6 +60,9 @@ class Frame:
     def save(self, path: str | Path, aovs: Sequence[str] | None = None) -> None:
         """Write the picture: .png the display picture, .exr the radiance as R, G, B and AOVs as named channels.
 
+        With a transparent background (visibility.background) there is alpha: A in an .exr, where colours are
+        premultiplied, and straight in a .png.
+
         `aovs` chooses the AOVs of an .exr, None for all. Their channels are depth.Z, X, Y, Z for directions and
         motion (normal.X), R, G, B, A for colours (albedo.R), the bare name for other scalars (instance), and numbers
         where there are more than four (shadows.0).
@@ -66,10 +70,13 @@ class Frame:
         """
         suffix = Path(path).suffix.lower()
         if suffix == ".png":
-            pictures.write_png(path, self.display)
+            alpha = [np.round(self.aov("alpha")[..., None] * 255).astype(np.uint8)] if self._has_alpha else []
+            pictures.write_png(path, np.concatenate([self.display, *alpha], axis=-1))
         elif suffix == ".exr":
             channels = _channels("", self.color, "RGB")
-            for name in self.aov_names if aovs is None else aovs:
+            if self._has_alpha:
+                channels["A"] = self.aov("alpha").astype(np.float32)
+            for name in [name for name in self.aov_names if name != "alpha"] if aovs is None else aovs:
                 channels |= _channels(name, self.aov(name), "XYZW" if name in _VECTORS else "RGBA")
             pictures.write_exr(path, channels)
         else:
@@ -80,6 +87,10 @@ class Frame:
         if Path(path).suffix.lower() != ".png":
             raise PicaError(f"cannot write {path}: the name of an AOV's picture must end in .png")
         pictures.write_png(path, preview(name, self.aov(name)))
+
+    @property
+    def _has_alpha(self) -> bool:
+        return "alpha" in self._aov_names
 
     def _array(self, key: str) -> NDArray[Any]:
         if key not in self._arrays:

@@ -72,13 +72,27 @@ def read_radiance(
         return np.asarray(bitmap)
 
 
+def whole_size(path: Path) -> tuple[int, int]:
+    """(width, height) of a .png or .exr. Raises SceneError where any of it is missing or broken."""
+    if path.suffix.lower() == ".exr":
+        height, width, _ = read_radiance(path).shape
+        return width, height
+    name = printable(path)
+    with open_file(path, name) as file, _faults_named(name), PIL.Image.open(file, formats=("PNG",)) as image:
+        image.verify()  # all chunks by their checksums, which takes less time than to decode them
+        return image.size
+
+
 def read_exr_channels(path: str | Path) -> dict[str, NDArray[np.float32]]:
     """The channels of an OpenEXR file by name, (height, width) each. Raises SceneError."""
     return _channels(_open_bitmap(path, _admit_all, _admit_all))
 
 
 def write_png(path: str | Path, pixels: NDArray[np.uint8]) -> None:
-    """Write (height, width, 3) uint8 as PNG. Raises PicaError when the file cannot be written."""
+    """Write (height, width, 3) uint8 as PNG, or (height, width, 4) with straight alpha.
+
+    Raises PicaError when the file cannot be written.
+    """
     image = PIL.Image.fromarray(pixels)
     write_whole(Path(path), lambda temporary: image.save(temporary, "PNG"))
 

@@ -7,6 +7,7 @@ import slangpy as spy
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.frame.aovs import at_size
 from pica.frame.arguments import Progress, check_progress, checked_camera, checked_count
+from pica.frame.black_pictures import BlackPictures
 from pica.frame.closing import alone
 from pica.frame.context import Size
 from pica.frame.effect import Aov, kept
@@ -44,6 +45,7 @@ class Renderer(Stages):
         self.debug = False
         """Whether `render` also keeps what effects have in between, as AOVs whose names begin with "debug."."""
         self._running = False
+        self._black_pictures = BlackPictures()
 
     @property
     def device_name(self) -> str:
@@ -119,7 +121,7 @@ class Renderer(Stages):
         picture = self.antialiasing(frame, gbuffer, radiance, self.post.exposure)
         if denoiser is not None and last:
             picture = denoiser(frame, picture)
-        display = self.post(frame, picture)
+        display = self.post(frame, picture, self.antialiasing.alpha)
         self._frames.end(frame)
         return {**gbuffer.textures, "color": picture, "display": display}
 
@@ -153,10 +155,14 @@ class Renderer(Stages):
                 if done == frames:
                     pictures = {n: Aov((buffers[n],), lambda values: values[..., :3]) for n in ("color", "display")}
                     found = kept(self.device, {**pictures, **self._last_aovs()})
+                    color, display = found.pop("color"), found.pop("display")
+                    aovs = at_size(self.size, seen | found)
+                    looked_at = {"color": color, "display": display, "depth": aovs["depth"]}
+                    color, display = self._black_pictures.watched(looked_at, self.scene, self.settings)
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, frames)
-        return Frame(found.pop("color"), found.pop("display"), at_size(self.size, seen | found), timings)
+        return Frame(color, display, aovs, timings)
 
     def _last_aovs(self) -> dict[str, Aov]:
         """What the effects after the G-buffer show of the newest frame."""

@@ -1,22 +1,25 @@
 """Files that are written whole or not at all."""
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from glob import escape
 from pathlib import Path
 from uuid import uuid4
 
 from pica.errors import PicaError
 from pica.text import first_line
 
+_TEMPORARY = re.compile(r"\..*\.pica-[0-9a-f]{8}(\.[^.]*)?", re.DOTALL)
+"""Names of the files that are renamed once they are whole."""
+
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Have `write` make the file beside `path`, then rename it, so that a killed run leaves no half file.
 
-    A link stays, what it points to is replaced. What runs that were killed have left beside `path` is removed. Raises
-    PicaError when the file cannot be written.
+    A link stays, what it points to is replaced. What runs that were killed while they wrote have left in the folder is
+    removed, whichever files it was for. Raises PicaError when the file cannot be written.
     """
     with _told(path):
         target = _regular(path)
@@ -56,24 +59,28 @@ def _regular(path: Path) -> Path:
 @contextmanager
 def _beside(target: Path) -> Iterator[Path]:
     """An empty file beside the target for the length of the block, locked where that can be done."""
-    _remove_abandoned(target)
-    temporary = target.with_name(f".{target.stem}.pica-{uuid4().hex[:8]}{target.suffix}")
-    file = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
-    try:
-        with _locked(file):
-            yield temporary
-    finally:
-        temporary.unlink(missing_ok=True)
+    _remove_abandoned(target.parent)
+    while True:
+        temporary = target.with_name(f".{target.stem}.pica-{uuid4().hex[:8]}{target.suffix}")
+        file = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+        try:
+            with _locked(file):
+                if temporary.exists():  # else another process has taken it for abandoned before it was locked
+                    yield temporary
+                    return
+        finally:
+            temporary.unlink(missing_ok=True)
 
 
-def _remove_abandoned(target: Path) -> None:
-    """Remove what processes have left beside the target that were killed while they wrote it."""
-    for found in target.parent.glob(escape(f".{target.stem}.pica-") + "?" * 8 + escape(target.suffix)):
-        if found.is_file():
-            # Not there any more, if another run was faster, or another user's.
-            with suppress(OSError), _locked(os.open(found, os.O_WRONLY)) as abandoned:
-                if abandoned:
-                    found.unlink()
+def _remove_abandoned(folder: Path) -> None:
+    """Remove the temporary files of processes that were killed while they wrote."""
+    with os.scandir(folder) as entries:
+        left = [each.path for each in entries if _TEMPORARY.fullmatch(each.name) and each.is_file()]
+    for path in left:
+        # Not there any more, if another run was faster, or another user's.
+        with suppress(OSError), _locked(os.open(path, os.O_WRONLY)) as abandoned:
+            if abandoned:
+                os.unlink(path)
 
 
 if sys.platform == "win32":

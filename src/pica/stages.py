@@ -101,8 +101,9 @@ class Stages(Closing):
         )
         if "lighting" in changed:
             self.lighting = DirectLighting(device.part(), size, settings.lighting)
-        if "antialiasing" in changed:
-            self.antialiasing = Antialiasing(device.part(), self.size, settings.antialiasing)
+        if changed & {"antialiasing", "visibility"}:
+            transparent = settings.visibility.background == "transparent"
+            self.antialiasing = Antialiasing(device.part(), self.size, settings.antialiasing, transparent)
         if "post" in changed:
             self.post = Post(device.part(), self.size, settings.post)
         self._prepared = False

@@ -22,6 +22,13 @@ def test_what_does_not_go_together(run, arguments, says):
 
 
 @pytest.mark.device
+def test_a_scene_that_has_nothing_of_the_effect_says_so(run):
+    code, out, err = run("compare", "cornell", "--effect", "shadows", "--size", "16x16", "--frames", "1")
+    assert (code, out) == (2, "")
+    assert err.startswith("pica: compare --effect shadows: has nothing to compare here") and err.count("\n") == 1
+
+
+@pytest.mark.device
 def test_json_of_an_effect(run, tmp_path):
     size = ["--size", "32x32", "--frames", "2", "--samples", "4"]
     eight = ["--set", "shadows.max_lights=8"]

@@ -80,6 +80,20 @@ def test_settings_reach_the_renderer(run, calls, tmp_path, kind):
     assert calls[0].device == "x"
 
 
+@pytest.mark.parametrize(("ev", "white"), [("0", 1.2), ("15", 39321.6), ("-2.5", 0.2121)])
+def test_exposed_by_hand(run, calls, tmp_path, ev, white):
+    code, _, err = run("render", "m.glb", "-o", tmp_path / "o.png", "--ev", ev, "--set", "shadows.mode=hard")
+    assert code == 0, err
+    post = calls[0].settings.post
+    assert not post.auto_exposure and math.isclose(2**-post.exposure, white, rel_tol=1e-3)
+
+
+def test_transparent(run, calls, tmp_path):
+    code, _, err = run("render", "m.glb", "-o", tmp_path / "o.png", "--size", "8x4", "--transparent")
+    assert code == 0, err
+    assert calls[0].settings.visibility.background == "transparent"
+
+
 def test_cameras(run, calls, tmp_path):
     run("render", "m.glb", "-o", tmp_path / "o.png", "--camera", "side")
     run("render", "m.glb", "-o", tmp_path / "o.png", "--eye", "-1,2,3", "--target", "0,0,0", "--fov", "30")
@@ -134,6 +148,9 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--eye", "", "--target", ""], "--eye '' is not three numbers"),
         (["--eye", "0,0,0", "--target", "0,0,0"], "eye and target are the same point (0.0, 0.0, 0.0)"),
         (["--eye", "1,2,3", "--target", "0,0,0", "--fov", "180"], "--fov 180 is not between 0 and 180 degrees"),
+        (["--ev", "3", "--set", "post.exposure=1"], "--ev and --set post.exposure both say how to expose"),
+        (["--ev", "100"], "'--ev': Input should be less than or equal to 29"),
+        (["--ev", "nan"], "'--ev': "),
         (["--samples", "4"], "--samples is for --path-traced"),
         (["--aov", "nonsense"], "no AOV 'nonsense' in this frame; there are depth, normal"),
         (["--device", "nothing"], "no device named 'nothing'"),

@@ -143,7 +143,7 @@ def test_pictures_are_denoised_but_not_those_for_the_history(run, scene, monkeyp
     run(*arguments)
     (tmp_path / "2.png").unlink()
     run(*arguments, "--resume")
-    assert [(call.count, call.denoise) for call in scene.calls] == [*[(16, True)] * 3, (1, False), (16, True)]
+    assert [(call.count, call.denoise) for call in scene.calls] == [*[(16, True)] * 3, *[(16, False)] * 2, (16, True)]
 
 
 def test_buffers_beside_each_picture(run, scene, tmp_path):
@@ -168,7 +168,7 @@ def test_a_camera_that_is_animated_moves(run, scene, tmp_path):
         assert [round(call.camera.transform[0, 3], 6) for call in scene.calls] == [0.0, 0.1, 0.2]
 
 
-def test_resume_renders_what_is_missing_after_a_look_at_the_picture_before(run, scene, tmp_path):
+def test_resume_renders_what_is_missing_with_a_warm_history(run, scene, tmp_path):
     arguments = ["render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.7"]
     run(*arguments)
     kept = (tmp_path / "3.png").stat().st_mtime_ns
@@ -176,10 +176,45 @@ def test_resume_renders_what_is_missing_after_a_look_at_the_picture_before(run, 
         (tmp_path / f"{number}.png").unlink()
     scene.calls.clear()
     assert "4 of 7 pictures rendered" in run(*arguments, "--resume")[1]
-    assert places(scene) == [(0.0, 16), (0.1, 1), (0.2, 16), (0.4, 1), (0.5, 16), (0.6, 16)]
+    assert places(scene) == [(x, 16) for x in (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)]
     assert names(tmp_path) == [f"{number}.png" for number in range(7)]
     assert (tmp_path / "3.png").stat().st_mtime_ns == kept
     assert [round(np.array(Image.open(tmp_path / f"{n}.png")).mean() / 255, 1) for n in (2, 3)] == [0.2, 0.3]
+
+
+@pytest.mark.parametrize(
+    ("more", "places_before"),
+    [
+        ([], [(0.3, 16), (0.4, 16)]),
+        (["--frames", "8"], [(x, 8) for x in (0.1, 0.2, 0.3, 0.4)]),
+        (["--path-traced"], [(0.4, 1)]),
+    ],
+)
+def test_how_a_history_is_made_warm(run, scene, tmp_path, more, places_before):
+    arguments = ["render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.7", *more]
+    run(*arguments)
+    (tmp_path / "5.png").unlink()
+    scene.calls.clear()
+    run(*arguments, "--resume")
+    assert places(scene)[:-1] == places_before
+
+
+@pytest.mark.parametrize(("kind", "more"), [("png", ["--aov", "normal"]), ("exr", [])])
+def test_resume_finds_every_picture_that_is_broken(run, scene, tmp_path, kind, more):
+    arguments = ["render", "m.glb", "-o", tmp_path / f"%d.{kind}", *SMALL, "--seconds", "0.6", *more]
+    run(*arguments)
+    whole = {name: (tmp_path / name).read_bytes() for name in names(tmp_path)}
+    kept = (tmp_path / f"0.{kind}").stat().st_mtime_ns
+    (tmp_path / f"1.{kind}").write_bytes(b"")
+    (tmp_path / f"2.{kind}").write_bytes(whole[f"2.{kind}"][:-20])
+    (tmp_path / f"4.{kind}").write_text("something else")
+    if kind == "png":
+        (tmp_path / "3.normal.png").write_bytes(b"")
+    code, out, err = run(*arguments, "--resume")
+    assert code == 0, err
+    assert f"{4 if kind == 'png' else 3} of 6 pictures rendered" in out
+    assert {name: (tmp_path / name).read_bytes() for name in names(tmp_path)} == whole
+    assert (tmp_path / f"0.{kind}").stat().st_mtime_ns == kept
 
 
 def test_a_film_cut_short_is_resumed(run, scene, tmp_path, monkeypatch):
@@ -191,7 +226,7 @@ def test_a_film_cut_short_is_resumed(run, scene, tmp_path, monkeypatch):
     monkeypatch.setattr(Painter, "stop_at", None)
     scene.calls.clear()
     assert run(*arguments, "--resume")[0] == 0
-    assert places(scene) == [(0.3, 1), (0.4, 16), (0.5, 16)]
+    assert places(scene) == [(0.2, 16), (0.3, 16), (0.4, 16), (0.5, 16)]
     assert levels(tmp_path / "out.mp4") == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
     assert names(tmp_path) == ["out.mp4"]
 
@@ -202,6 +237,7 @@ def test_a_film_that_is_whole_is_left_alone_unless_another_length_is_asked(run, 
     scene.calls.clear()
     assert "0 of 3 pictures rendered" in run(*arguments, "--seconds", "0.3", "--resume")[1]
     assert names(tmp_path) == ["out.mp4"] and not scene.calls
+    (tmp_path / "out.mp4").write_bytes(b"")
     run(*arguments, "--seconds", "0.4", "--resume")
     assert levels(tmp_path / "out.mp4") == [0.0, 0.1, 0.2, 0.3]
 
@@ -220,12 +256,85 @@ def test_nothing_moves_is_a_warning(run, scene, tmp_path):
     assert "the scene has no animation, so nothing moves" in err
 
 
+def heights_and_angles(painter):
+    """Of the cameras, about the box at x = 0."""
+    eyes = [call.camera.transform[:3, 3] for call in painter.calls]
+    return [eye[1] for eye in eyes], np.unwrap([math.atan2(eye[0], eye[2]) for eye in eyes])
+
+
+def test_a_turntable_goes_once_round_a_still_scene(run, scene, tmp_path):
+    code, _, err = run("render", "still.glb", "-o", tmp_path / "%d.png", *SMALL, "--turntable", "--fps", "2")
+    assert code == 0 and "nothing moves" not in err
+    assert len(scene.calls) == 16 == len(names(tmp_path))
+    heights, angles = heights_and_angles(scene)
+    assert np.allclose(heights, heights[0]) and np.allclose(np.diff(angles), 2 * math.pi / 16)
+    for call in scene.calls:
+        view, slope = np.linalg.inv(call.camera.transform), math.tan(call.camera.vertical_fov / 2)
+        for corner in np.array(list(np.ndindex(2, 2, 2))) * 0.2 - 0.1:
+            right, up, back, _ = view @ (*corner, 1)
+            assert abs(up) < -back * slope and abs(right) < -back * slope * 2
+
+
+def test_a_turntable_turns_about_the_target_while_an_animation_plays(run, scene, tmp_path):
+    view = ["--eye", "5,2,3", "--target", "5,1,0"]
+    code, _, err = run("render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--turntable", *view)
+    assert code == 0, err
+    assert [call.x for call in scene.calls] == [n / 10 for n in range(10)]
+    eyes = np.array([call.camera.transform[:3, 3] for call in scene.calls])
+    assert np.allclose(np.linalg.norm(eyes - (5, 1, 0), axis=1), math.sqrt(10)) and np.allclose(eyes[:, 1], 2)
+    assert np.allclose(eyes[5], (5, 2, -3))
+
+
+def test_a_camera_follows_the_path_of_a_file(run, scene, tmp_path):
+    path = tmp_path / "path.json"
+    keys = [(0, (0, 1, 4)), (0.5, (2, 1, 4)), (1.0, (4, 1, 4))]
+    path.write_text(json.dumps([{"time": t, "eye": eye, "target": (0, 0, 0), "fov": 20 + 20 * t} for t, eye in keys]))
+    code, _, err = run("render", "still.glb", "-o", tmp_path / "%d.png", *SMALL, "--camera-path", path)
+    assert code == 0, err
+    cameras = [call.camera for call in scene.calls]
+    assert np.allclose([camera.transform[:3, 3] for camera in cameras], [(0.4 * n, 1, 4) for n in range(10)])
+    assert np.allclose([math.degrees(camera.vertical_fov) for camera in cameras], 20 + 2 * np.arange(10))
+    assert all(np.allclose(camera.transform[:3, 2], _unit(camera.transform[:3, 3])) for camera in cameras)
+
+
+def _unit(vector):
+    return vector / np.linalg.norm(vector)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ("[", "is no JSON"),
+        ("\udcff", "is no JSON"),
+        ("{}", "is not a list such as"),
+        ("[]", "is not a list such as"),
+        ("[1]", "is not a list such as"),
+        ('[{"time": 0}]', "[0].eye: None"),
+        ('[{"time": "x"}]', "[0].time: 'x' is not a number"),
+        ('[{"time": 0, "eye": [0, 0], "target": [0, 0, 0]}]', "[0].eye: [0, 0] is not 3 numbers"),
+        ('[{"time": 0, "eye": [0, 0, 0], "target": [0, 0, 0]}]', "[0]: camera '': eye and target are the same"),
+        ('[{"time": 0, "eye": [0, 0, 1], "target": [0, 0, 0], "fov": 180}]', "[0].fov: 180"),
+        ('[{"time": 0, "eye": [0, 0, 1], "target": [0, 0, 0], "up": 3}]', "[0]: 'up' is none of"),
+        ('[{"time": 1, "eye": [0, 0, 1], "target": [0, 0, 0]}, {"time": 1}]', "[1].time: 1 is not after"),
+    ],
+)
+def test_paths_of_cameras_that_are_none(run, scene, tmp_path, content, says):
+    path = tmp_path / "path.json"
+    path.write_bytes(content.encode("utf-8", "surrogateescape"))
+    code, _, err = run("render", "still.glb", "-o", tmp_path / "%d.png", *SMALL, "--camera-path", path)
+    assert (code, err.count("\n")) == (2, 1) and err.startswith(f"pica: {path}: ") and says in err
+
+
 @pytest.mark.parametrize(
     ("output", "arguments", "says"),
     [
-        ("o.png", ["--seconds", "1"], "--seconds, --fps and --resume are for out.mp4 or pictures such as"),
-        ("o.png", ["--fps", "30"], "--seconds, --fps and --resume are for"),
-        ("o.png", ["--resume"], "--seconds, --fps and --resume are for"),
+        ("o.png", ["--seconds", "1"], "and --resume are for out.mp4 or pictures such as"),
+        ("o.png", ["--fps", "30"], "--seconds, --fps, --turntable, --camera-path and --resume are for"),
+        ("o.png", ["--resume"], "--seconds, --fps, --turntable, --camera-path and --resume are for"),
+        ("o.png", ["--turntable"], "--seconds, --fps, --turntable, --camera-path and --resume are for"),
+        ("o.mp4", ["--turntable", "--camera-path", "x.json"], "--camera-path takes no --turntable"),
+        ("o.mp4", ["--fov", "30", "--camera-path", "x.json"], "--camera-path takes no --turntable"),
+        ("o.mp4", ["--camera-path", "nowhere.json"], "nowhere.json: no such file"),
         ("o.mp4", ["--fps", "0"], "--fps 0: must be 0.001 to 1000"),
         ("o.mp4", ["--fps", "0.0001"], "--fps 0.0001: must be"),
         ("o.mp4", ["--fps", "1e-300"], "--fps 1e-300: must be"),
@@ -243,6 +352,7 @@ def test_nothing_moves_is_a_warning(run, scene, tmp_path):
         ("o.mp4", ["--animation", "2"], "no animation 2"),
         ("o.mp4", ["--size", "9x4"], "a film needs an even width and height, not 9x4"),
         ("o.mp4", ["--aov", "normal"], "a film holds no buffers"),
+        ("o.mp4", ["--transparent"], "a film holds no alpha"),
         ("nowhere/o.mp4", [], "there is no folder"),
         ("%d.jpg", [], "must end in .png, .exr or .mp4"),
         ("%d%d.png", [], "needs one %d"),

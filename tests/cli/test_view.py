@@ -12,6 +12,7 @@ from pica.cli.app import app
 from pica.cli.view import LIMITS
 from pica.scene.animation import Animation, Channel, Pose
 from pica.scene.camera import Camera
+from pica.scene.environment import Environment
 from pica.scene.model import Node
 
 COMMANDS = ("render", "compare", "bench")
@@ -112,8 +113,41 @@ def test_what_loading_may_take_and_read(show, calls, command, monkeypatch):
     assert show(command)[0] == 0
     code, err = show(command, "--allow-outside", "--limit", "bytes=2e9", "--limit", "pixels = inf")
     assert code == 0, err
-    assert asked[0] == {"allow_outside": False, "limits": pica.Limits()}
-    assert asked[-1] == {"allow_outside": True, "limits": pica.Limits(bytes=2e9, pixels=math.inf)}
+    assert asked[0] == {"allow_outside": False, "limits": pica.Limits(), "up": "y"}
+    assert asked[-1] == {"allow_outside": True, "limits": pica.Limits(bytes=2e9, pixels=math.inf), "up": "y"}
+    assert show(command, "--up", "z")[0] == 0
+    assert asked[-1]["up"] == "z"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_environment_is_made_stronger_and_turned(show, calls, command, monkeypatch):
+    sky = Environment(np.ones((2, 4, 3), np.float32), strength=3.0)
+    monkeypatch.setitem(vars(pica), "load", lambda path, environment=None, **_: pica.Scene(environment=sky))
+    code, err = show(command, "--env-strength", "0.5", "--env-rotation", "-90")
+    assert code == 0, err
+    turned = calls[0].scene.environment
+    assert (turned.strength, turned.rotation) == (0.5, pytest.approx(-math.pi / 2))
+    assert turned.radiance is sky.radiance
+    assert show(command, "--env-rotation", "10")[0] == 0 and calls[-1].scene.environment.strength == 3
+
+
+@pytest.mark.parametrize("option", ["--env-strength", "--env-rotation"])
+def test_an_environment_that_is_not_there_is_not_changed(show, loaded, option):
+    code, err = show("render", option, "2")
+    assert (code, err.count("\n")) == (2, 1) and "m.glb has no environment; give --env too" in err
+
+
+def test_strengths_that_no_environment_has(run, tmp_path):
+    for value in ("-1", "nan", "inf"):
+        code, _, err = run("render", "sphere_grid", "-o", tmp_path / "o.png", f"--env-strength={value}")
+        assert code == 2 and "strength: " in err and err.count("\n") == 1
+
+
+def test_up_is_an_axis_and_for_files(run, tmp_path):
+    code, _, err = run("render", "cornell", "-o", tmp_path / "o.png", "--up", "z")
+    assert code == 2 and "--up z: is for files" in err
+    code, _, err = run("render", "m.glb", "-o", tmp_path / "o.png", "--up", "x")
+    assert code == 2 and "'x' is not one of y, z" in err
 
 
 @pytest.mark.parametrize("limit", ["bytes", "bytes=", "bytes=many", "byte=3", "=3", "bytes=nan", "bytes=-1"])

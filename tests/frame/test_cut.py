@@ -45,7 +45,7 @@ def renderer(device):
         shining(DirectionalLight(illuminance=2.0), aim((1, 2, 1), (0, 0, 0))),
         environment=uniform(0.3, 0.4, 0.5),
     )
-    with pica.Renderer(scene, SIZE, settings=SETTINGS, device=device) as made:
+    with pica.Renderer(scene, size=SIZE, settings=SETTINGS, device=device) as made:
         yield made
 
 

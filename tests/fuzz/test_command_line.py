@@ -22,6 +22,16 @@ OPTIONS = [
     "--seconds",
 ]
 OPTIONS += ["--fps", "--resume", "--device", "--json", "--env", "--camera", "--eye", "--target", "--fov"]
+OPTIONS += [
+    "--env-strength",
+    "--env-rotation",
+    "--up",
+    "--ev",
+    "--turntable",
+    "--camera-path",
+    "--transparent",
+    "--against",
+]
 OPTIONS += ["--start", "--animation", "--effect", "--sequence", "--help", "--", "-"]
 SCENES = ["cornell", "demo", "model.gltf", "missing.gltf", "folder", "nothing"]
 VALUES = [

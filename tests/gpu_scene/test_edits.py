@@ -225,7 +225,7 @@ def names_of(kind: type) -> set[str]:
 def picture(renderer: Any) -> dict[str, np.ndarray]:
     if isinstance(renderer, pica.Renderer):
         renderer.reset()
-    frame = renderer.render(1, CAMERA)
+    frame = renderer.render(1, camera=CAMERA)
     return {name: frame.aov(name) for name in ("depth", "normal", "albedo", "emission")} | {"color": frame.color}
 
 
@@ -245,7 +245,7 @@ def test_every_field_has_a_case():
 def shared(device):
     """A stage, its renderer and what it shows, for tests that leave it as it was."""
     scene = stage()
-    with pica.Renderer(scene, SIZE, settings=SETTINGS, device=device) as renderer:
+    with pica.Renderer(scene, size=SIZE, settings=SETTINGS, device=device) as renderer:
         yield scene, renderer, picture(renderer)
 
 
@@ -259,12 +259,12 @@ def test_what_is_written_is_in_the_next_frame(device, shared, kind, field):
     case = CASES[kind, field]
     if field in ONCE:
         scene = stage()
-        renderer = pica.Renderer(scene, SIZE, settings=SETTINGS, device=device)
+        renderer = pica.Renderer(scene, size=SIZE, settings=SETTINGS, device=device)
     holder = case.holder(scene)
     original = getattr(holder, field, None)
     setattr(holder, field, case.value(original, scene))
     after = picture(renderer)
-    with pica.Renderer(deepcopy(scene), SIZE, settings=SETTINGS, device=device) as fresh:
+    with pica.Renderer(deepcopy(scene), size=SIZE, settings=SETTINGS, device=device) as fresh:
         assert differing(after, picture(fresh)) == []
     assert bool(differing(before, after)) == case.shows
     if field not in ONCE:
@@ -346,7 +346,7 @@ def test_an_array_that_was_written_into_is_shown_once_it_is_assigned_again(devic
     cube = section(scene)
     positions = cube.positions.copy()
     cube.positions = positions
-    with pica.Renderer(scene, SIZE, settings=SETTINGS, device=device) as renderer:
+    with pica.Renderer(scene, size=SIZE, settings=SETTINGS, device=device) as renderer:
         before = picture(renderer)
         positions *= 1.5
         assert differing(before, picture(renderer)) == []
@@ -357,7 +357,7 @@ def test_an_array_that_was_written_into_is_shown_once_it_is_assigned_again(devic
 @pytest.mark.parametrize("kind", [pica.Renderer, pica.PathTracer])
 def test_those_who_come_later_see_what_was_written_too(device, kind):
     scene = stage()
-    with kind(scene, SIZE, settings=SETTINGS, device=device) as renderer:
+    with kind(scene, size=SIZE, settings=SETTINGS, device=device) as renderer:
         before = picture(renderer)
         named(scene, "floor").mesh.sections[0].material.base_color = (0.1, 0.8, 0.1, 1)
         section(scene).material = material(scene)
@@ -365,15 +365,15 @@ def test_those_who_come_later_see_what_was_written_too(device, kind):
         box_node.show(box_node.mesh)
         after = picture(renderer)
         assert "albedo" in differing(before, after)
-        with kind(scene, SIZE, settings=SETTINGS, device=device) as later:
+        with kind(scene, size=SIZE, settings=SETTINGS, device=device) as later:
             assert differing(after, picture(later)) == []
 
 
 def test_a_material_that_takes_on_something_new_is_shown_as_it_was_until_programs_know_it(device):
     plain = lambert(0.5, 0.2, 0.2)
     scene = scene_of(placed(sphere(0.5, plain, segments=16), name="ball"), environment=uniform(1))
-    with pica.Renderer(scene, SIZE, settings=SETTINGS, device=device) as renderer:
-        renderer.render(1, CAMERA)
+    with pica.Renderer(scene, size=SIZE, settings=SETTINGS, device=device) as renderer:
+        renderer.render(1, camera=CAMERA)
         plain.coats, plain.base_color = (Coat(),), (0.2, 0.2, 0.6, 1)
         until = monotonic() + 240
         while monotonic() < until:
@@ -384,13 +384,13 @@ def test_a_material_that_takes_on_something_new_is_shown_as_it_was_until_program
             sleep(0.05)
         assert not renderer.pending_shaders
         after = picture(renderer)
-    with pica.Renderer(deepcopy(scene), SIZE, settings=SETTINGS, device=device) as fresh:
+    with pica.Renderer(deepcopy(scene), size=SIZE, settings=SETTINGS, device=device) as fresh:
         assert differing(after, picture(fresh)) == []
 
 
 def test_what_does_not_fit_is_refused_in_each_frame_until_it_is_mended(device):
     scene = stage()
-    with pica.Renderer(scene, SIZE, settings=SETTINGS, device=device) as renderer:
+    with pica.Renderer(scene, size=SIZE, settings=SETTINGS, device=device) as renderer:
         before = picture(renderer)
         cube = section(scene)
         normals = cube.normals
@@ -414,7 +414,7 @@ def test_materials_share_an_image_that_is_written_to(device):
         placed(plane(1, 1, lambert(1.0, base_color_texture=shared)), move(0.6, 0, 0)),
         environment=uniform(1),
     )
-    with pica.Renderer(scene, SIZE, settings=SETTINGS, device=device) as renderer:
+    with pica.Renderer(scene, size=SIZE, settings=SETTINGS, device=device) as renderer:
         picture(renderer)
         memory = device.memory
         for grey in (10, 200, 90):
@@ -427,11 +427,11 @@ def test_materials_share_an_image_that_is_written_to(device):
 def test_light_that_a_material_emits_is_followed(device):
     lamp = Material(base_color=(0, 0, 0, 1), emission=(0.0, 0.0, 0.0))
     scene = scene_of(placed(plane(1, 1, lamp), move(0, 1, 0) @ turn("x", 180)), placed(plane(4, 4, lambert(0.5))))
-    with pica.PathTracer(scene, SIZE, device=device) as tracer:
+    with pica.PathTracer(scene, size=SIZE, device=device) as tracer:
         mean = []
         for strength in (0.0, 5.0, 20.0, 0.0):
             lamp.emission = (strength, strength, strength)
-            mean.append(float(tracer.render(4, CAMERA).color[-4:].mean()))
+            mean.append(float(tracer.render(4, camera=CAMERA).color[-4:].mean()))
     assert mean[0] == mean[3] == 0 and mean[2] == pytest.approx(4 * mean[1], rel=1e-4) and mean[1] > 0
 
 
@@ -442,7 +442,7 @@ def test_a_thousand_edits_in_a_row_end_where_a_fresh_build_begins(device):
     cases = [case for case in CASES if case[1] not in ONCE | {"name", "identities", "emission"}]
     originals: dict[tuple[Any, str], Any] = {}
     memory = 0
-    with pica.Renderer(scene, SIZE, settings=SETTINGS, device=device) as renderer:
+    with pica.Renderer(scene, size=SIZE, settings=SETTINGS, device=device) as renderer:
         for step in range(1000):
             kind, name = cases[random.integers(len(cases))]
             try:
@@ -455,10 +455,10 @@ def test_a_thousand_edits_in_a_row_end_where_a_fresh_build_begins(device):
                 originals[holder, name] = before = getattr(holder, name)
                 setattr(holder, name, CASES[kind, name].value(before, scene))
             if step % 20 == 19:
-                renderer.render(1, CAMERA)
+                renderer.render(1, camera=CAMERA)
             if step % 250 == 249:
                 after = picture(renderer)
-                with pica.Renderer(deepcopy(scene), SIZE, settings=SETTINGS, device=device) as fresh:
+                with pica.Renderer(deepcopy(scene), size=SIZE, settings=SETTINGS, device=device) as fresh:
                     assert differing(after, picture(fresh)) == [], step
                 memory = memory or device.memory
         assert device.memory < 1.2 * memory

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from pica.gpu_scene.materials import MATERIAL, MaterialTable, average_emission
+from pica.gpu_scene.materials import MATERIAL, MaterialTable
 from pica.scene.camera import Camera
 from pica.scene.changes import ChangeSet
+from pica.scene.illumination import average_emission
 from pica.scene.material import Image, Material, Sampler, Texture, Wrap
 from pica.scenes.basic_meshes import plane
 from pica.scenes.placing import turn

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pica
-from pica.errors import SettingsError
+from pica.errors import PicaError, SettingsError
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
 from pica.scene.light import DirectionalLight, PointLight, SphereLight
@@ -259,9 +259,10 @@ def test_progress_is_told(device):
 
 
 @pytest.mark.parametrize("samples", [0, -3])
-def test_no_samples_count_as_one(device, samples):
+def test_no_samples_are_refused(device, samples):
     tracer = pica.PathTracer(still_life(), size=(8, 8), device=device)
-    np.testing.assert_array_equal(tracer.render(samples, camera=CAMERA).color, tracer.render(1, camera=CAMERA).color)
+    with pytest.raises(PicaError, match=rf"^render: samples: {samples} is not from 1 to "):
+        tracer.render(samples, camera=CAMERA)
 
 
 def test_frame_carries_the_same_aovs_as_the_renderers(device):

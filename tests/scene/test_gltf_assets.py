@@ -32,12 +32,17 @@ LONGEST_SECONDS, MOST_BYTES = 10, 1 << 30
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("path", WHOLE_FILES, ids=lambda path: str(path.relative_to(ASSETS)))
 def test_every_asset_loads(path: Path) -> None:
-    missing = unsupported(Document(path), "extensionsRequired")
+    missing = unsupported(Document(path).root.texts("extensionsRequired"))
     if missing:
         with pytest.raises(SceneError, match=re.escape(missing)):
             load(path)
         return
-    scene = load(path)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene = load(path)
+    ignored = [str(warning.message) for warning in caught if "ignores what is not supported" in str(warning.message)]
+    used = unsupported(Document(path).root.texts("extensionsUsed"))
+    assert ignored == ([f"{path}: ignores what is not supported: {used}"] if used else [])
     for node in scene.nodes():
         for section in node.mesh.sections if node.mesh else ():
             vertices = len(section.positions)

@@ -214,6 +214,13 @@ def test_no_file_stays_open(place: Path) -> None:
     assert not before or set(os.listdir("/proc/self/fd")) == before
 
 
+@pytest.mark.parametrize("wrong", ["yes", 1, None, [True]])
+def test_reading_outside_is_allowed_by_true_alone(wrong: object, place: Path) -> None:
+    (place / "x").write_bytes(picture())
+    with pytest.raises(SceneError, match=r"^load: allow_outside: .* is not True or False$"):
+        load(asset(place / "models", "../x"), allow_outside=wrong)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("wrong", [None, 3, b"model.gltf", 1.5, ["model.gltf"], "a\0b", "gone\n\x1b[31m.gltf"])
 def test_what_is_no_path_is_a_scene_error(wrong: object, place: Path) -> None:
     with pytest.raises(SceneError) as caught:

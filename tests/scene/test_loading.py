@@ -1,3 +1,4 @@
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +27,34 @@ def test_a_scene_without_light_gets_a_sky_and_says_so(tmp_path: Path) -> None:
 def test_a_light_or_an_emissive_material_is_enough(tmp_path: Path) -> None:
     assert load(triangle(tmp_path, extras={"pica": {"light": {"type": "sphere"}}})).environment is None
     file = GltfFile()
-    file.mesh(material=file.add("materials", emissiveFactor=[0, 0, 1]))
+    file.mesh(material=file.add("materials", emissiveFactor=[0, 1, 1]))
     assert load(file.write(tmp_path)).environment is None
+
+
+@pytest.mark.parametrize("emission", [[0, 0, 0], [0.02, 0.02, 0.02], [0, 0, 0.1]])
+def test_a_material_that_emits_a_little_does_not_take_the_sky_away(tmp_path: Path, emission: list[float]) -> None:
+    file = GltfFile()
+    file.mesh(material=file.add("materials", emissiveFactor=emission))
+    with pytest.warns(UserWarning, match="so a neutral sky lights it") as caught:
+        assert load(file.write(tmp_path)).environment is not None
+    assert len(caught) == 1
+
+
+def test_what_is_emitted_is_over_the_size_of_the_scene(tmp_path: Path) -> None:
+    """A lamp that is enough for itself is not for a hall of a hundred times the size."""
+    for size, lit_by_itself in ((1, True), (100, False)):
+        file = GltfFile()
+        lamp = file.mesh(material=file.add("materials", emissiveFactor=[1, 1, 1]), node={"scale": [2, 2, 2]})
+        hall = file.mesh(node={"scale": [size] * 3})
+        file.json |= {"scenes": [{"nodes": [lamp, hall]}], "scene": 0}
+        with warnings.catch_warnings(record=True):
+            assert (load(file.write(tmp_path)).environment is None) == lit_by_itself
+
+
+def test_a_light_of_no_strength_is_none(tmp_path: Path) -> None:
+    for light in ({"radiance": 0}, {"color": [0, 0, 0]}):
+        with pytest.warns(UserWarning, match="has no light"):
+            load(triangle(tmp_path, extras={"pica": {"light": {"type": "sphere", **light}}}))
 
 
 def test_default_environment_is_one_nit_brightest_upper_right_front() -> None:
@@ -43,6 +70,19 @@ def test_default_environment_is_one_nit_brightest_upper_right_front() -> None:
 def test_an_environment_from_memory_is_kept(tmp_path: Path) -> None:
     sky = Environment(np.ones((2, 4, 3), np.float32))
     assert load(triangle(tmp_path), environment=sky).environment is sky
+
+
+def test_a_file_with_z_up_is_turned_upright(tmp_path: Path) -> None:
+    path = triangle(tmp_path, translation=[1, 2, 3])
+    sky = Environment(np.ones((2, 4, 3), np.float32))
+    as_it_is, upright = (load(path, environment=sky, up=up) for up in ("y", "z"))
+    (node,) = (node for node in upright.nodes() if node.mesh)
+    assert np.allclose(node.world[:3, 3], (1, 3, -2))
+    assert np.allclose(node.world[:3, 2], (0, 1, 0)) and np.linalg.det(node.world) > 0
+    assert len(list(upright.nodes())) == 1 + len(list(as_it_is.nodes()))
+    for wrong in ("x", "Z", None, 2):
+        with pytest.raises(SceneError, match=r"^load: up: .* is not one of y, z$"):
+            load(path, up=wrong)  # type: ignore[arg-type]
 
 
 @needs_assets

@@ -1,5 +1,6 @@
 """Arguments that several commands share, and what they mean."""
 
+import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,6 +12,11 @@ from pica.saving import check_writable
 
 if TYPE_CHECKING:
     from pica import LightMap, Settings
+
+_SATURATION = math.log2(1.2)
+"""Stops from 2^EV100 nits to what is white in a camera: 78 / (100 * 0.65) times that (ISO 12232:2006, saturation based
+speed, with a lens that lets 0.65 of the light through; Lagarde and de Rousiers 2014, "Moving Frostbite to Physically
+Based Rendering", section 5.1.2)."""
 
 MAX_SIDE = 16384
 """Pixels; what graphics devices allow for one picture."""
@@ -36,6 +42,16 @@ Device = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object; progress as JSON lines on stderr.")]
 
 
+Ev = Annotated[
+    float | None,
+    typer.Option(
+        min=-29,
+        max=29,
+        metavar="EV100",
+        help="Expose by hand instead, as a camera: 15 for sunlight, 8 for rooms, 0 for dusk.",
+    ),
+]
+
 LightMapFile = Annotated[
     Path | None,
     typer.Option(
@@ -57,15 +73,20 @@ def parse_size(text: str) -> tuple[int, int]:
     return width, height
 
 
-def parse_settings(preset: str, texts: list[str] | None) -> "Settings":
-    """A preset with the settings of ["shadows.mode=hard"] changed. Raises PicaError."""
+def parse_settings(preset: str, texts: list[str] | None, ev: float | None = None) -> "Settings":
+    """A preset with the settings of ["shadows.mode=hard"] changed, exposed at `ev` if given. Raises PicaError."""
     import pica
 
     for text in texts or []:
         if "=" not in text:
             raise PicaError(f"--set {text!r} is not group.name=value")
     pairs = (text.partition("=") for text in texts or [])
-    return pica.Settings.preset(preset).with_values({name.strip(): value.strip() for name, _, value in pairs})
+    values: dict[str, str | float | bool] = {name.strip(): value.strip() for name, _, value in pairs}
+    if ev is not None:
+        if clash := [name for name in values if name.startswith("post.")]:
+            raise PicaError(f"--ev and --set {clash[0]} both say how to expose")
+        values |= {"post.auto_exposure": False, "post.exposure": -ev - _SATURATION}
+    return pica.Settings.preset(preset).with_values(values)
 
 
 def load_light_map(path: Path | None, settings: "Settings") -> "LightMap | None":

@@ -1,6 +1,8 @@
 """`pica render`: a picture of a scene, or a sequence of them."""
 
+import math
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -8,13 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from pica.cli import options
+from pica.cli.camera_path import read_camera_path
 from pica.cli.report import print_json, print_line, progress
 from pica.cli.sequence import FILM, PICTURES, Sequence, is_sequence
 from pica.cli.view import View, takes_view
 from pica.errors import PicaError
 
 if TYPE_CHECKING:
-    from pica import Camera, Frame, PathTracer, Renderer
+    from pica import Camera, Frame, PathTracer, Renderer, Scene
+
+_LEAD_IN = 32
+"""Frames after which the histories of a resumed sequence differ little from those of an unbroken run."""
 
 
 @takes_view
@@ -33,6 +39,7 @@ def render(
     frames: options.Frames = 16,
     preset: options.Preset = "hybrid",
     values: options.Values = None,
+    ev: options.Ev = None,
     aov: Annotated[
         list[str] | None,
         typer.Option(
@@ -42,6 +49,7 @@ def render(
             ".history, .variance and .footprint show the work of the shadow filters.",
         ),
     ] = None,
+    transparent: Annotated[bool, typer.Option("--transparent", help="No background: .png and .exr get alpha.")] = False,
     path_traced: Annotated[bool, typer.Option("--path-traced", help="Use the reference path tracer.")] = False,
     samples: Annotated[int | None, options.count("Paths per pixel with --path-traced, 256 unless told.")] = None,
     denoise: Annotated[
@@ -56,6 +64,16 @@ def render(
     fps: Annotated[
         float | None, typer.Option(metavar="N", help="Pictures a second of a sequence, 30 unless told.")
     ] = None,
+    turntable: Annotated[
+        bool, typer.Option("--turntable", help="The camera goes once round what it looks at, in 8 s unless told.")
+    ] = False,
+    camera_path: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help='Cameras, a JSON list of {"time": s, "eye": [x, y, z], "target": [x, y, z], "fov": degrees}.',
+        ),
+    ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Keep the pictures that a run cut short has made; render those missing.")
     ] = False,
@@ -69,14 +87,22 @@ def render(
     pixels = options.parse_size(size)
     sequence = None
     if is_sequence(output):
-        sequence = Sequence(output, pixels, view.start or 0.0, 30.0 if fps is None else fps, seconds, view.animation)
-        if sequence.is_film and aov:
-            raise PicaError(f"{output}: a film holds no buffers; --aov needs pictures, such as frames/%04d.exr")
+        if camera_path is not None and (turntable or view.has_camera):
+            raise PicaError("--camera-path takes no --turntable, --camera, --eye, --target or --fov beside it")
+        path = None if camera_path is None else read_camera_path(camera_path)
+        rate = 30.0 if fps is None else fps
+        sequence = Sequence(output, pixels, view.start or 0.0, rate, seconds, view.animation, turntable, path)
+        if sequence.is_film and (aov or transparent):
+            what = "no alpha; --transparent" if transparent else "no buffers; --aov"
+            raise PicaError(f"{output}: a film holds {what} needs pictures, such as frames/%04d.exr")
     else:
         options.check_output(output, (*PICTURES, FILM))
-        if seconds is not None or fps is not None or resume:
-            raise PicaError(f"{output}: --seconds, --fps and --resume are for out.mp4 or pictures such as out/%04d.png")
-    settings = options.parse_settings(preset, values)
+        if seconds is not None or fps is not None or resume or turntable or camera_path is not None:
+            given = "--seconds, --fps, --turntable, --camera-path and --resume"
+            raise PicaError(f"{output}: {given} are for out.mp4 or pictures such as out/%04d.png")
+    settings = options.parse_settings(preset, values, ev)
+    if transparent:
+        settings = settings.with_values({"visibility.background": "transparent"})
     if light_map is not None and path_traced:
         raise PicaError("--light-map is for the hybrid renderer; --path-traced finds all light itself")
     baked = options.load_light_map(light_map, settings)
@@ -93,15 +119,10 @@ def render(
     began = time.perf_counter()
     content = view.load(moving=sequence is not None)
     times = sequence.times(content) if sequence else []
-    missing = sequence.missing(len(times)) if sequence and resume else list(range(len(times)))
-    framed = None
-
-    def camera() -> "Camera | None":
-        """The camera, where the scene has it at this time."""
-        return view.camera_in(content) or framed
-
-    if camera() is None and sequence and not content.cameras():
-        framed = sequence.framing(content, times)
+    missing = list(range(len(times)))
+    if sequence and resume:
+        missing = sequence.missing(len(times), lambda picture: list(files_of(picture, aov).values()))
+    camera_of = _moving_camera(view, content, sequence, times) if sequence else lambda _: view.camera_in(content)
     loaded = time.perf_counter()
     renderer: Renderer | PathTracer
     if path_traced:
@@ -119,10 +140,11 @@ def render(
             content,
             times,
             missing,
-            shoot=lambda whole: renderer.render(
-                count if whole else 1, camera=camera(), denoise=way if whole else False
+            shoot=lambda number, whole: renderer.render(
+                1 if path_traced and not whole else count, camera=camera_of(number), denoise=way if whole else False
             ),
             save=lambda frame, file: save(frame, file, aov),
+            lead_in=1 if path_traced else math.ceil(_LEAD_IN / count),
             progress=partial(progress, json=json),
         )
         result |= {"fps": sequence.fps, "start": sequence.start, "pictures": len(times), "rendered": len(missing)}
@@ -130,7 +152,7 @@ def render(
         files = [output]
     else:
         with progress("Rendering", json) as advance:
-            frame = renderer.render(count, camera=camera(), progress=advance, denoise=way)
+            frame = renderer.render(count, camera=camera_of(0), progress=advance, denoise=way)
             files = save(frame, output, aov)
         result["timings"] = frame.timings
     done = time.perf_counter()
@@ -143,15 +165,40 @@ def render(
         print_line(f"{', '.join(result['files'])}: {said}, {done - loaded:.1f} s on {renderer.device_name}")
 
 
+def _moving_camera(
+    view: View, scene: "Scene", sequence: Sequence, times: list[float]
+) -> Callable[[int], "Camera | None"]:
+    """The camera of each picture of a sequence; to be asked while the scene is as in the picture."""
+    from pica.scene.orbit import orbited
+
+    path, framed = sequence.path, None
+    if path is not None:
+        return lambda number: path.at(times[number])
+    if not view.has_camera and not scene.cameras():
+        framed = sequence.framing(scene, times)
+    if not sequence.turntable:
+        return lambda _: view.camera_in(scene) or framed
+
+    def now() -> "Camera":
+        return view.camera_in(scene) or framed or scene.cameras()[0]
+
+    center = view.looked_at(scene, now())
+    return lambda number: orbited(now(), center, 2 * math.pi * number / len(times))
+
+
 def save(frame: "Frame", output: Path, aovs: list[str] | None) -> list[Path]:
     """Write the picture and, beside a .png, one picture for each AOV; the files written. Raises PicaError."""
     for name in aovs or []:
         frame.aov(name)  # an unknown name is an error before anything is written
-    if output.suffix.lower() == ".exr":
-        frame.save(output, aovs=aovs)
-        return [output]
-    extra = {name: output.with_name(f"{output.stem}.{name}{output.suffix}") for name in aovs or []}
-    for name, path in extra.items():
-        frame.save_aov(name, path)
-    frame.save(output)  # last: where it lies, all that belongs to it does
-    return [output, *extra.values()]
+    files = files_of(output, aovs)
+    for name, path in files.items():
+        if name:
+            frame.save_aov(name, path)
+    frame.save(output, aovs=aovs)  # last: where it lies, all that belongs to it does
+    return list(files.values())
+
+
+def files_of(output: Path, aovs: list[str] | None) -> dict[str, Path]:
+    """The files that `save` writes, by the name of the AOV; the picture's is empty."""
+    beside = [] if output.suffix.lower() == ".exr" else aovs or []
+    return {"": output, **{name: output.with_name(f"{output.stem}.{name}{output.suffix}") for name in beside}}

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pica.cli import options
+from pica.cli.camera_path import ROUND, CameraPath
 from pica.cli.report import progress
 from pica.cli.view import find_animation
 from pica.errors import PicaError
@@ -54,6 +55,10 @@ class Sequence:
     """None: until the animation ends."""
     animation: str | None
     """Its name or its number; None: all together."""
+    turntable: bool = False
+    """Whether the camera goes once round."""
+    path: CameraPath | None = None
+    """Where the camera goes, if that is given."""
 
     def __post_init__(self) -> None:
         if not _SLOWEST <= self.fps <= _FASTEST:
@@ -90,14 +95,16 @@ class Sequence:
     def times(self, scene: "Scene") -> list[float]:
         """When each picture is, in seconds. Raises PicaError when there is no telling how long, or too many."""
         seconds = self.seconds
-        if not scene.animations:
+        if not scene.animations and not self.turntable and self.path is None:
             warnings.warn(f"{self.output}: the scene has no animation, so nothing moves", stacklevel=2)
         if seconds is None:
             chosen = find_animation(scene, self.animation)
             durations = (each.duration for n, each in enumerate(scene.animations) if chosen in (None, n, each.name))
-            seconds = max(durations, default=0.0) - self.start
+            seconds = max([*durations, self.path.times[-1] if self.path else 0.0]) - self.start
+            if seconds <= 0 and self.turntable:
+                seconds = ROUND
             if seconds <= 0:
-                raise PicaError("--seconds is needed: there is no animation that goes on after the start")
+                raise PicaError("--seconds is needed: nothing that moves goes on after the start")
         count = max(round(min(seconds * self.fps, 2 * options.MOST)), 1)
         if count > options.MOST:
             raise PicaError(f"--seconds {seconds:g} with --fps {self.fps:g}: over {options.MOST} pictures")
@@ -108,45 +115,60 @@ class Sequence:
         import numpy as np
 
         import pica
+        from pica.scene.orbit import framing_all_round
 
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for time in reversed(times[:: math.ceil(len(times) / _FRAMED)]):
             scene.animate(time, find_animation(scene, self.animation))
             corners = scene.subject_bounds()
             low, high = np.minimum(low, corners[0]), np.maximum(high, corners[1])
-        return pica.Camera.framing(low, high, aspect=self.size[0] / self.size[1])
+        frame = framing_all_round if self.turntable else pica.Camera.framing
+        return frame(low, high, aspect=self.size[0] / self.size[1])
 
-    def missing(self, count: int) -> list[int]:
-        """Which of `count` pictures an earlier run has not made. Raises PicaError if it made them in another size."""
+    def missing(self, count: int, files: Callable[[Path], list[Path]]) -> list[int]:
+        """Which of `count` pictures an earlier run has not made, or not whole.
+
+        `files`: all that belong to the file of a picture. Raises PicaError if there are some of another size.
+        """
         if self.is_film:
             self._remove_empty_folder()  # of a run that was killed before its first picture
         if self.is_film and self.output.exists() and not self._folder.exists():
             from pica.video import describe
 
-            return [] if describe(self.output) == (count, *self.size) else list(range(count))
-        missing = [number for number in range(count) if not self.file(number).exists()]
-        made = next((number for number in range(count) if self.file(number).exists()), None)
-        if made is not None:
-            from pica.pictures import read_radiance
+            with suppress(PicaError):  # it is broken
+                if describe(self.output) == (count, *self.size):
+                    return []
+            return list(range(count))
+        return [number for number in range(count) if not all(map(self._is_whole, files(self.file(number))))]
 
-            height, width = read_radiance(self.file(made)).shape[:2]
-            if (width, height) != self.size:
-                raise PicaError(f"--resume: {self.file(made)} is {width}x{height}, not {self.size[0]}x{self.size[1]}")
-        return missing
+    def _is_whole(self, file: Path) -> bool:
+        """Whether a picture is there and all of it can be read. Raises PicaError where it has another size."""
+        from pica.errors import SceneError
+        from pica.pictures import whole_size
+
+        try:
+            width, height = whole_size(file)
+        except SceneError:
+            return False
+        if (width, height) != self.size:
+            raise PicaError(f"--resume: {file} is {width}x{height}, not {self.size[0]}x{self.size[1]}")
+        return True
 
     def render(
         self,
         scene: "Scene",
         times: list[float],
         missing: list[int],
-        shoot: Callable[[bool], "Frame"],
+        shoot: Callable[[int, bool], "Frame"],
         save: Callable[["Frame", Path], object],
+        lead_in: int,
         progress: Callable[[str], AbstractContextManager[Callable[[int, int], None]]] = progress,
     ) -> dict[str, float]:
         """Make the missing pictures and the film of them; the timings of the last.
 
-        `shoot(True)` renders the scene as it is now, `shoot(False)` in a hurry, for the history only. `progress` shows
-        how far it is.
+        `shoot(number, True)` renders a picture of the scene as it is now, `shoot(number, False)` for the history only.
+        Motion and all else that looks back need the pictures before a missing one: up to `lead_in` of them are rendered
+        again. `progress` shows how far it is.
         """
         timings: dict[str, float] = {}
         if not missing and self.is_film and not self._folder.exists():
@@ -155,12 +177,12 @@ class Sequence:
         before = -1
         with self._pictures(), progress("Rendering") as advance:
             for done, number in enumerate(missing, start=len(times) - len(missing)):
-                if number != before + 1:  # motion and all else that looks back need the picture before this one
-                    scene.animate(times[number - 1], chosen)
-                    shoot(False)
+                for earlier in range(max(before + 1, number - lead_in), number):
+                    scene.animate(times[earlier], chosen)
+                    shoot(earlier, False)
                 advance(done, len(times))
                 scene.animate(times[number], chosen)
-                frame = shoot(True)
+                frame = shoot(number, True)
                 save(frame, self.file(number))
                 if len(missing) == len(times) and number == 0:
                     for stale in missing[1:]:  # of another run, which this one must not be resumed with

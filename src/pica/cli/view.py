@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
@@ -47,6 +47,13 @@ class View:
         str, typer.Argument(metavar="SCENE", help=f"A .gltf or .glb file, or one of {', '.join(BUILT_IN)}.")
     ]
     env: Annotated[Path | None, _option("FILE", "Environment picture, .hdr or .exr.")] = None
+    env_strength: Annotated[float | None, _option("X", "Multiplies the environment's light; 0 takes it away.")] = None
+    env_rotation: Annotated[
+        float | None, _option("DEGREES", "Turns the environment about the vertical axis, from +Z towards +X.")
+    ] = None
+    up: Annotated[
+        str, _option("y|z", "The axis that points up in the file: z for files that are not as glTF asks.")
+    ] = "y"
     camera: Annotated[str | None, _option("NAME", "A camera of the scene.")] = None
     eye: Annotated[str | None, _option("X,Y,Z", "Where to look from, in metres.")] = None
     target: Annotated[str | None, _option("X,Y,Z", "What to look at, in metres.")] = None
@@ -63,10 +70,28 @@ class View:
 
     def load(self, moving: bool = False) -> "Scene":
         """The scene at its moment; `moving`: also where no moment is asked for, at 0 s. Raises PicaError."""
-        scene = _load(self.scene, self.env, self.allow_outside, parse_limits(self.limit))
+        scene = _load(self.scene, self.env, self.allow_outside, parse_limits(self.limit), self.up)
+        self._change_environment(scene)
         if moving or self.start is not None or self.animation is not None:
             scene.animate(self.start or 0.0, find_animation(scene, self.animation))
         return scene
+
+    def _change_environment(self, scene: "Scene") -> None:
+        if self.env_strength is None and self.env_rotation is None:
+            return
+        environment = scene.environment
+        if environment is None:
+            raise PicaError(f"--env-strength, --env-rotation: {self.scene} has no environment; give --env too")
+        scene.environment = replace(
+            environment,
+            strength=environment.strength if self.env_strength is None else self.env_strength,
+            rotation=environment.rotation if self.env_rotation is None else math.radians(self.env_rotation),
+        )
+
+    @property
+    def has_camera(self) -> bool:
+        """Whether a camera is asked for."""
+        return (self.camera, self.eye, self.target, self.fov) != (None, None, None, None)
 
     def camera_in(self, scene: "Scene") -> "Camera | None":
         """The camera that is asked for, where the scene has it now; None for the scene's own. Raises PicaError."""
@@ -89,6 +114,14 @@ class View:
         if not 0 < degrees < 180:
             raise PicaError(f"--fov {degrees:g} is not between 0 and 180 degrees")
         return pica.Camera.look_at(eye, target, vertical_fov=math.radians(degrees))
+
+    def looked_at(self, scene: "Scene", camera: "Camera") -> Any:
+        """(3,) what a camera of `camera_in` or another one of the scene looks at, in metres."""
+        import numpy as np
+
+        from pica.scene.orbit import pivot
+
+        return pivot(scene, camera) if self.target is None else np.array(_point("--target", self.target))
 
 
 def takes_view(command: Callable[..., None]) -> Callable[..., None]:
@@ -128,20 +161,22 @@ def parse_limits(texts: list[str] | None) -> "Limits":
     return pica.Limits(**values)
 
 
-def _load(name: str, environment: Path | None, allow_outside: bool, limits: "Limits") -> "Scene":
+def _load(name: str, environment: Path | None, allow_outside: bool, limits: "Limits", up: str) -> "Scene":
     """A built-in scene by its word or a file, under the light of an environment picture. Raises PicaError."""
     import pica
     from pica.scene.limits import Budget
     from pica.scene.loading import read_environment
 
     if name in BUILT_IN and not Path(name).is_file():
+        if up != "y":
+            raise PicaError(f"--up {up}: is for files; in the built-in scenes, y points up")
         scene: Scene = getattr(pica.scenes, BUILT_IN[name])()
         if environment is not None:
             scene.environment = read_environment(environment, Budget(limits))
         return scene
     if not name or (not Path(name).suffix and not Path(name).exists()):
         raise PicaError(f"no file and no built-in scene {name!r}; the built-in ones are {', '.join(BUILT_IN)}")
-    return pica.load(name, environment=environment, allow_outside=allow_outside, limits=limits)
+    return pica.load(name, environment=environment, allow_outside=allow_outside, limits=limits, up=up)
 
 
 def _point(option: str, text: str) -> tuple[float, ...]:

@@ -57,6 +57,11 @@ def gbuffer_aovs(textures: Mapping[str, spy.Texture], scene: SceneView, camera: 
     }
 
 
+def alpha_aov(texture: spy.Texture, channel: int) -> Aov:
+    """The AOV "alpha" (height, width), 0 to 1, of a texture that has it in a channel."""
+    return Aov((texture,), lambda values: np.clip(values[..., channel], 0, 1))
+
+
 def at_size(size: Size, aovs: Mapping[str, Callable[[], Array]]) -> dict[str, Callable[[], Array]]:
     """The AOVs as pictures of `size`: each pixel has what the nearest sample has, nothing is blended. Motion is in
     pixels of `size`."""

@@ -23,8 +23,8 @@ def check_made_with(who: str, scene: Any, settings: Any, device: Any) -> None:
 
 
 def checked_count(what: str, count: Any) -> int:
-    """How often to do something, at least once. Raises PicaError for what is not a whole number."""
-    return max(checked(what, whole(-_MOST, _MOST), count, PicaError), 1)
+    """How often to do something, at least once. Raises PicaError for what is not a whole number of at least 1."""
+    return checked(what, whole(1, _MOST), count, PicaError)
 
 
 def checked_camera(who: str, camera: Any) -> Camera:

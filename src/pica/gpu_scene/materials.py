@@ -25,6 +25,7 @@ from pica.rhi.device import Device
 from pica.rhi.tables import HostTable
 from pica.scene.changes import ChangeSet
 from pica.scene.coat import MOST_COATS, baked
+from pica.scene.illumination import average_emission
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
 from pica.scene.material_registry import MaterialSource, material_source
 from pica.scene.shape_registry import shape_source
@@ -378,14 +379,3 @@ def _kind(material: Material) -> tuple[object, ...]:
 
 def _is_srgb(image: Image, slot: str) -> bool:
     return slot in _SRGB if image.encoding is None else image.encoding == "srgb"
-
-
-def average_emission(material: Material) -> float:
-    """Mean luminance that the material emits, nits; estimates what a light is worth, nothing more."""
-    luminance = np.dot(material.emission, (0.2126, 0.7152, 0.0722))
-    texture = material.emissive_texture
-    if texture is not None and luminance > 0:
-        exponent = 2.2 if _is_srgb(texture.image, "emissive") else 1.0
-        pixels = (texture.image.pixels[::4, ::4, :3] / 255.0) ** exponent
-        luminance *= float(np.mean(pixels @ (0.2126, 0.7152, 0.0722)))
-    return float(luminance)

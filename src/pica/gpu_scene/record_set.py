@@ -19,12 +19,13 @@ from pica.gpu_scene.draws import (
 from pica.gpu_scene.geometry import GeometryBuffers, GpuMesh
 from pica.gpu_scene.lights.emissive_triangles import EmissiveTriangles
 from pica.gpu_scene.masks import INSTANCE_MASK, SEEN_BY_CAMERA, SEEN_BY_SURFACES
-from pica.gpu_scene.materials import MaterialTable, average_emission
+from pica.gpu_scene.materials import MaterialTable
 from pica.gpu_scene.table_rows import NOT_EMISSIVE
 from pica.rhi.acceleration import RtObject, rows_of
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable, rows_of_ranges, rows_of_runs
+from pica.scene.illumination import average_emission
 from pica.scene.material import Material
 
 

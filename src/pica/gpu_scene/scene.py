@@ -19,7 +19,7 @@ from pica.gpu_scene.lights.environment_map import EnvironmentMap
 from pica.gpu_scene.lights.light_table import LightTable
 from pica.gpu_scene.lights.placed_lights import PlacedLights
 from pica.gpu_scene.masks import INSTANCE_MASK, is_masked, mask_and_channels
-from pica.gpu_scene.materials import MaterialTable, average_emission
+from pica.gpu_scene.materials import MaterialTable
 from pica.gpu_scene.pending_nodes import PendingNodes
 from pica.gpu_scene.placement import Placement
 from pica.gpu_scene.record_set import RecordSet
@@ -32,6 +32,7 @@ from pica.rhi.tables import HostTable, rows_of_ranges, rows_of_runs
 from pica.scene import leftovers
 from pica.scene.changes import Changes
 from pica.scene.dynamic_vertices import DynamicVertices
+from pica.scene.illumination import average_emission
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
 from pica.scene.node import worth_checking

@@ -6,7 +6,9 @@ from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError, plain, shown
+from pica.frame.aovs import alpha_aov
 from pica.frame.arguments import Progress, check_made_with, check_progress, checked_camera, checked_count
+from pica.frame.black_pictures import BlackPictures
 from pica.frame.closing import Closing, alone
 from pica.frame.context import FrameSequence, Size
 from pica.frame.effect import Aov, kept
@@ -53,6 +55,7 @@ class PathTracer(Closing):
         self.settings = runnable(device, settings or Settings())
         self.scene = scene
         self._max_depth = max_depth or NO_LIMIT
+        self._black_pictures = BlackPictures()
         with device.turn:
             self._make(device)
 
@@ -68,6 +71,7 @@ class PathTracer(Closing):
         self._trace = ray_effect(device, "path_tracer/path_tracer.slang", "PathTracer", "surface", tracer, parts=PATHS)
         self._average = device.compute("path_tracer/average.slang")
         self._gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
+        self._transparent = settings.visibility.background == "transparent"
         self._post = Post(device, size, settings.post)
 
     @property
@@ -102,11 +106,14 @@ class PathTracer(Closing):
                 if shown is not None:
                     pictures = dict(zip(("color", "display"), shown, strict=True))
                     rgb = {name: Aov((texture,), lambda values: values[..., :3]) for name, texture in pictures.items()}
-                    found = kept(self.device, {**rgb, **self._gbuffer.aovs()})
+                    alpha = {"alpha": alpha_aov(self._mean, 3)} if self._transparent else {}
+                    found = kept(self.device, {**rgb, **self._gbuffer.aovs(), **alpha})
+                    color, display = self._black_pictures.watched(found, self.scene, self.settings)
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, samples)
-        return Frame(found.pop("color"), found.pop("display"), found, timings)
+        aovs = {name: fetch for name, fetch in found.items() if name not in pictures}
+        return Frame(color, display, aovs, timings)
 
     def _sample(
         self, camera: Camera, first: bool, last: bool, denoiser: Denoiser | None
@@ -130,12 +137,13 @@ class PathTracer(Closing):
             maxDepth=self._max_depth,
             opaqueSecondaryShadows=int(self.settings.rays.opaque_secondary_shadows),
             gathersFeatures=int(denoiser is not None),
+            hidesBackground=int(self._transparent),
             **features,
         )
         shown = None
         if last:
             self._average(frame, frame.grid, frame=frame, accumulated=self._sum, radiance=self._mean)
             picture = self._mean if denoiser is None else denoiser(frame, self._mean)
-            shown = picture, self._post(frame, picture)
+            shown = picture, self._post(frame, picture, self._mean if self._transparent else None, channel=3)
         self._frames.end(frame)
         return shown

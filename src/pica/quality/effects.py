@@ -61,6 +61,9 @@ class MeasuredEffect:
     def _reference(self) -> Reference:
         reference = self._effect.reference()
         assert reference is not None  # after a frame
+        if not reference.layers:
+            fault = "has nothing to compare here, as no light of the scene has a layer of its own"
+            raise SettingsError(f"compare --effect {self._effect.name}: {fault}; compare whole pictures instead")
         return reference
 
 

@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pica.scene.camera import Camera
 from pica.scene.model import Node, Scene
+from pica.scene.orbit import orbited, pivot
 from pica.scenes.placing import move, turn
 
 Sequence = Callable[[int], Camera]
@@ -39,15 +39,9 @@ def _still(scene: Scene, camera: Camera) -> Sequence:
 
 
 def _camera(scene: Scene, camera: Camera) -> Sequence:
-    """Round the vertical axis through what the camera looks at, as far away as the scene's middle."""
-    low, high = scene.bounds()
-    forward = -camera.transform[:3, 2]
-    eye = camera.transform[:3, 3]
-    depth = max(float(((low + high) / 2 - eye) @ forward), 0.1 * float(np.linalg.norm(high - low)))
-    pivot = eye + forward * depth
-    return lambda frame: replace(
-        camera, transform=move(*pivot) @ turn("y", _TURN * frame) @ move(*-pivot) @ camera.transform
-    )
+    """Round the vertical axis through what the camera looks at."""
+    center = pivot(scene, camera)
+    return lambda frame: orbited(camera, center, math.radians(_TURN * frame))
 
 
 def _animated(scene: Scene, camera: Camera, start: float, animation: int | str | None) -> Sequence:

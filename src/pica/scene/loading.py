@@ -1,5 +1,6 @@
 """Opening a scene from files."""
 
+import math
 import warnings
 from pathlib import Path
 
@@ -10,9 +11,17 @@ from pica.errors import SceneError
 from pica.pictures import read_radiance
 from pica.scene import gltf, leftovers
 from pica.scene.environment import Environment
+from pica.scene.illumination import emitted_illuminance, has_lights
 from pica.scene.limits import Budget, Limits
-from pica.scene.model import Scene
+from pica.scene.model import Node, Scene
+from pica.scene.values import checked, choice, flag
 from pica.text import printable
+
+SKY_ILLUMINANCE = math.pi
+"""Lux on what lies under a sky of 1 nit all around."""
+_LEAST_SHARE = 0.1
+"""Of what a neutral sky would give, that materials must emit to be the only light. Screens, labels and the lamps of a
+device emit less, most of it to where nothing is."""
 
 
 def load(
@@ -21,30 +30,46 @@ def load(
     environment: str | Path | Environment | None = None,
     allow_outside: bool = False,
     limits: Limits | None = None,
+    up: str = "y",
 ) -> Scene:
     """Load a .gltf or .glb file, lit from all around by `environment` (a .hdr or .exr file, or one in memory).
 
-    A scene without any light gets a neutral sky, and a warning that says so. `allow_outside`: read buffers and pictures
-    from files outside the asset's folder too, such as textures in "../". `limits`: what loading may take, with the
-    environment; pica.Limits() without. Raises SceneError, one line that names the file and the fault; warns about
-    features of the file that are not supported.
+    A scene without any light, or whose materials emit next to none, gets a neutral sky, and a warning that says so.
+    `allow_outside`: read buffers and pictures from files outside the asset's folder too, such as textures in "../".
+    `limits`: what loading may take, with the environment; pica.Limits() without. `up`: "z" for files whose Z axis
+    points up, against what glTF says; the scene is turned so that its Y axis does. Raises SceneError, one line that
+    names the file and the fault; warns about features of the file that are not supported.
     """
+    checked("load: allow_outside", flag, allow_outside)
+    checked("load: up", choice("y", "z"), up)
     leftovers.collect()
     budget = Budget(limits)
     with leftovers.paused():
         scene = gltf.read(_checked(path, "path"), budget, allow_outside)
     leftovers.watch(scene)
+    if up == "z":
+        _turn_upright(scene)
     if isinstance(environment, Environment):
         scene.environment = environment
     elif environment is not None:
         scene.environment = read_environment(_checked(environment, "environment"), budget)
-    elif not _gives_light(scene):
+    elif not has_lights(scene) and (share := emitted_illuminance(scene) / SKY_ILLUMINANCE) < _LEAST_SHARE:
+        what = f"emits {share:.1g} times what a sky would give" if share else "has no light"
         warnings.warn(
-            f"{printable(path)}: has no light, so a neutral sky lights it; an environment would replace that",
-            stacklevel=2,
+            f"{printable(path)}: {what}, so a neutral sky lights it; an environment would replace that", stacklevel=2
         )
         scene.environment = default_environment()
     return scene
+
+
+def _turn_upright(scene: Scene) -> None:
+    """Put all that the scene holds under one node, which turns +Z to +Y."""
+    upright = Node("z is up")
+    upright.transform = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+    for root in list(scene.roots):
+        scene.remove(root)
+        upright.add(root)
+    scene.add(upright)
 
 
 def _checked(path: str | Path, name: str) -> Path:
@@ -84,12 +109,3 @@ def read_environment(path: Path, budget: Budget | None = None) -> Environment:
         return Environment(radiance, name=path.stem)
     except MemoryError:
         raise SceneError(f"{name}: takes more memory than there is") from None
-
-
-def _gives_light(scene: Scene) -> bool:
-    meshes = set()
-    for node in scene.nodes():
-        if node.light is not None:
-            return True
-        meshes.add(node.mesh)
-    return any(max(section.material.emission) > 0 for mesh in meshes if mesh for section in mesh.sections)

@@ -22,6 +22,12 @@ class VisibilitySettings(Group):
         raster="Triangles are drawn.",
         rays="One ray a pixel.",
     )
+    background: Literal["environment", "transparent"] = choice(
+        "environment",
+        "What pixels show in which the camera sees no surface.",
+        environment="The environment.",
+        transparent="Nothing: pictures have alpha. The environment still lights the scene and is seen in reflections.",
+    )
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.gpu_scene.materials import average_emission
 from pica.rhi.tables import Runs
+from pica.scene.illumination import average_emission
 from pica.scene.model import Section
 
 # gpu_scene/scene_types.slang: EmissiveTriangle

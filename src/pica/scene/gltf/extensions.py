@@ -1,5 +1,7 @@
 """Which extensions of glTF are read."""
 
+from typing import Any
+
 from pica.errors import SceneError
 from pica.scene.gltf.container import Document
 from pica.text import one_line
@@ -27,17 +29,34 @@ _MOST_NAMED, _LONGEST = 12, 80
 
 
 def check_extensions(document: Document) -> None:
-    """Raise SceneError for a required extension that is not supported; warn once about all others (3.12)."""
-    required = unsupported(document, "extensionsRequired")
+    """Raise SceneError for a required extension that is not supported; warn once about all others (3.12), be they
+    listed as used or not."""
+    required = unsupported(document.root.texts("extensionsRequired"))
     if required:
         raise SceneError(f"needs {required}, which is not supported; export the file without")
-    used = unsupported(document, "extensionsUsed")
+    used = unsupported([*document.root.texts("extensionsUsed"), *_present(document.root.values)])
     if used:
         document.warn(f"ignores what is not supported: {used}")
 
 
-def unsupported(document: Document, key: str) -> str:
-    """The extensions under a key of the file, such as "extensionsRequired", that are not read, in one line."""
-    names = [name for name in dict.fromkeys(document.root.texts(key)) if name not in SUPPORTED]
+def _present(root: dict[str, Any]) -> list[str]:
+    """The extensions that objects of the file have; what applications keep in extras is theirs."""
+    names: dict[str, None] = {}
+    below: list[Any] = [root]
+    while below:
+        part = below.pop()
+        if type(part) is dict:
+            extensions = part.get("extensions")
+            if type(extensions) is dict:
+                names |= dict.fromkeys(extensions)
+            below += [value for key, value in part.items() if key != "extras" and type(value) in (dict, list)]
+        elif part and type(part[0]) in (dict, list):
+            below += part
+    return list(names)
+
+
+def unsupported(extensions: list[str]) -> str:
+    """Those of the extensions that are not read, in one line."""
+    names = [name for name in dict.fromkeys(extensions) if name not in SUPPORTED]
     more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
     return ", ".join(one_line(name, _LONGEST) for name in names[:_MOST_NAMED]) + more

@@ -1,0 +1,83 @@
+"""Pictures that are nearly black: why, in one line, once for each renderer."""
+
+import warnings
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+from weakref import ref
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.color import luminance
+from pica.scene.illumination import emitted_illuminance, has_lights
+from pica.scene.model import Scene
+from pica.settings import PostSettings, Settings
+
+Lazy = Callable[[], NDArray[Any]]
+
+_DARK = 2.0
+"""Of 255, the mean of a picture, and of the surfaces in it, below which either is nearly black."""
+_STEP = 4
+"""Every so many pixels are looked at, each way, while nothing is suspicious."""
+_LEAST_SEEN = 1e-3
+"""Of the picture; surfaces in less of it are as good as none."""
+_NEAR = 1e-3
+"""Of the scene's diagonal, within which all that is seen makes one suspect that the camera is inside of something."""
+
+
+class BlackPictures:
+    """Looks at pictures when they are fetched, and warns of the first that is nearly black."""
+
+    def __init__(self) -> None:
+        self._warned = False
+
+    def watched(self, pictures: Mapping[str, Lazy], scene: Scene, settings: Settings) -> tuple[Lazy, Lazy]:
+        """What fetches pictures["color"] and pictures["display"], and says why they are nearly black.
+
+        Only where one seems so, the other and pictures["depth"] are fetched too. The scene is not kept alive.
+        """
+        still_there = ref(scene)
+
+        def fetch(name: str, least: float) -> NDArray[Any]:
+            picture = pictures[name]()
+            if not self._warned and picture[::_STEP, ::_STEP].mean() <= least:
+                scene = still_there()
+                if scene is None:
+                    return picture
+                shown = {each: picture if each == name else pictures[each]() for each in ("display", "color", "depth")}
+                reason = why_black(**shown, scene=scene, post=settings.post)
+                if reason:
+                    self._warned = True
+                    warnings.warn(f"the picture is nearly black: {reason}", stacklevel=2)
+            return picture
+
+        return partial(fetch, "color", 0.0), partial(fetch, "display", _DARK)
+
+
+def why_black(display: NDArray[Any], color: NDArray[Any], depth: NDArray[Any], scene: Scene, post: PostSettings) -> str:
+    """Why a picture (height, width, 3) of `depth` (height, width) is nearly black, and what to try; empty if it is not,
+    where surfaces are seen."""
+    seen = np.isfinite(depth)
+    if seen.mean() < _LEAST_SEEN:
+        return "the camera sees hardly any surface; another camera may (without one, the whole scene is shown)"
+    if display[seen].mean() >= _DARK:
+        return ""
+    if not has_lights(scene) and not emitted_illuminance(scene) and not _environment_shines(scene):
+        return "nothing in the scene gives light; add a light or an environment (--env)"
+    lit = luminance(color[seen])
+    lit = lit[lit > 0]
+    if len(lit) and not post.auto_exposure:
+        white, found = 2.0**-post.exposure, float(np.percentile(lit, 90))
+        if found < white / 8:
+            says = f"post.exposure={post.exposure:.3g} makes {white:.3g} nits white, and what is seen has {found:.3g}"
+            return f"{says}; try post.exposure={-np.log2(found):.3g}, or post.auto_exposure=true"
+    low, high = scene.bounds()
+    if depth[seen].max() < _NEAR * np.linalg.norm(high - low):
+        return "all that the camera sees is right in front of it, as if it stood inside of something; move it"
+    return "hardly any light reaches what is seen; move the lights, or add an environment (--env)"
+
+
+def _environment_shines(scene: Scene) -> bool:
+    environment = scene.environment
+    return environment is not None and bool(environment.radiance.max() * environment.strength > 0)

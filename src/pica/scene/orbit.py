@@ -1,0 +1,49 @@
+"""Cameras that go round what they look at."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.scene.camera import Camera
+from pica.scene.model import Scene
+
+_SHARE = 0.95
+"""Of the picture that a framed box may fill."""
+
+
+def pivot(scene: Scene, camera: Camera) -> NDArray[np.float64]:
+    """(3,) what a camera looks at: the point on its axis that is as far away as the scene's middle."""
+    low, high = scene.subject_bounds()
+    forward, eye = -camera.transform[:3, 2], camera.transform[:3, 3]
+    depth = max(float(((low + high) / 2 - eye) @ forward), 0.1 * float(np.linalg.norm(high - low)))
+    return eye + forward * depth
+
+
+def orbited(camera: Camera, center: NDArray[np.float64], angle: float) -> Camera:
+    """The camera gone round the vertical axis through `center` (3,) by `angle` radians,
+    counter-clockwise as seen from above."""
+    turned = np.eye(4)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    turned[:3, :3] = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+    turned[:3, 3] = center - turned[:3, :3] @ center
+    return replace(camera, transform=turned @ camera.transform)
+
+
+def framing_all_round(low: NDArray[np.float64], high: NDArray[np.float64], aspect: float, steps: int = 64) -> Camera:
+    """As Camera.framing, but from so far away that the box stays in the picture all the way round its middle."""
+    camera = Camera.framing(low, high, aspect=aspect)
+    center = (low + high) / 2
+    corners = np.array(list(itertools.product(*np.transpose([low, high]))))
+    slope = math.tan(camera.vertical_fov / 2) * _SHARE
+    farther = 0.0
+    for step in range(steps):
+        seen = orbited(camera, center, 2 * math.pi * step / steps).transform
+        x, y, z = ((corners - seen[:3, 3]) @ seen[:3, :3]).T
+        needed = np.maximum(np.abs(x) / (slope * aspect), np.abs(y) / slope) + z
+        farther = max(farther, float(needed.max()))
+    moved = camera.transform.copy()
+    moved[:3, 3] += moved[:3, 2] * farther
+    return replace(camera, transform=moved)
