@@ -39,7 +39,7 @@ def frame(arrays, fetched):
         return fetch
 
     aovs = {name: source(name) for name in ("depth", "normal", "motion", "albedo", "instance", "shadows")}
-    return Frame(source("color"), source("display"), aovs, {"gbuffer": 0.5})
+    return Frame((WIDTH, HEIGHT), source("color"), source("display"), aovs, {"gbuffer": 0.5})
 
 
 def test_arrays_are_fetched_when_asked_for_and_once(frame, arrays, fetched):
@@ -63,7 +63,7 @@ def test_png_is_the_display_picture(frame, arrays, tmp_path):
 
 def test_exr_has_named_channels(frame, arrays, tmp_path):
     frame.save(str(tmp_path / "out.exr"))
-    channels = pictures.read_exr_channels(tmp_path / "out.exr")
+    channels = pictures.read_exr(tmp_path / "out.exr")
     assert channels.keys() == {
         *("R", "G", "B", "depth.Z", "normal.X", "normal.Y", "normal.Z", "motion.X", "motion.Y", "instance"),
         *("albedo.R", "albedo.G", "albedo.B", "albedo.A"),
@@ -76,7 +76,7 @@ def test_exr_has_named_channels(frame, arrays, tmp_path):
 
 def test_exr_with_chosen_aovs(frame, tmp_path, fetched):
     frame.save(tmp_path / "out.exr", aovs=["depth"])
-    assert pictures.read_exr_channels(tmp_path / "out.exr").keys() == {"R", "G", "B", "depth.Z"}
+    assert pictures.read_exr(tmp_path / "out.exr").keys() == {"R", "G", "B", "depth.Z"}
     assert fetched == ["color", "depth"]
 
 

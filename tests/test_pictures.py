@@ -114,7 +114,7 @@ def test_exr_keeps_named_channels(tmp_path: Path) -> None:
     channels = {name: random.normal(size=(5, 7)).astype(np.float32) * 1e4 for name in names}
     channels["depth.Z"][2, 3] = np.inf
     pictures.write_exr(tmp_path / "a.exr", channels)
-    back = pictures.read_exr_channels(tmp_path / "a.exr")
+    back = pictures.read_exr(tmp_path / "a.exr")
     assert set(back) == set(names)
     for name in names:
         np.testing.assert_array_equal(back[name], channels[name])
@@ -123,7 +123,7 @@ def test_exr_keeps_named_channels(tmp_path: Path) -> None:
 
 def test_exr_of_one_channel(tmp_path: Path) -> None:
     pictures.write_exr(tmp_path / "a.exr", {"depth.Z": np.ones((2, 3), np.float32)})
-    assert [(name, values.shape) for name, values in pictures.read_exr_channels(tmp_path / "a.exr").items()] == [
+    assert [(name, values.shape) for name, values in pictures.read_exr(tmp_path / "a.exr").items()] == [
         ("depth.Z", (2, 3))
     ]
 

@@ -297,9 +297,9 @@ def test_frames_are_saved_whole(renderer, tmp_path):
     frame = renderer.render(1, CAMERA)
     frame.save(tmp_path / "picture.exr")
     frame.save(tmp_path / "picture.png")
-    from pica.pictures import read_exr_channels, read_image
+    from pica.pictures import read_exr, read_image
 
-    channels = read_exr_channels(tmp_path / "picture.exr")
+    channels = read_exr(tmp_path / "picture.exr")
     np.testing.assert_array_equal(channels["G"], frame.color[..., 1])
     np.testing.assert_array_equal(channels["normal.Y"], frame.aov("normal")[..., 1])
     np.testing.assert_array_equal(read_image(tmp_path / "picture.png", "picture")[..., :3], frame.display)

@@ -29,12 +29,13 @@ if TYPE_CHECKING:
     from pica.light_map.light_map import LightMap
     from pica.output import Frame
     from pica.path_tracer.path_tracer import PathTracer
+    from pica.pictures import write_labels
     from pica.renderer import Renderer
     from pica.scene.camera import Camera
     from pica.scene.dynamic_vertices import DynamicVertices
     from pica.scene.environment import Environment
     from pica.scene.limits import Limits
-    from pica.scene.loading import load
+    from pica.scene.loading import load, read_exr
     from pica.scene.material import Material
     from pica.scene.material_registry import register_material
     from pica.scene.model import Scene
@@ -65,9 +66,11 @@ __all__ = [
     "bake",
     "errors",
     "load",
+    "read_exr",
     "register_material",
     "register_shape",
     "scenes",
+    "write_labels",
 ]
 
 _HOME = {
@@ -92,8 +95,10 @@ _HOME = {
     "ShapeError": "pica.errors",
     "bake": "pica.baking.bake",
     "load": "pica.scene.loading",
+    "read_exr": "pica.scene.loading",
     "register_material": "pica.scene.material_registry",
     "register_shape": "pica.scene.shape_registry",
+    "write_labels": "pica.pictures",
 }
 _MODULES = ("errors", "scenes")
 

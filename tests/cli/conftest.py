@@ -19,7 +19,8 @@ def fake_frame(width, height, level=0.5):
         "depth": lambda: np.ones((height, width), np.float32),
         "normal": lambda: np.ones((height, width, 3), np.float32),
     }
-    return Frame(color, lambda: np.full((height, width, 3), round(255 * level), np.uint8), aovs, {"gbuffer": 1.5})
+    display = np.full((height, width, 3), round(255 * level), np.uint8)
+    return Frame((width, height), color, lambda: display, aovs, {"gbuffer": 1.5})
 
 
 def fake_benchmark(renderer, camera=None, frames=None, warm_up=None, progress=None):

@@ -1,7 +1,7 @@
 """Materials and their textures on the GPU, textures by bindless handle and with mip levels."""
 
 from collections import Counter
-from collections.abc import Iterable, Set
+from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -200,6 +200,10 @@ class MaterialTable:
                 self.transparent.add(row)
         self._users[key] = self._users.get(key, 0) + users
         return self._materials[key][0]
+
+    def numbered(self) -> Iterator[tuple[int, Material]]:
+        """Each material in use and its row."""
+        return iter(self._materials.values())
 
     def shape_number(self, hit_group: str) -> int:
         """`SectionRecord.shape` of primitives with this entry "shape/type", whose material has been acquired."""
