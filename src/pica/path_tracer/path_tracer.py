@@ -72,6 +72,10 @@ class PathTracer(Closing):
         self._gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
         self._post = Post(device, size, settings.post)
 
+    def __repr__(self) -> str:
+        limited = not self.closed and self._max_depth != NO_LIMIT
+        return f"{super().__repr__()[:-1]}, max_depth={self._max_depth}>" if limited else super().__repr__()
+
     @property
     def device_name(self) -> str:
         """The adapter that renders."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.errors import SceneError
+from pica.errors import SceneError, shown
 from pica.scene.arrays import floats, integers, place_of
 from pica.scene.checked_field import CheckedField, check_again, described
 from pica.scene.material import Material
@@ -64,6 +64,9 @@ class Section:
     def __post_init__(self) -> None:
         if fault := self._misfit():
             raise SceneError(f"section: {fault}")
+
+    def __repr__(self) -> str:
+        return f"<pica.Section: {len(self.indices):,} triangles of material {shown(self.material.name)}>"
 
     def check(self) -> None:
         """Raises SceneError when the arrays, as they are now, do not fit their fields or each other."""
@@ -130,6 +133,12 @@ class Mesh:
         targets = {0 if s.morph_positions is None else len(s.morph_positions) for s in self.sections}
         if len(targets) > 1:
             raise SceneError(f"{described(self)}: sections: differ in their number of morph targets, {sorted(targets)}")
+
+    def __repr__(self) -> str:
+        triangles, shapes = sum(len(section.indices) for section in self.sections), sum(map(len, self.primitives))
+        more = f", {shapes:,} primitives" if shapes else ""
+        parts = f"{len(self.sections)} section{'s' * (len(self.sections) != 1)}"
+        return f"<pica.Mesh {shown(self.name)}: {triangles:,} triangles in {parts}{more}>"
 
     def check(self) -> None:
         """Raises SceneError when the sections, as they are now, cannot be shown."""
