@@ -56,7 +56,7 @@ def test_positions_are_where_samples_meet_surfaces(fresh, camera):
         places, floor, ball = frame.aov("position"), frame.mask("floor"), frame.mask("ball")
         assert places.dtype == np.float32 and min(floor.mean(), ball.mean()) > 0.05
         np.testing.assert_array_equal(np.isnan(places).all(-1), frame.aov("instance") == 0)
-        np.testing.assert_allclose(places[floor][:, 1], 0, atol=2e-5)
+        np.testing.assert_allclose(places[floor][:, 1], 0, atol=2e-4)
         assert np.abs(places[floor][:, [0, 2]]).max() < 2 + 1e-4
         np.testing.assert_allclose(np.linalg.norm(places[ball] - PLACED[:3, 3], axis=1), 0.5, atol=2e-5)
         seen = projected(camera, places[floor | ball], SIZE)
@@ -116,7 +116,7 @@ def test_upscaled_places_are_those_of_samples(device):
     frame = pica.Renderer(scene(), size=SIZE, settings=settings(values), device=device).render(frames=2)
     places, floor = frame.aov("position"), frame.mask("floor")
     assert places.shape[:2] == SIZE[::-1] and floor.any()
-    np.testing.assert_allclose(places[floor][:, 1], 0, atol=2e-5)
+    np.testing.assert_allclose(places[floor][:, 1], 0, atol=2e-4)
 
 
 def test_the_path_tracer_s_are_of_pixel_centres(device, fresh):

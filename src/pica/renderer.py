@@ -43,7 +43,8 @@ class Renderer(Stages):
         self.effect_inputs: dict[str, Any] = {}
         """What the effects of the newest frame were given, by the names that shaders have for it."""
         self.debug = False
-        """Whether `render` also keeps what effects have in between, as AOVs whose names begin with "debug."."""
+        """Whether `render` also keeps what effects have in between, as AOVs of the last frame whose names begin with
+        "debug.": `[name for name in frame.aov_names if name.startswith("debug.")]` (docs/gbuffer.md)."""
         self._running = False
 
     @property

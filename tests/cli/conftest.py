@@ -49,7 +49,7 @@ class FakeRenderer:
         asked = {"scene": scene, "size": size, "settings": settings, "device": device, "max_depth": max_depth}
         self.asked = SimpleNamespace(**asked, light_map=light_map)
 
-    def render(self, frames=16, camera=None, progress=None, denoise=False):
+    def render(self, frames=16, camera=None, progress=None, denoise=False, aovs=None):
         return self._answer(camera, progress, frames, frames=frames, denoise=denoise)
 
     def _answer(self, camera, progress, count, **counts):
@@ -64,7 +64,7 @@ class FakePathTracer(FakeRenderer):
     def __init__(self, scene, size, max_depth=None, settings=None, device=None):
         super().__init__(scene, size, settings, device, max_depth)
 
-    def render(self, samples=1024, camera=None, progress=None, denoise=False):
+    def render(self, samples=1024, camera=None, progress=None, denoise=False, aovs=None):
         return self._answer(camera, progress, samples, samples=samples, denoise=denoise)
 
 

@@ -120,7 +120,7 @@ def render(
             times,
             missing,
             shoot=lambda whole: renderer.render(
-                count if whole else 1, camera=camera(), denoise=way if whole else False
+                count if whole else 1, camera=camera(), denoise=way if whole else False, aovs=aov or None
             ),
             save=lambda frame, file: save(frame, file, aov),
             progress=partial(progress, json=json),
@@ -130,7 +130,7 @@ def render(
         files = [output]
     else:
         with progress("Rendering", json) as advance:
-            frame = renderer.render(count, camera=camera(), progress=advance, denoise=way)
+            frame = renderer.render(count, camera=camera(), progress=advance, denoise=way, aovs=aov or None)
             files = save(frame, output, aov)
         result["timings"] = frame.timings
     done = time.perf_counter()
