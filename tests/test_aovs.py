@@ -34,7 +34,9 @@ def scene():
     """A floor of four metres, a ball that is no triangles, a sun and a sky."""
     ball = primitives_node([spheres([(0, 0, 0)], 1.0, lambert())], PLACED, "ball")
     sun = shining(DirectionalLight(illuminance=2.0, angular_diameter=0.1), aim((1, 2, 1.5), (0, 0, 0)))
-    return scene_of(placed(plane(4, 4, lambert(0.6), cells=3), name="floor"), ball, sun, environment=uniform(0.5))
+    floor = plane(4, 4, lambert(0.6), cells=3)
+    floor.uv1 = 1 - floor.uv0
+    return scene_of(placed(floor, name="floor"), ball, sun, environment=uniform(0.5))
 
 
 @pytest.fixture(scope="module")

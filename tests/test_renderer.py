@@ -276,7 +276,7 @@ def test_progress_is_told(renderer):
 
 
 def test_unknown_aov_is_named(renderer):
-    with pytest.raises(PicaError, match=r"'depths'.*depth, normal"):
+    with pytest.raises(PicaError, match=r"'depths'.*depth, position, normal"):
         renderer.render(1, CAMERA).aov("depths")
 
 
