@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import slangpy
 from PIL import Image
 
+import pica
 from pica import pictures
 from pica.errors import PicaError, SceneError
 from tests.assets import ASSETS, needs_assets
@@ -114,7 +116,7 @@ def test_exr_keeps_named_channels(tmp_path: Path) -> None:
     channels = {name: random.normal(size=(5, 7)).astype(np.float32) * 1e4 for name in names}
     channels["depth.Z"][2, 3] = np.inf
     pictures.write_exr(tmp_path / "a.exr", channels)
-    back = pictures.read_exr_channels(tmp_path / "a.exr")
+    back = pictures.read_exr(tmp_path / "a.exr")
     assert set(back) == set(names)
     for name in names:
         np.testing.assert_array_equal(back[name], channels[name])
@@ -123,7 +125,7 @@ def test_exr_keeps_named_channels(tmp_path: Path) -> None:
 
 def test_exr_of_one_channel(tmp_path: Path) -> None:
     pictures.write_exr(tmp_path / "a.exr", {"depth.Z": np.ones((2, 3), np.float32)})
-    assert [(name, values.shape) for name, values in pictures.read_exr_channels(tmp_path / "a.exr").items()] == [
+    assert [(name, values.shape) for name, values in pictures.read_exr(tmp_path / "a.exr").items()] == [
         ("depth.Z", (2, 3))
     ]
 
@@ -164,4 +166,44 @@ def test_a_missing_folder_is_one_line(name: str, tmp_path: Path) -> None:
             pictures.write_png(tmp_path / "gone" / name, np.zeros((2, 2, 3), np.uint8))
         else:
             pictures.write_exr(tmp_path / "gone" / name, {"R": np.zeros((2, 2), np.float32)})
+    assert "\n" not in str(caught.value)
+
+
+def test_only_exr_files_are_read_as_such(tmp_path: Path) -> None:
+    pictures.write_png(tmp_path / "a.exr", np.zeros((2, 2, 3), np.uint8))
+    for name, says in (("a.exr", "not an OpenEXR picture"), ("gone.exr", "no such file"), (".", "it is a folder")):
+        with pytest.raises(SceneError, match=says) as caught:
+            pica.read_exr(tmp_path / name)
+        assert "\n" not in str(caught.value)
+    with pytest.raises(SceneError, match="path: 7 is not the path of a file"):
+        pica.read_exr(7)  # type: ignore[arg-type]
+
+
+def test_exr_keeps_types(tmp_path: Path) -> None:
+    for kind in (np.float16, np.float32, np.uint32):
+        pixels = np.arange(24).reshape(2, 3, 4).astype(kind)
+        path = tmp_path / "a.exr"
+        slangpy.Bitmap(pixels, slangpy.Bitmap.PixelFormat.rgba).write(path)
+        channels = pica.read_exr(path)
+        assert set(channels) == set("RGBA")
+        for index, name in enumerate("RGBA"):
+            assert channels[name].dtype == kind
+            np.testing.assert_array_equal(channels[name], pixels[..., index])
+
+
+def test_exr_keeps_to_limits(tmp_path: Path) -> None:
+    path = tmp_path / "a.exr"
+    pictures.write_exr(path, {name: np.zeros((1000, 1000), np.float32) for name in "RGB"})
+    with pytest.raises(SceneError, match=r"would take 24 MB of memory.*the limit is 20 MB"):
+        pica.read_exr(path, limits=pica.Limits(bytes=20e6))
+    assert pica.read_exr(path)["R"].shape == (1000, 1000)
+
+
+@pytest.mark.parametrize("size", [4, 40, 200, 400])
+def test_a_truncated_exr_is_one_line(size: int, tmp_path: Path) -> None:
+    path = tmp_path / "a.exr"
+    pictures.write_exr(path, {name: np.random.default_rng(0).random((8, 8)) for name in "RGB"})
+    path.write_bytes(path.read_bytes()[:size])
+    with pytest.raises(SceneError, match=r"a\.exr: ") as caught:
+        pica.read_exr(path)
     assert "\n" not in str(caught.value)

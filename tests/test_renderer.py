@@ -277,7 +277,7 @@ def test_progress_is_told(renderer):
 
 
 def test_unknown_aov_is_named(renderer):
-    with pytest.raises(PicaError, match=r"'depths'.*depth, normal"):
+    with pytest.raises(PicaError, match=r"'depths'.*depth, position, normal"):
         renderer.render(1, camera=CAMERA).aov("depths")
 
 
@@ -298,9 +298,9 @@ def test_frames_are_saved_whole(renderer, tmp_path):
     frame = renderer.render(1, camera=CAMERA)
     frame.save(tmp_path / "picture.exr")
     frame.save(tmp_path / "picture.png")
-    from pica.pictures import read_exr_channels, read_image
+    from pica.pictures import read_exr, read_image
 
-    channels = read_exr_channels(tmp_path / "picture.exr")
+    channels = read_exr(tmp_path / "picture.exr")
     np.testing.assert_array_equal(channels["G"], frame.color[..., 1])
     np.testing.assert_array_equal(channels["normal.Y"], frame.aov("normal")[..., 1])
     np.testing.assert_array_equal(read_image(tmp_path / "picture.png", "picture")[..., :3], frame.display)

@@ -28,6 +28,7 @@ if TYPE_CHECKING:  # what checkers of types and editors know; a test holds it ag
     from pica.light_map.light_map import LightMap as LightMap
     from pica.output import Frame as Frame
     from pica.path_tracer.path_tracer import PathTracer as PathTracer
+    from pica.pictures import write_labels as write_labels
     from pica.renderer import Renderer as Renderer
     from pica.scene.animation import Animation as Animation
     from pica.scene.animation import Channel as Channel
@@ -50,6 +51,7 @@ if TYPE_CHECKING:  # what checkers of types and editors know; a test holds it ag
     from pica.scene.light import TubeLight as TubeLight
     from pica.scene.limits import Limits as Limits
     from pica.scene.loading import load as load
+    from pica.scene.loading import read_exr as read_exr
     from pica.scene.material import AlphaMode as AlphaMode
     from pica.scene.material import Image as Image
     from pica.scene.material import Material as Material
@@ -104,6 +106,7 @@ _PUBLIC = {
     "pica.light_map.light_map": ("LightMap",),
     "pica.output": ("Frame",),
     "pica.path_tracer.path_tracer": ("PathTracer",),
+    "pica.pictures": ("write_labels",),
     "pica.renderer": ("Renderer",),
     "pica.scene.animation": ("Animation", "Channel", "Pose"),
     "pica.scene.anisotropy": ("Anisotropy",),
@@ -125,7 +128,7 @@ _PUBLIC = {
         "TubeLight",
     ),
     "pica.scene.limits": ("Limits",),
-    "pica.scene.loading": ("load",),
+    "pica.scene.loading": ("load", "read_exr"),
     "pica.scene.material": ("AlphaMode", "Image", "Material", "Sampler", "Texture", "Wrap"),
     "pica.scene.material_registry": ("register_material",),
     "pica.scene.mesh": ("Mesh", "Section"),

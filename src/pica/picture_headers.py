@@ -10,7 +10,8 @@ import PIL.Image
 from pica.errors import SceneError
 from pica.files import size_of
 
-_EXR, _PNG, _JPEG, _HDR = b"\x76\x2f\x31\x01", b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff", b"#?"
+EXR = b"\x76\x2f\x31\x01"
+_PNG, _JPEG, _HDR = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff", b"#?"
 _MOST_ATTRIBUTES = 1000
 _LONGEST_HEADER = 1 << 20
 """Bytes of a .hdr header; they hold a few hundred."""
@@ -50,7 +51,7 @@ def radiance_size(file: BinaryIO) -> PictureSize:
         check_scans(file.read())
         with PIL.Image.open(file, formats=("PNG", "JPEG")) as image:
             return PictureSize(*image.size)
-    if not start.startswith(_EXR):
+    if not start.startswith(EXR):
         raise SceneError("not a .hdr, .exr, .png or .jpg picture")
     try:
         return _exr_size(file)

@@ -4,16 +4,18 @@ import io
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import PIL.Image
 import slangpy
 from numpy.typing import NDArray
 
-from pica.errors import SceneError
+from pica.errors import PicaError, SceneError
 from pica.files import open_file, read_file, size_of
-from pica.picture_headers import check_scans, radiance_size
+from pica.picture_headers import EXR, check_scans, radiance_size
 from pica.saving import write_whole
 from pica.text import first_line, printable
 
@@ -25,6 +27,8 @@ Admit = Callable[[int, int], object]
 not name the picture, if that is too much."""
 
 _TEXTURE_FORMATS = ("PNG", "JPEG", "WEBP")
+_HIGHEST = {".png": (1 << 16) - 1, ".exr": (1 << 32) - 1}
+"""The largest label that a file holds."""
 _LONGEST = 200
 """Characters of a message that may hold text of a file."""
 _STRIP = 1 << 16
@@ -83,28 +87,82 @@ def whole_size(path: Path) -> tuple[int, int]:
         return image.size
 
 
-def read_exr_channels(path: str | Path) -> dict[str, NDArray[np.float32]]:
-    """The channels of an OpenEXR file by name, (height, width) each. Raises SceneError."""
-    return _channels(_open_bitmap(path, _admit_all, _admit_all))
+def read_exr(
+    path: str | Path, admit: Admit = _admit_all, admit_file: Callable[[int], object] = _admit_all
+) -> dict[str, NDArray[Any]]:
+    """The channels of an OpenEXR file by name, (height, width) each, of the type that the file has.
 
-
-def write_png(path: str | Path, pixels: NDArray[np.uint8]) -> None:
-    """Write (height, width, 3) uint8 as PNG, or (height, width, 4) with straight alpha.
-
-    Raises PicaError when the file cannot be written.
+    `admit` and `admit_file` as read_radiance's. Raises SceneError likewise.
     """
-    image = PIL.Image.fromarray(pixels)
-    write_whole(Path(path), lambda temporary: image.save(temporary, "PNG"))
+    name = printable(path)
+    with open_file(Path(path), name) as file:
+        if file.read(len(EXR)) != EXR:
+            raise SceneError(f"{name}: not an OpenEXR picture")
+    bitmap = _open_bitmap(path, admit, admit_file)
+    with _faults_named(name):
+        pixels = np.asarray(bitmap).reshape(bitmap.height, bitmap.width, -1)
+        return {channel: pixels[..., index] for index, channel in enumerate(bitmap.channel_names)}
 
 
-def write_exr(path: str | Path, channels: Mapping[str, NDArray[np.floating]]) -> None:
-    """Write named channels, (height, width) each, as 32-bit OpenEXR. Raises PicaError.
+def write_png(path: str | Path, pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
+    """Write (height, width, 3) uint8 as PNG, (height, width, 4) with straight alpha, or grey (height, width) of 8 or 16
+    bits. Raises PicaError when the file cannot be written.
+    """
+    write_whole(Path(path), lambda temporary: PIL.Image.fromarray(pixels).save(temporary, "PNG"))
+
+
+def encoded_png(pixels: NDArray[np.uint8]) -> bytes:
+    """The bytes of (height, width, 3) uint8 as PNG."""
+    stream = io.BytesIO()
+    PIL.Image.fromarray(pixels).save(stream, "PNG")
+    return stream.getvalue()
+
+
+def write_exr(path: str | Path, channels: Mapping[str, NDArray[Any]]) -> None:
+    """Write named channels, (height, width) each, as 32-bit OpenEXR: floats, or whole numbers where all are unsigned.
+    Raises PicaError.
 
     Layers are written as `layer.X`; R, G, B without a layer are the picture itself.
     """
-    pixels = np.stack([np.asarray(channel, np.float32) for channel in channels.values()], axis=-1)
+    whole = all(np.asarray(channel).dtype.kind in "bu" for channel in channels.values())
+    kind = np.uint32 if whole else np.float32
+    pixels = np.stack([np.asarray(channel, kind) for channel in channels.values()], axis=-1)
     bitmap = slangpy.Bitmap(pixels, slangpy.Bitmap.PixelFormat.multi_channel, list(channels))
     write_whole(Path(path), lambda temporary: bitmap.write(temporary, slangpy.Bitmap.FileFormat.exr))
+
+
+def write_labels(path: str | Path, labels: NDArray[Any]) -> None:
+    """Write a mask or labels, (height, width) truth values or whole numbers, without any loss.
+
+    .png: grey, 8 bits for masks (0 and 255) and for uint8, else 16 bits. .exr: a channel Y of 32-bit whole numbers.
+    .npy: the array as it is, of whatever shape and type. Raises PicaError for what the file cannot hold.
+    """
+    path, array = Path(path), np.asarray(labels)
+    suffix = path.suffix.lower()
+    if suffix == ".npy":
+        write_whole(path, partial(_write_npy, array))
+        return
+    if suffix not in (".png", ".exr"):
+        raise PicaError(f"cannot write {path}: the name of labels must end in .png, .exr or .npy")
+    if array.ndim != 2 or array.dtype.kind not in "biu":
+        what = f"{array.dtype} of shape {array.shape}"
+        raise PicaError(f"cannot write {path}: {what} are no labels (height, width); .npy holds any array")
+    low, high = int(array.min(initial=0)), int(array.max(initial=0))
+    if low < 0 or high > _HIGHEST[suffix]:
+        others = ".exr or .npy" if low >= 0 and high <= _HIGHEST[".exr"] else ".npy"
+        fault = f"holds {low if low < 0 else high}, and {suffix} 0 to {_HIGHEST[suffix]}"
+        raise PicaError(f"cannot write {path}: {fault}; end the name in {others}")
+    if suffix == ".exr":
+        write_exr(path, {"Y": array.astype(np.uint32)})
+    elif array.dtype.kind == "b":
+        write_png(path, array.astype(np.uint8) * 255)
+    else:
+        write_png(path, array if array.dtype == np.uint8 else array.astype(np.uint16))
+
+
+def _write_npy(array: NDArray[Any], path: Path) -> None:
+    with path.open("wb") as file:  # np.save adds ".npy" to other names, such as those in capitals
+        np.save(file, array, allow_pickle=False)
 
 
 def _check_size(width: int, height: int) -> None:
@@ -156,8 +214,3 @@ def _faults_named(name: str) -> Iterator[None]:
         raise SceneError(f"{name}: takes more memory than there is") from None
     except Exception as error:  # they say nowhere which ones: struct.error, SyntaxError and EOFError are among them
         raise SceneError(f"{name}: not a readable picture ({first_line(error)[:_LONGEST]})") from None
-
-
-def _channels(bitmap: slangpy.Bitmap) -> dict[str, NDArray[np.float32]]:
-    pixels = np.array(bitmap, np.float32).reshape(bitmap.height, bitmap.width, -1)
-    return {name: pixels[..., i] for i, name in enumerate(bitmap.channel_names)}

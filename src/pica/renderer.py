@@ -1,5 +1,6 @@
 """The whole frame, top to bottom."""
 
+from collections.abc import Collection
 from typing import Any
 
 import slangpy as spy
@@ -10,7 +11,8 @@ from pica.frame.arguments import Progress, check_progress, checked_camera, check
 from pica.frame.black_pictures import BlackPictures
 from pica.frame.closing import alone
 from pica.frame.context import Size
-from pica.frame.effect import Aov, kept
+from pica.frame.effect import Aov, check_aovs, chosen, kept
+from pica.labels import NUMBERED
 from pica.light_map.light_map import LightMap
 from pica.output import Frame
 from pica.rhi.device import Device
@@ -43,7 +45,8 @@ class Renderer(Stages):
         self.effect_inputs: dict[str, Any] = {}
         """What the effects of the newest frame were given, by the names that shaders have for it."""
         self.debug = False
-        """Whether `render` also keeps what effects have in between, as AOVs whose names begin with "debug."."""
+        """Whether `render` also keeps what effects have in between, as AOVs of the last frame whose names begin with
+        "debug.": `[name for name in frame.aov_names if name.startswith("debug.")]` (docs/gbuffer.md)."""
         self._running = False
         self._black_pictures = BlackPictures()
 
@@ -133,14 +136,16 @@ class Renderer(Stages):
         camera: Camera | None = None,
         progress: Progress | None = None,
         denoise: Denoise = False,
+        aovs: Collection[str] | None = None,
     ) -> Frame:
         """Render `frames` frames and return the last, which holds the mean of all since something moved.
 
         All that is in the scene is shown: material types that are new are compiled before the frame that meets them.
-        The G-buffer's AOVs are those of the first of these frames, when motion is that since the call before.
-        `camera` None takes Scene.default_camera. `progress(done, frames)` is called after each frame. `denoise`: as
-        PathTracer's, at the end. Raises SceneError for what cannot be shown as it is now: in each call, until it is
-        mended.
+        The G-buffer's AOVs are those of the first of these frames, when motion is that since the call before; all
+        others are the last's (Frame.aov_info). `aovs`: names of those to keep; None: all but "uv", which costs a pass.
+        `camera` None takes the scene's first, or one that shows the whole scene. `progress(done, frames)` is called
+        after each frame. `denoise`: as PathTracer's, at the end. Raises SceneError for what cannot be shown as it is
+        now: in each call, until it is mended.
         """
         frames = checked_count("render: frames", frames)
         check_progress("render", progress)
@@ -151,18 +156,19 @@ class Renderer(Stages):
             with self.device.turn:
                 buffers = self._advance(camera, wait=True, denoiser=denoiser, last=done == frames)
                 if done == 1:
-                    seen = kept(self.device, self.gbuffer.aovs())
+                    if aovs is not None:
+                        check_aovs({**self.gbuffer.aovs(), **self._last_aovs()}, aovs)
+                    seen = kept(self.device, chosen(self.gbuffer.aovs(), aovs))
+                    labels = self.view.name_labels() if seen.keys() & NUMBERED else None
                 if done == frames:
                     pictures = {n: Aov((buffers[n],), lambda values: values[..., :3]) for n in ("color", "display")}
-                    found = kept(self.device, {**pictures, **self._last_aovs()})
-                    color, display = found.pop("color"), found.pop("display")
-                    aovs = at_size(self.size, seen | found)
-                    looked_at = {"color": color, "display": display, "depth": aovs["depth"]}
-                    color, display = self._black_pictures.watched(looked_at, self.scene, self.settings)
+                    found = kept(self.device, {**pictures, **chosen(self._last_aovs(), aovs)})
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, frames)
-        return Frame(color, display, aovs, timings)
+        color, display = found.pop("color"), found.pop("display")
+        pixels = at_size(self.size, seen | found)
+        return Frame(self.size, color, display, pixels, timings, labels, self.device_name)
 
     def _last_aovs(self) -> dict[str, Aov]:
         """What the effects after the G-buffer show of the newest frame."""

@@ -19,7 +19,8 @@ def fake_frame(width, height, level=0.5):
         "depth": lambda: np.ones((height, width), np.float32),
         "normal": lambda: np.ones((height, width, 3), np.float32),
     }
-    return Frame(color, lambda: np.full((height, width, 3), round(255 * level), np.uint8), aovs, {"gbuffer": 1.5})
+    display = np.full((height, width, 3), round(255 * level), np.uint8)
+    return Frame((width, height), color, lambda: display, aovs, {"gbuffer": 1.5})
 
 
 def fake_benchmark(renderer, camera=None, frames=None, warm_up=None, progress=None):
@@ -48,7 +49,7 @@ class FakeRenderer:
         asked = {"scene": scene, "size": size, "settings": settings, "device": device, "max_depth": max_depth}
         self.asked = SimpleNamespace(**asked, light_map=light_map)
 
-    def render(self, frames=16, *, camera=None, progress=None, denoise=False):
+    def render(self, frames=16, *, camera=None, progress=None, denoise=False, aovs=None):
         return self._answer(camera, progress, frames, frames=frames, denoise=denoise)
 
     def _answer(self, camera, progress, count, **counts):
@@ -63,7 +64,7 @@ class FakePathTracer(FakeRenderer):
     def __init__(self, scene, *, size, max_depth=None, settings=None, device=None):
         super().__init__(scene, size=size, settings=settings, device=device, max_depth=max_depth)
 
-    def render(self, samples=1024, *, camera=None, progress=None, denoise=False):
+    def render(self, samples=1024, *, camera=None, progress=None, denoise=False, aovs=None):
         return self._answer(camera, progress, samples, samples=samples, denoise=denoise)
 
 

@@ -111,8 +111,8 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
     run("render", "m.glb", "-o", tmp_path / "all.exr", "--size", "8x4")
     run("render", "m.glb", "-o", tmp_path / "some.exr", "--size", "8x4", "--aov", "depth")
     everything = {"R", "G", "B", "depth.Z", "normal.X", "normal.Y", "normal.Z"}
-    assert pictures.read_exr_channels(tmp_path / "all.exr").keys() == everything
-    assert pictures.read_exr_channels(tmp_path / "some.exr").keys() == {"R", "G", "B", "depth.Z"}
+    assert pictures.read_exr(tmp_path / "all.exr").keys() == everything
+    assert pictures.read_exr(tmp_path / "some.exr").keys() == {"R", "G", "B", "depth.Z"}
 
 
 @pytest.mark.parametrize(

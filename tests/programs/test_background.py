@@ -15,7 +15,6 @@ import pytest
 
 import pica
 from pica.errors import DeviceError, MaterialTypeError
-from pica.frame.aovs import gbuffer_aovs
 from pica.programs.compile_worker import serve
 from pica.programs.compiler import Compiler, Task
 from pica.programs.library import programs
@@ -78,8 +77,8 @@ def running(device, scene, values=None) -> pica.Renderer:
 
 def albedo(renderer: pica.Renderer) -> float:
     """What a frame shows in the middle."""
-    buffers = renderer.advance(CAMERA)
-    picture = gbuffer_aovs(buffers, renderer.view, CAMERA)["albedo"].fetch()
+    renderer.advance(CAMERA)
+    picture = renderer.gbuffer.aovs()["albedo"].fetch()
     return round(float(picture[SIZE[1] // 2, SIZE[0] // 2, 0]), 3)
 
 

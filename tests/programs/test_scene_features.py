@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import pica
-from pica.frame.aovs import gbuffer_aovs
 from pica.programs import preparation, scene_features
 from pica.programs.library import ProgramLibrary, programs
 from pica.programs.material_types import STANDARD_ONLY, Bundle
@@ -101,7 +100,8 @@ def wall(material: Material):
 
 def seen(renderer: pica.Renderer, name: str) -> float:
     """What a frame shows in the middle."""
-    picture = gbuffer_aovs(renderer.advance(CAMERA), renderer.view, CAMERA)[name].fetch()
+    renderer.advance(CAMERA)
+    picture = renderer.gbuffer.aovs()[name].fetch()
     return float(picture[8, 8, 0])
 
 

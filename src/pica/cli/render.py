@@ -141,7 +141,10 @@ def render(
             times,
             missing,
             shoot=lambda number, whole: renderer.render(
-                1 if path_traced and not whole else count, camera=camera_of(number), denoise=way if whole else False
+                1 if path_traced and not whole else count,
+                camera=camera_of(number),
+                denoise=way if whole else False,
+                aovs=aov or None,
             ),
             save=lambda frame, file: save(frame, file, aov),
             lead_in=1 if path_traced else math.ceil(_LEAD_IN / count),
@@ -152,7 +155,7 @@ def render(
         files = [output]
     else:
         with progress("Rendering", json) as advance:
-            frame = renderer.render(count, camera=camera_of(0), progress=advance, denoise=way)
+            frame = renderer.render(count, camera=camera_of(0), progress=advance, denoise=way, aovs=aov or None)
             files = save(frame, output, aov)
         result["timings"] = frame.timings
     done = time.perf_counter()

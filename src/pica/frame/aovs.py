@@ -8,22 +8,20 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.frame.context import Size
+from pica.frame.context import FrameContext, Size, camera_constants
 from pica.frame.effect import Aov
 from pica.gpu_scene.view import SceneView
-from pica.scene.camera import Camera
 
 Array = NDArray[Any]
 
 
-def gbuffer_aovs(textures: Mapping[str, spy.Texture], scene: SceneView, camera: Camera) -> dict[str, Aov]:
-    """The AOVs of a G-buffer; (height, width) or (height, width, channels).
-
-    depth: metres along the view axis, infinity where there is nothing. normal: with normal maps, world space, 0 where
-    there is nothing. albedo: base colour. motion: pixels right and down to where the surface was in the previous frame.
-    instance: number of the node in the scene's order, from 1; material: number from 1; 0 where there is nothing.
-    """
+def gbuffer_aovs(
+    textures: Mapping[str, spy.Texture], scene: SceneView, frame: FrameContext, uv: Callable[[], spy.Texture]
+) -> dict[str, Aov]:
+    """The AOVs of a frame's G-buffer, as pica.aov_table tells of them. `uv` makes the texture coordinates."""
     labels = scene.labels()  # of now: a later frame may have other nodes
+    camera = frame.camera
+    place = partial(_positions, _view_of(frame), frame.jitter)
 
     def label(which: int) -> Callable[[Array], Array]:
         def read(visibility: Array) -> Array:
@@ -43,6 +41,7 @@ def gbuffer_aovs(textures: Mapping[str, spy.Texture], scene: SceneView, camera: 
 
     return {
         "depth": of(depth, "depth"),
+        "position": of(lambda values: place(depth(values)), "depth"),
         "normal": of(lambda normals, seen: _normals(normals[..., 1], seen[..., 0] > 0), "normals", "visibility"),
         "geometric_normal": of(
             lambda normals, seen: _normals(normals[..., 0], seen[..., 0] > 0), "normals", "visibility"
@@ -54,6 +53,7 @@ def gbuffer_aovs(textures: Mapping[str, spy.Texture], scene: SceneView, camera: 
         "motion": of(lambda packed: motion_of(packed)[..., :2], "motion"),
         "instance": of(label(0), "visibility"),
         "material": of(label(1), "visibility"),
+        "uv": Aov(lambda: (uv(),), lambda coordinates: coordinates),
     }
 
 
@@ -78,6 +78,26 @@ def at_size(size: Size, aovs: Mapping[str, Callable[[], Array]]) -> dict[str, Ca
         return array[rows[:, None], columns]
 
     return {name: partial(resized, name, fetch) for name, fetch in aovs.items()}
+
+
+def _view_of(frame: FrameContext) -> dict[str, Array]:
+    """What shaders/camera.slang unprojects by."""
+    width, height = frame.output_size
+    constants = camera_constants(frame.camera, frame.size, width / height)
+    vectors = ("position", "forward", "right", "up", "shift", "orthographic")
+    return {name: np.array(constants[name], np.float64) for name in vectors}
+
+
+def _positions(view: Mapping[str, Array], jitter: tuple[float, float], depth: Array) -> Array:
+    """(height, width, 3) what is seen at this depth, by the samples that found it; as `unproject` in
+    shaders/camera.slang."""
+    height, width = depth.shape
+    right = (np.arange(width) + 0.5 + jitter[0]) / width * 2 - 1 + view["shift"][0]
+    up = 1 - (np.arange(height) + 0.5 + jitter[1]) / height * 2 + view["shift"][1]
+    distance = np.where(np.isfinite(depth), depth, np.nan)[..., None].astype(np.float64)
+    offset = right[None, :, None] * view["right"] + up[:, None, None] * view["up"]
+    scale = np.where(np.isnan(distance), np.nan, 1) if view["orthographic"] else distance
+    return (view["position"] + view["forward"] * distance + offset * scale).astype(np.float32)
 
 
 def _albedo(packed: Array) -> Array:

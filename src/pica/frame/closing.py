@@ -6,10 +6,13 @@ from threading import RLock
 from types import TracebackType
 from typing import Concatenate, ParamSpec, Self, TypeVar, cast
 
-from pica.errors import PicaError
+from pica.errors import PicaError, shown
+from pica.frame.context import Size
 from pica.gpu_scene.view import SceneView
 from pica.rhi import forked
 from pica.rhi.device import Device
+from pica.scene.model import Scene
+from pica.settings import Settings
 
 _KEPT = {"size", "settings", "device", "scene", "_calls"}
 P = ParamSpec("P")
@@ -25,6 +28,9 @@ class Closing:
 
     view: SceneView
     """What it has of the scene."""
+    scene: Scene
+    size: Size
+    settings: Settings
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -51,6 +57,12 @@ class Closing:
         """Raises PicaError when it is closed."""
         if self.closed:
             raise PicaError(f"{type(self).__name__}: it is closed; make another one")
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        where = f"scene {shown(self.scene.name)}, {width}x{height} on {self.device.name}"
+        state = "closed" if self.closed else self.settings.summary()
+        return f"<pica.{type(self).__name__} of {where}: {state}>"
 
     def __enter__(self) -> Self:
         self.check_open()

@@ -33,6 +33,8 @@ class FrameContext:
     index: int
     """Counts frames since the history was dropped; noise depends on it."""
     camera: Camera
+    jitter: tuple[float, float]
+    """Pixels right and down from the pixels' centres to where the frame looks."""
     block: ParameterBlock
     """The constants that shaders read."""
     started: float
@@ -72,7 +74,8 @@ class FrameContext:
 
     @cached_property
     def _half(self) -> "FrameContext":
-        return replace(self, size=half_size(self.size), block=self.half_block())
+        jitter = _half_jitter(self.index, self.jitter)
+        return replace(self, size=half_size(self.size), jitter=jitter, block=self.half_block())
 
     def at_half(self) -> "FrameContext":
         """This frame at half its width and height, made when first asked for; GBuffer.at_half goes with it.
@@ -138,6 +141,7 @@ class FrameSequence:
             output_size=self.output_size,
             index=index,
             camera=camera,
+            jitter=jitter,
             block=self._block,
             started=started,
             camera_moved=moved,
@@ -163,8 +167,8 @@ class FrameSequence:
         self._half_block.bind(
             camera=camera_constants(camera, size, aspect, 2),
             previousCamera=camera_constants(previous, size, aspect, 2),
-            jitter=_half_jitter(index, jitter),
-            previousJitter=_half_jitter(index - 1, previous_jitter),
+            jitter=spy.float2(*_half_jitter(index, jitter)),
+            previousJitter=spy.float2(*_half_jitter(index - 1, previous_jitter)),
             size=spy.uint2(*half_size(size)),
             outputSize=spy.uint2(*self.output_size),
             index=index,
@@ -208,10 +212,10 @@ def representative(index: int) -> tuple[int, int]:
     return (turn ^ turn >> 1) & 1, turn & 1
 
 
-def _half_jitter(index: int, jitter: tuple[float, float]) -> spy.float2:
+def _half_jitter(index: int, jitter: tuple[float, float]) -> tuple[float, float]:
     """A sample is where the pixel that stands for 2x2 has it: halfway between their corner and their middle is .25."""
     x, y = ((offset + shift - 0.5) / 2 for offset, shift in zip(representative(index), jitter, strict=True))
-    return spy.float2(x, y)
+    return x, y
 
 
 _LENS = ("vertical_fov", "near", "far", "orthographic_height", "principal_point", "pixel_aspect")

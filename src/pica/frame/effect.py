@@ -1,7 +1,7 @@
 """What every effect offers beside its call, so that all but the call itself goes over a list of effects."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -9,6 +9,7 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.errors import PicaError, shown
 from pica.frame.context import Size
 from pica.frame.snapshot import copies
 from pica.rhi.device import Device
@@ -21,14 +22,23 @@ Array = NDArray[Any]
 class Aov:
     """A buffer to look at: (height, width) for scalars and ids, (height, width, channels) for vectors and colours."""
 
-    textures: tuple[spy.Texture, ...]
-    """What it is read from."""
+    textures: tuple[spy.Texture, ...] | Callable[[], tuple[spy.Texture, ...]]
+    """What it is read from. A function makes them after the frame, for who asks for the buffer by its name alone."""
     read: Callable[..., Array]
     """Takes an array for each texture, (height, width[, channels]), with the layers of texture arrays in front."""
 
+    @property
+    def on_request(self) -> bool:
+        """Whether it is made only where somebody asks for it by its name."""
+        return callable(self.textures)
+
+    def sources(self) -> tuple[spy.Texture, ...]:
+        """The textures, made now if need be."""
+        return self.textures() if callable(self.textures) else self.textures
+
     def fetch(self) -> Array:
         """The buffer as it is now; waits for the device."""
-        return self.read(*map(as_array, self.textures))
+        return self.read(*map(as_array, self.sources()))
 
 
 @dataclass(frozen=True)
@@ -104,11 +114,11 @@ def as_array(texture: spy.Texture) -> Array:
 
 def kept(device: Device, aovs: Mapping[str, Aov]) -> dict[str, Callable[[], Array]]:
     """Functions that fetch each buffer as it is now, whatever later frames do: from copies on the device."""
-    textures = {str(id(texture)): texture for aov in aovs.values() for texture in aov.textures}
-    copied = copies(device, textures)
+    sources = {name: aov.sources() for name, aov in aovs.items()}
+    copied = copies(device, {str(id(texture)): texture for textures in sources.values() for texture in textures})
 
-    def frozen(aov: Aov) -> Callable[[], Array]:
-        copy = Aov(tuple(copied[str(id(texture))] for texture in aov.textures), aov.read)
+    def frozen(name: str) -> Callable[[], Array]:
+        copy = Aov(tuple(copied[str(id(texture))] for texture in sources[name]), aovs[name].read)
 
         def fetch() -> Array:
             with device.turn:
@@ -116,4 +126,18 @@ def kept(device: Device, aovs: Mapping[str, Aov]) -> dict[str, Callable[[], Arra
 
         return fetch
 
-    return {name: frozen(aov) for name, aov in aovs.items()}
+    return {name: frozen(name) for name in aovs}
+
+
+def chosen(aovs: Mapping[str, Aov], names: Collection[str] | None) -> dict[str, Aov]:
+    """Those with these names; None: all that are not on request."""
+    return {name: aov for name, aov in aovs.items() if (not aov.on_request if names is None else name in names)}
+
+
+def check_aovs(aovs: Mapping[str, Aov], names: Collection[str]) -> None:
+    """Raise PicaError unless all names are those of AOVs."""
+    if not isinstance(names, Collection) or isinstance(names, str | bytes):
+        raise PicaError(f'render: aovs: {shown(names)} is not a list of names such as ["depth", "instance"]')
+    for name in names:
+        if not isinstance(name, str) or name not in aovs:
+            raise PicaError(f"render: aovs: no AOV {shown(name)}; there are {', '.join(aovs)}")

@@ -1,7 +1,7 @@
 """Materials and their textures on the GPU, textures by bindless handle and with mip levels."""
 
 from collections import Counter
-from collections.abc import Iterable, Set
+from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -238,6 +238,10 @@ class MaterialTable:
         for srgb in (False, True):
             self._textures.pop((image, srgb), None)
         return [m for m, entry in self._materials.items() if any(used.image is image for used in entry.images)]
+
+    def numbered(self) -> Iterator[tuple[int, Material]]:
+        """Each material in use and its row."""
+        return iter(self._materials.values())
 
     def shape_number(self, hit_group: str) -> int:
         """`SectionRecord.shape` of primitives with this entry "shape/type", whose material has been acquired."""

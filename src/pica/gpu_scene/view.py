@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 from pica.gpu_scene.bounds import Box
 from pica.gpu_scene.draws import DrawList
 from pica.gpu_scene.geometry import GeometryBuffers
+from pica.gpu_scene.label_snapshot import snapshot
 from pica.gpu_scene.lights.light_table import LightTable
 from pica.gpu_scene.placement import Placement
 from pica.gpu_scene.previous_frame import PreviousPlaces, PreviousPositions
 from pica.gpu_scene.scene import GpuScene
 from pica.gpu_scene.view_geometry import ViewGeometry
+from pica.labels import Labels
 from pica.programs.material_types import MaterialTypeSet
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
@@ -129,6 +131,10 @@ class SceneView:
         """(records, 2) the node and the material of each record as they are now, both counted from 1."""
         records = self.records
         return np.stack([self.instances["node"][records["instance"]], records["material"] + 1], axis=1)
+
+    def name_labels(self) -> Labels:
+        """Who bears the numbers that `labels` gives, as they are now."""
+        return snapshot(self.source, self.scene.arrivals.numbers, self.scene.materials.numbered())
 
     def configure(self, settings: Settings) -> None:
         """Follow other settings. Raises SettingsError as when it was made."""

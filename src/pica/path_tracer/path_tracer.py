@@ -1,5 +1,7 @@
 """The reference path tracer: slow, unbiased, progressive."""
 
+from collections.abc import Collection
+
 import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
@@ -11,9 +13,10 @@ from pica.frame.arguments import Progress, check_made_with, check_progress, chec
 from pica.frame.black_pictures import BlackPictures
 from pica.frame.closing import Closing, alone
 from pica.frame.context import FrameSequence, Size
-from pica.frame.effect import Aov, kept
+from pica.frame.effect import Aov, check_aovs, chosen, kept
 from pica.frame.snapshot import checked_size
 from pica.gpu_scene.view import SceneView
+from pica.labels import NUMBERED
 from pica.output import Frame
 from pica.programs.preparation import expect as expect_programs
 from pica.rhi.device import Device, open_device
@@ -74,6 +77,10 @@ class PathTracer(Closing):
         self._transparent = settings.visibility.background == "transparent"
         self._post = Post(device, size, settings.post)
 
+    def __repr__(self) -> str:
+        limited = not self.closed and self._max_depth != NO_LIMIT
+        return f"{super().__repr__()[:-1]}, max_depth={self._max_depth}>" if limited else super().__repr__()
+
     @property
     def device_name(self) -> str:
         """The adapter that renders."""
@@ -87,11 +94,13 @@ class PathTracer(Closing):
         camera: Camera | None = None,
         progress: Progress | None = None,
         denoise: Denoise = False,
+        aovs: Collection[str] | None = None,
     ) -> Frame:
         """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each.
 
         `denoise`: Open Image Denoise takes out the noise that is left, less well and in an eighth of the time with
-        "fast"; PicaError where it is not installed.
+        "fast"; PicaError where it is not installed. `aovs`: as Renderer's; they are the first sample's, through the
+        pixels' centres.
         """
         samples = checked_count("render: samples", samples)
         check_progress("render", progress)
@@ -103,17 +112,19 @@ class PathTracer(Closing):
         for done in range(1, samples + 1):
             with self.device.turn:
                 shown = self._sample(camera, done == 1, done == samples, denoiser)
+                if done == 1:
+                    if aovs is not None:
+                        check_aovs(self._gbuffer.aovs(), aovs)
+                    seen = kept(self.device, chosen(self._gbuffer.aovs(), aovs))
+                    labels = self.view.name_labels() if seen.keys() & NUMBERED else None
                 if shown is not None:
                     pictures = dict(zip(("color", "display"), shown, strict=True))
                     rgb = {name: Aov((texture,), lambda values: values[..., :3]) for name, texture in pictures.items()}
-                    alpha = {"alpha": alpha_aov(self._mean, 3)} if self._transparent else {}
-                    found = kept(self.device, {**rgb, **self._gbuffer.aovs(), **alpha})
-                    color, display = self._black_pictures.watched(found, self.scene, self.settings)
+                    found = kept(self.device, rgb)
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, samples)
-        aovs = {name: fetch for name, fetch in found.items() if name not in pictures}
-        return Frame(color, display, aovs, timings)
+        return Frame(self.size, found["color"], found["display"], seen, timings, labels, self.device_name)
 
     def _sample(
         self, camera: Camera, first: bool, last: bool, denoiser: Denoiser | None

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pica import pictures
 from pica.errors import SceneError
-from pica.pictures import read_radiance
 from pica.scene import gltf, leftovers
 from pica.scene.environment import Environment
 from pica.scene.illumination import emitted_illuminance, has_lights
@@ -101,7 +101,7 @@ _KEY_DIRECTION: NDArray[np.float64] = np.array([0.5, 0.7, 0.6]) / np.linalg.norm
 def read_environment(path: Path, budget: Budget | None = None) -> Environment:
     """The picture of the surroundings in a .hdr or .exr file. Raises SceneError."""
     budget, name = budget or Budget(), printable(path)
-    radiance = read_radiance(path, budget.take_picture, lambda length: budget.read_file(path, length))
+    radiance = pictures.read_radiance(path, budget.take_picture, lambda length: budget.read_file(path, length))
     try:
         if not np.isfinite(radiance).all():
             raise SceneError(f"{name}: holds radiance that is not finite")
@@ -109,3 +109,13 @@ def read_environment(path: Path, budget: Budget | None = None) -> Environment:
         return Environment(radiance, name=path.stem)
     except MemoryError:
         raise SceneError(f"{name}: takes more memory than there is") from None
+
+
+def read_exr(path: str | Path, *, limits: Limits | None = None) -> dict[str, NDArray[np.generic]]:
+    """The channels of an OpenEXR file by name, such as "R", "depth.Z" and "instance" of one that Frame.save wrote.
+
+    Each is (height, width), of the file's own type: float32, float16 or uint32. `limits` as load's. Raises SceneError,
+    one line that names the file and the fault.
+    """
+    path, budget = _checked(path, "path"), Budget(limits)
+    return pictures.read_exr(path, budget.take_picture, lambda length: budget.read_file(path, length))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pica.errors import SceneError
+from pica.errors import SceneError, shown
 from pica.scene.arrays import floats, integers, place_of
 from pica.scene.changes import Followed
 from pica.scene.checked_field import CheckedField, check_again, described
@@ -70,6 +70,9 @@ class Section(Followed):
     def __post_init__(self) -> None:
         if fault := self._misfit():
             raise SceneError(f"section: {fault}")
+
+    def __repr__(self) -> str:
+        return f"<pica.Section: {len(self.indices):,} triangles of material {shown(self.material.name)}>"
 
     def check(self) -> None:
         """Raises SceneError when the arrays, as they are now, do not fit their fields or each other."""
@@ -185,6 +188,12 @@ class Mesh(Followed):
         """
         given = {"normals": normals, "uv": uv, "uv1": uv1, "colors": colors, "tangents": tangents}
         return Mesh([Section.from_arrays(positions, indices, material=material, smooth=smooth, **given)], name)
+
+    def __repr__(self) -> str:
+        triangles, shapes = sum(len(section.indices) for section in self.sections), sum(map(len, self.primitives))
+        more = f", {shapes:,} primitives" if shapes else ""
+        parts = f"{len(self.sections)} section{'s' * (len(self.sections) != 1)}"
+        return f"<pica.Mesh {shown(self.name)}: {triangles:,} triangles in {parts}{more}>"
 
     def check(self) -> None:
         """Raises SceneError when the sections, as they are now, cannot be shown."""

@@ -66,6 +66,21 @@ class Scene:
             for listener in self._listeners:
                 listener.remove(below)
 
+    def __repr__(self) -> str:
+        nodes = list(self.nodes())
+        counts = {
+            "node": len(nodes),
+            "triangle": self.triangle_count(),
+            "light": sum(node.light is not None for node in nodes),
+            "camera": sum(node.camera is not None for node in nodes),
+            "animation": len(self.animations),
+        }
+        told = [f"{count:,} {what}{'s' * (count != 1)}" for what, count in counts.items() if count or what == "node"]
+        if self.environment is not None:
+            height, width, _ = self.environment.radiance.shape
+            told.append(f"environment {width}x{height}")
+        return f"<pica.Scene {shown(self.name)}: {', '.join(told)}>"
+
     def __contains__(self, node: Node) -> bool:
         return node._listeners is self._listeners
 

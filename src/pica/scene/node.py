@@ -234,6 +234,13 @@ class Node:
         enter(below, self._listeners)
         return child
 
+    def __repr__(self) -> str:
+        told = [] if self.mesh is None else [f"mesh {shown(self.mesh.name)}"]
+        told += [type(each).__name__ for each in (self.light, self.camera) if each is not None]
+        told += [f"children {', '.join(shown(child.name) for child in self.children[:3])}"] if self.children else []
+        told += [f"and {len(self.children) - 3:,} more"] if len(self.children) > 3 else []
+        return f"<pica.Node {shown(self.name)}: {', '.join(told) or 'nothing'}>"
+
     def walk(self) -> Iterator["Node"]:
         """This node and all below it, parents first."""
         stack = [self]

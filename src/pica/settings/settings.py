@@ -84,6 +84,17 @@ class Settings(Group):
             for name in declared(type(group))
         }
 
+    def summary(self) -> str:
+        """The preset that is nearest and what differs from it, such as "hybrid, shadows.mode=hard"."""
+        own = self.values()
+        presets = {name: Settings.preset(name).values() for name in PRESETS}
+        differing = {
+            name: [f"{path}={value}" for path, value in own.items() if value != values[path]]
+            for name, values in presets.items()
+        }
+        nearest = min(differing, key=lambda name: len(differing[name]))
+        return ", ".join([nearest, *differing[nearest]])
+
     def changed_groups(self, other: "Settings") -> frozenset[str]:
         """What differs from other settings: names of groups, and "seed"."""
         return frozenset(each.name for each in fields(self) if getattr(self, each.name) != getattr(other, each.name))

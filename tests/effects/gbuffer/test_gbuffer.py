@@ -367,6 +367,24 @@ def test_motion_of_the_surroundings(device, values, name):
 
 
 @WAYS
+@pytest.mark.parametrize("name", ["rest", "travel", "turn", "zoom"])
+def test_surroundings_of_an_orthographic_camera_do_not_move(device, values, name):
+    """It sees one direction of them in all its pixels; another one when it turns, which has no motion."""
+    before = orthographic((0, 2, 3), (0, 0.3, 0), 3.0)
+    camera = {
+        "rest": before,
+        "travel": orthographic((0.5, 2.2, 3.1), (0.5, 0.5, 0.1), 3.0),
+        "turn": orthographic((0, 2, 3), (0.2, 0.3, 0), 3.0),
+        "zoom": orthographic((0, 2, 3), (0, 0.3, 0), 2.5),
+    }[name]
+    renderer = pica.Renderer(scene_of(environment=uniform(1)), SIZE, settings(values), device)
+    renderer.advance(before)
+    motion = motion_of(renderer.advance(camera)["motion"].to_numpy())
+    np.testing.assert_array_equal(motion[..., :2], 0)
+    assert (np.isnan(motion[..., 2]) == (name == "turn")).all(), "no history is its own"
+
+
+@WAYS
 def test_depth_change(device, values):
     """The third channel of the motion texture: metres along the axis to where the surface was."""
     scene = scene_of(placed(plane(50, 50, lambert()), turn("x", 90)))

@@ -14,8 +14,7 @@ from pica.programs.library import programs
 from pica.programs.recipes import ForTypes
 from pica.programs.scene_features import COATS, LOBES, known_features
 from pica.rhi.device import Device
-from pica.rhi.passes import RasterPass, RasterState
-from pica.scene.camera import Camera
+from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
@@ -115,24 +114,44 @@ class GBufferEffect(Effect):
             if self.primary == "rays"
             else None
         )
+        self._coordinates: ForTypes[Any, ComputePass] | None = None
         self._resolve = programs(device).compute(f"{_FOLDER}/resolve.slang")
-        self._shown: tuple[SceneView, Camera] | None = None
+        self._shown: tuple[SceneView, FrameContext] | None = None
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:
         self._buffer = GBuffer(self._device, size)
         self._raster = RasterVisibility(self._device, size) if self.primary == "raster" else None
+        self._uv: spy.Texture | None = None
 
     def resize(self, size: Size) -> None:
         """As Effect."""
         self._buffer.give_back()
+        if self._uv is not None:
+            self._device.give_back(self._uv)
         if self._raster is not None:
             self._raster.give_back()
         self._allocate(size)
 
     def aovs(self) -> dict[str, Aov]:
         """See gbuffer_aovs."""
-        return {} if self._shown is None else gbuffer_aovs(self._buffer.textures, *self._shown)
+        if self._shown is None:
+            return {}
+        return gbuffer_aovs(self._buffer.textures, *self._shown, self._texture_coordinates)
+
+    def _texture_coordinates(self) -> spy.Texture:
+        """The newest frame's texture coordinates, by a pass of its own, which nothing compiles before."""
+        assert self._shown is not None
+        scene, frame = self._shown
+        seen = {name: self._buffer.textures[name] for name in ("visibility", "depth")}
+        if self._coordinates is None:
+            self._coordinates = programs(self._device).compute(f"{_FOLDER}/texture_coordinates.slang")
+        if self._uv is None:
+            self._uv = self._device.texture("texture coordinates", spy.Format.rg32_float, frame.size)
+        values = {"scene": scene, "frame": frame, "uv": self._uv, **seen}
+        with self._device.record() as recording:
+            self._coordinates(scene.material_types)(recording, frame.grid, **values)
+        return self._uv
 
     def ray_counts(self) -> dict[str, int]:
         """One a pixel, where rays find what the camera sees."""
@@ -141,7 +160,7 @@ class GBufferEffect(Effect):
 
     def __call__(self, frame: FrameContext, scene: SceneView) -> GBuffer:
         """The G-buffer of this frame."""
-        self._shown = scene, frame.camera
+        self._shown = scene, frame
         known = known_features(scene.material_types)
         for feature in known & {COATS, LOBES}:
             self._buffer.make_room_for(feature.word)

@@ -1,0 +1,53 @@
+"""What each AOV holds: its unit, its channels, what it has where nothing is seen, and of which frame it is."""
+
+from dataclasses import dataclass
+from math import inf, nan
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class AovInfo:
+    """What an AOV holds."""
+
+    name: str
+    meaning: str = ""
+    unit: str = ""
+    """Empty: none."""
+    channels: int | None = None
+    """1: the array is (height, width); None: not the same for all scenes."""
+    background: float | None = None
+    """What each channel is where nothing is seen but the surroundings; None: it differs."""
+    frame: Literal["first", "last"] = "last"
+    """Which of the frames that one call of `render` makes it is of. All of them share the last frame's picture."""
+    on_request: bool = False
+    """Whether only `render(aovs=[...])` with its name makes it."""
+
+
+def _table(*rows: AovInfo) -> dict[str, AovInfo]:
+    return {row.name: row for row in rows}
+
+
+AOVS = _table(
+    AovInfo("depth", "distance along the view axis", "metres", 1, inf, "first"),
+    AovInfo("position", "place in the world", "metres", 3, nan, "first"),
+    AovInfo("normal", "with normal maps, world space, unit length", "", 3, 0, "first"),
+    AovInfo("geometric_normal", "without normal maps, world space, unit length", "", 3, 0, "first"),
+    AovInfo("albedo", "base colour, linear Rec. 709", "", 3, 0, "first"),
+    AovInfo("metallic", "0 to 1", "", 1, 0, "first"),
+    AovInfo("roughness", "0 to 1; GGX's alpha is its square", "", 1, 0, "first"),
+    AovInfo("emission", "light that the surface emits, linear Rec. 709", "nits", 3, 0, "first"),
+    AovInfo("motion", "right and down to where the place was in the frame before", "pixels", 2, None, "first"),
+    AovInfo("instance", "number of the node, see `Frame.ids`", "", 1, 0, "first"),
+    AovInfo("material", "number of the material, see `Frame.material_ids`", "", 1, 0, "first"),
+    AovInfo("uv", "first texture coordinates, v down", "", 2, nan, "first", on_request=True),
+    AovInfo("shadows", "1 where the light's sample arrives, else 0; a channel a light slot", "", None, None),
+    AovInfo("ambient_occlusion", "open share of the surroundings, 0 to 1", "", 1, None),
+    AovInfo("indirect", "light that surfaces reflect diffusely of others, linear Rec. 709", "nits", 3, 0),
+    AovInfo("reflections", "light that surfaces mirror, linear Rec. 709", "nits", 3, 0),
+)
+"""All but debug views and those of effects that a program adds, by name."""
+
+
+def aov_info(name: str) -> AovInfo:
+    """Of one AOV; of those that are not in the table, that they are of the last frame."""
+    return AOVS.get(name) or AovInfo(name)

@@ -1,0 +1,46 @@
+"""Whose the numbers in the AOVs instance and material are, written down for a frame."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+from weakref import ref
+
+from pica.labels import Labels, NodeRow
+from pica.scene.material import Material
+from pica.scene.mesh import Mesh, Section
+from pica.scene.model import Node, Scene
+from pica.scene.primitives import Primitives
+
+_NOTHING: tuple[str | None, tuple[str, ...]] = (None, ())
+
+
+def snapshot(scene: Scene, numbers: Mapping[Node, int], materials: Iterable[tuple[int, Material]]) -> Labels:
+    """The names of the nodes that have numbers, and of materials by row; later changes of the scene do not show."""
+    known = dict(numbers)  # a plain one answers in a tenth of a weak one's time
+    meshes: dict[Mesh, tuple[str, tuple[str, ...]]] = {}
+    rows: list[NodeRow] = []
+    for node in scene.nodes():
+        number = known.get(node)
+        if number is None:
+            continue
+        mesh, shown = node.mesh, _NOTHING
+        if mesh is not None:
+            if mesh not in meshes:
+                meshes[mesh] = mesh.name, _materials_of(mesh)
+            shown = meshes[mesh]
+        above = 0 if node.parent is None else known.get(node.parent, 0)
+        rows.append((number, node.name, above, *shown, _copied(node.extras) if node.extras else {}, ref(node)))
+    return Labels(rows, [(row + 1, material.name, _copied(material.extras)) for row, material in materials])
+
+
+def _materials_of(mesh: Mesh) -> tuple[str, ...]:
+    parts: list[Section | Primitives] = [*mesh.sections, *mesh.primitives]
+    return tuple(dict.fromkeys(part.material.name for part in parts))
+
+
+def _copied(value: Any) -> Any:
+    """A copy of what files can hold; other things of a program's own stay the same objects."""
+    if isinstance(value, dict):
+        return {key: _copied(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_copied(each) for each in value]
+    return value
