@@ -1,17 +1,19 @@
 """The whole frame, top to bottom."""
 
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
+from pica.errors import PicaError
 from pica.frame.aovs import at_size
-from pica.frame.arguments import Progress, check_progress, checked_camera, checked_count
+from pica.frame.arguments import Progress, check_progress, checked_aovs, checked_camera, checked_count
 from pica.frame.closing import alone
-from pica.frame.context import Size
-from pica.frame.effect import Aov, kept
+from pica.frame.context import FrameContext, Size
+from pica.frame.effect import Aov, Array, kept, picture_aov
 from pica.light_map.light_map import LightMap
-from pica.output import Frame
+from pica.output import Frame, Lazy
 from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -83,15 +85,12 @@ class Renderer(Stages):
         jittered: bool = True,
         denoiser: Denoiser | None = None,
         last: bool = False,
+        keep: Callable[[FrameContext, Mapping[str, spy.Texture]], None] | None = None,
     ) -> dict[str, spy.Texture]:
-        self.check_open()  # what is called after each frame may close it
-        camera = checked_camera("render", camera)
+        """`keep` may record copies of what the frame gives."""
         scene, slots = self.view, self._slots
-        scene.admit(wait)
+        frame = self._begin(camera, wait, jittered)
         self._running = True
-        frame = self._frames.begin(camera, jittered)
-        frame.changed |= scene.update(frame, camera)
-        frame.changed_lights = scene.lights_changed
         slots.update(scene.lights)
         if not self._prepared:
             self._prepare()
@@ -119,8 +118,21 @@ class Renderer(Stages):
         if denoiser is not None and last:
             picture = denoiser(frame, picture)
         display = self.post(frame, picture)
+        buffers = {**gbuffer.textures, "color": picture, "display": display}
+        if keep is not None:
+            keep(frame, buffers)
         self._frames.end(frame)
-        return {**gbuffer.textures, "color": picture, "display": display}
+        return buffers
+
+    def _begin(self, camera: Camera, wait: bool, jittered: bool) -> FrameContext:
+        """A frame in which the scene is up to date."""
+        self.check_open()  # what is called after each frame may close it
+        camera = checked_camera("render", camera)
+        self.view.admit(wait)
+        frame = self._frames.begin(camera, jittered)
+        frame.changed |= self.view.update(frame, camera)
+        frame.changed_lights = self.view.lights_changed
+        return frame
 
     @alone
     def render(
@@ -129,34 +141,78 @@ class Renderer(Stages):
         camera: Camera | None = None,
         progress: Progress | None = None,
         denoise: Denoise = False,
+        aovs: Sequence[str] | None = None,
     ) -> Frame:
         """Render `frames` frames and return the last, which holds the mean of all since something moved.
 
         All that is in the scene is shown: material types that are new are compiled before the frame that meets them.
         The G-buffer's AOVs are those of the first of these frames, when motion is that since the call before.
         `camera` None takes the scene's first, or one that shows the whole scene. `progress(done, frames)` is called
-        after each frame. `denoise`: as PathTracer's, at the end. Raises SceneError for what cannot be shown as it is
-        now: in each call, until it is mended.
+        after each frame. `denoise`: as PathTracer's, at the end. `aovs`: names of the AOVs to keep, () for none, None
+        for all; each is a copy, which costs memory and time. Raises SceneError for what cannot be shown as it is now:
+        in each call, until it is mended; PicaError for an unknown AOV, and for one of an effect that is off.
         """
         frames = checked_count("render: frames", frames)
         check_progress("render", progress)
+        wanted = self._wanted(aovs)
         denoiser = denoiser_of(self.device, self.size, denoise)
-        if camera is None:
-            camera = self.scene.default_camera(self.size[0] / self.size[1])
+        camera = camera or self._default_camera()
+        found: dict[str, Lazy] = {}
+        timings: dict[str, float] = {}
+
+        def keep(frame: FrameContext, buffers: Mapping[str, spy.Texture]) -> None:
+            chosen = self.gbuffer.aovs() if done == 1 else {}
+            if done == frames:
+                chosen |= self._later_aovs()
+            if wanted is not None:
+                chosen = {name: aov for name, aov in chosen.items() if name in wanted}
+            if done == frames:
+                chosen |= {name: picture_aov(buffers[name]) for name in ("color", "display")}
+            found.update(kept(self.device, frame.encoder, chosen))
+
         for done in range(1, frames + 1):
             with self.device.turn:
-                buffers = self._advance(camera, wait=True, denoiser=denoiser, last=done == frames)
-                if done == 1:
-                    seen = kept(self.device, self.gbuffer.aovs())
+                self._advance(camera, wait=True, denoiser=denoiser, last=done == frames, keep=keep)
                 if done == frames:
-                    pictures = {n: Aov((buffers[n],), lambda values: values[..., :3]) for n in ("color", "display")}
-                    found = kept(self.device, {**pictures, **self._last_aovs()})
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, frames)
-        return Frame(found.pop("color"), found.pop("display"), at_size(self.size, seen | found), timings)
+        color, display = found.pop("color"), found.pop("display")
+        checked_aovs("render", wanted, found)  # of what is there for debugging, no more is known before
+        return Frame(color, display, at_size(self.size, found), timings)
 
-    def _last_aovs(self) -> dict[str, Aov]:
+    @alone
+    def labels(self, camera: Camera | None = None, aovs: Sequence[str] | None = None) -> Frame:
+        """What each pixel shows, without any light: AOVs of the G-buffer, for a fraction of what a picture costs.
+
+        They are what `render` gives in the first frame after `reset`, bit for bit, but that motion is since the call
+        before. The Frame's colour and display raise PicaError. The next `render` begins a new picture, as after `reset`.
+        `camera`, `aovs` and errors as in `render`; PicaError too for AOVs that only a picture has.
+        """
+        wanted = checked_aovs("labels", aovs, self.gbuffer.aov_names)
+        camera = camera or self._default_camera()
+        with self.device.turn:
+            self._frames.rewind()
+            frame = self._begin(camera, wait=True, jittered=False)
+            self.gbuffer(frame, self.view)
+            given = self.gbuffer.aovs()
+            chosen = {name: aov for name, aov in given.items() if wanted is None or name in wanted}
+            found = kept(self.device, frame.encoder, chosen)
+            self._frames.end(frame)
+            self._frames.rewind()
+            self._drop_histories()
+            timings = self.device.profiler.flush()
+        return Frame(_no_picture, _no_picture, at_size(self.size, found), timings)
+
+    def _wanted(self, aovs: Any) -> frozenset[str] | None:
+        """The AOVs that `render` is asked for; None for all. Those for debugging are known only after a frame."""
+        known = None if self.debug else [name for effect in self.effects for name in effect.aov_names]
+        return checked_aovs("render", aovs, known, self.missing_aovs)
+
+    def _default_camera(self) -> Camera:
+        return self.scene.default_camera(self.size[0] / self.size[1])
+
+    def _later_aovs(self) -> dict[str, Aov]:
         """What the effects after the G-buffer show of the newest frame."""
         found: dict[str, Aov] = {}
         for effect in self.effects[1:]:
@@ -164,3 +220,7 @@ class Renderer(Stages):
             if self.debug:
                 found |= {f"debug.{effect.name}.{name}": aov for name, aov in effect.debug_aovs().items()}
         return found
+
+
+def _no_picture() -> Array:
+    raise PicaError("this frame has labels and no picture; Renderer.render gives both")

@@ -10,7 +10,7 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.frame.context import Size
-from pica.frame.snapshot import copies
+from pica.frame.snapshot import Snapshot
 from pica.rhi.device import Device
 from pica.tracing.hit_groups import HitDetail
 
@@ -67,6 +67,8 @@ class Effect(ABC):
 
     name: ClassVar[str]
     """What settings, AOVs and the command line call it."""
+    aov_names: ClassVar[tuple[str, ...]] = ()
+    """What `aovs` gives once there was a frame."""
     at_output: ClassVar[bool] = False
     """Whether it works at the size of the output, as antialiasing makes it, not at the render size."""
 
@@ -102,17 +104,23 @@ def as_array(texture: spy.Texture) -> Array:
     return layers if layers.ndim == 4 else layers[..., None]
 
 
-def kept(device: Device, aovs: Mapping[str, Aov]) -> dict[str, Callable[[], Array]]:
-    """Functions that fetch each buffer as it is now, whatever later frames do: from copies on the device."""
-    textures = {str(id(texture)): texture for aov in aovs.values() for texture in aov.textures}
-    copied = copies(device, textures)
+def picture_aov(texture: spy.Texture) -> Aov:
+    """A picture without its alpha, (height, width, 3)."""
+    return Aov((texture,), lambda values: values[..., :3])
+
+
+def kept(device: Device, encoder: spy.CommandEncoder, aovs: Mapping[str, Aov]) -> dict[str, Callable[[], Array]]:
+    """Functions that fetch each buffer as the recording leaves it here, whatever later frames do, once the device has
+    finished the recording."""
+    textures = {id(texture): texture for aov in aovs.values() for texture in aov.textures}
+    snapshots = {number: Snapshot(device, encoder, texture) for number, texture in textures.items()}
 
     def frozen(aov: Aov) -> Callable[[], Array]:
-        copy = Aov(tuple(copied[str(id(texture))] for texture in aov.textures), aov.read)
+        parts = [snapshots[id(texture)] for texture in aov.textures]
 
         def fetch() -> Array:
             with device.turn:
-                return copy.fetch()
+                return aov.read(*(part.array() for part in parts))
 
         return fetch
 

@@ -1,18 +1,27 @@
 """The reference path tracer: slow, unbiased, progressive."""
 
+from collections.abc import Callable, Sequence
+
 import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError, plain, shown
-from pica.frame.arguments import Progress, check_made_with, check_progress, checked_camera, checked_count
+from pica.frame.arguments import (
+    Progress,
+    check_made_with,
+    check_progress,
+    checked_aovs,
+    checked_camera,
+    checked_count,
+)
 from pica.frame.closing import Closing, alone
-from pica.frame.context import FrameSequence, Size
-from pica.frame.effect import Aov, kept
+from pica.frame.context import FrameContext, FrameSequence, Size
+from pica.frame.effect import kept, picture_aov
 from pica.frame.snapshot import checked_size
 from pica.gpu_scene.view import SceneView
-from pica.output import Frame
+from pica.output import Frame, Lazy
 from pica.programs.preparation import expect as expect_programs
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
@@ -81,35 +90,47 @@ class PathTracer(Closing):
         camera: Camera | None = None,
         progress: Progress | None = None,
         denoise: Denoise = False,
+        aovs: Sequence[str] | None = None,
     ) -> Frame:
         """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each.
 
         `denoise`: Open Image Denoise takes out the noise that is left, less well and in an eighth of the time with
-        "fast"; PicaError where it is not installed.
+        "fast"; PicaError where it is not installed. `aovs`: as Renderer's, of the G-buffer.
         """
         samples = checked_count("render: samples", samples)
         check_progress("render", progress)
+        wanted = checked_aovs("render", aovs, self._gbuffer.aov_names)
         denoiser = denoiser_of(self.device, self.size, denoise)
         if camera is None:
             camera = self.scene.default_camera(self.size[0] / self.size[1])
         camera = checked_camera("render", camera)
         self._frames.rewind()
+        found: dict[str, Lazy] = {}
+        timings: dict[str, float] = {}
+
+        def keep(frame: FrameContext, picture: spy.Texture, display: spy.Texture) -> None:
+            chosen = {name: aov for name, aov in self._gbuffer.aovs().items() if wanted is None or name in wanted}
+            chosen |= {name: picture_aov(texture) for name, texture in (("color", picture), ("display", display))}
+            found.update(kept(self.device, frame.encoder, chosen))
+
         for done in range(1, samples + 1):
             with self.device.turn:
-                shown = self._sample(camera, done == 1, done == samples, denoiser)
-                if shown is not None:
-                    pictures = dict(zip(("color", "display"), shown, strict=True))
-                    rgb = {name: Aov((texture,), lambda values: values[..., :3]) for name, texture in pictures.items()}
-                    found = kept(self.device, {**rgb, **self._gbuffer.aovs()})
+                self._sample(camera, done == 1, denoiser, keep if done == samples else None)
+                if done == samples:
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, samples)
         return Frame(found.pop("color"), found.pop("display"), found, timings)
 
     def _sample(
-        self, camera: Camera, first: bool, last: bool, denoiser: Denoiser | None
-    ) -> tuple[spy.Texture, spy.Texture] | None:
-        """Record and submit a path a pixel. Returns the picture, and how it is displayed, after the last one."""
+        self,
+        camera: Camera,
+        first: bool,
+        denoiser: Denoiser | None,
+        keep: Callable[[FrameContext, spy.Texture, spy.Texture], None] | None,
+    ) -> None:
+        """Record and submit a path a pixel. `keep`, after the last one, may record copies of the picture and of how it
+        is displayed."""
         self.check_open()  # what is called after each sample may close it
         self.view.admit()
         frame = self._frames.begin(camera, jittered=False)
@@ -130,10 +151,8 @@ class PathTracer(Closing):
             gathersFeatures=int(denoiser is not None),
             **features,
         )
-        shown = None
-        if last:
+        if keep is not None:
             self._average(frame, frame.grid, frame=frame, accumulated=self._sum, radiance=self._mean)
             picture = self._mean if denoiser is None else denoiser(frame, self._mean)
-            shown = picture, self._post(frame, picture)
+            keep(frame, picture, self._post(frame, picture))
         self._frames.end(frame)
-        return shown

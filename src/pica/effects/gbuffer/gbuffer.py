@@ -97,6 +97,18 @@ class GBufferEffect(Effect):
     """Fills a GBuffer once a frame."""
 
     name = "gbuffer"
+    aov_names = (
+        "depth",
+        "normal",
+        "geometric_normal",
+        "albedo",
+        "metallic",
+        "roughness",
+        "emission",
+        "motion",
+        "instance",
+        "material",
+    )
 
     def __init__(
         self,
