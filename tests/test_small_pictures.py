@@ -93,7 +93,7 @@ def test_what_is_there_for_debugging_by_name(device, renderer):
     try:
         every = [name for name in renderer.render(1, CAMERA).aov_names if name.startswith("debug.")]
         assert renderer.render(1, CAMERA, aovs=every[:1]).aov_names == (every[0],)
-        with pytest.raises(PicaError, match="render: no AOV 'debug.nothing'"):
+        with pytest.raises(PicaError, match=r"render: no AOV 'debug\.nothing'"):
             renderer.render(1, CAMERA, aovs=("debug.nothing",))
     finally:
         renderer.debug = False
@@ -121,7 +121,7 @@ def test_labels_light_nothing(renderer):
 
 
 def test_labels_of_effects_are_refused(renderer):
-    with pytest.raises(PicaError, match="labels: no AOV 'shadows'; there are depth, .*material$"):
+    with pytest.raises(PicaError, match=r"labels: no AOV 'shadows'; there are depth, .*material$"):
         renderer.labels(CAMERA, aovs=("shadows",))
 
 

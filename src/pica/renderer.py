@@ -186,7 +186,7 @@ class Renderer(Stages):
         """What each pixel shows, without any light: AOVs of the G-buffer, for a fraction of what a picture costs.
 
         They are what `render` gives in the first frame after `reset`, bit for bit, but that motion is since the call
-        before. The Frame's colour and display raise PicaError. The next `render` begins a new picture, as after `reset`.
+        before. Its colour and display raise PicaError. The next `render` begins a new picture, as after `reset`.
         `camera`, `aovs` and errors as in `render`; PicaError too for AOVs that only a picture has.
         """
         wanted = checked_aovs("labels", aovs, self.gbuffer.aov_names)
