@@ -4,9 +4,9 @@
     python benchmarks/small_pictures.py cornell FlightHelmet.gltf --sizes 128 --views 50 --passes
 
 A picture is `reset` and `render(frames=1, aovs=...)` with colours, depth and ids fetched; labels are depth, normals and
-ids by `labels`. Milliseconds are medians over the views: by the clock, of the processor in all threads (which tells more
-on a machine that is busy with other work), of the host until the last of a frame is submitted, of the passes together, and
-of Embree.
+ids by `labels`. Milliseconds are medians over the views: by the clock; of the processor in all threads, which says more
+on a machine that is busy with other work; of the host until the last of a frame is submitted; of the passes together;
+and of Embree.
 """
 
 import argparse

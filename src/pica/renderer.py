@@ -156,7 +156,7 @@ class Renderer(Stages):
         check_progress("render", progress)
         wanted = self._wanted(aovs)
         denoiser = denoiser_of(self.device, self.size, denoise)
-        camera = camera or self._default_camera()
+        camera = self._default_camera() if camera is None else camera
         found: dict[str, Lazy] = {}
         timings: dict[str, float] = {}
 
@@ -190,7 +190,7 @@ class Renderer(Stages):
         `camera`, `aovs` and errors as in `render`; PicaError too for AOVs that only a picture has.
         """
         wanted = checked_aovs("labels", aovs, self.gbuffer.aov_names)
-        camera = camera or self._default_camera()
+        camera = self._default_camera() if camera is None else camera
         with self.device.turn:
             self._frames.rewind()
             frame = self._begin(camera, wait=True, jittered=False)
