@@ -163,9 +163,9 @@ class Renderer(Stages):
         def keep(frame: FrameContext, buffers: Mapping[str, spy.Texture]) -> None:
             chosen = self.gbuffer.aovs() if done == 1 else {}
             if done == frames:
-                chosen |= self._later_aovs()
-            if wanted is not None:
-                chosen = {name: aov for name, aov in chosen.items() if name in wanted}
+                for effect in self.effects[1:]:
+                    chosen |= effect.aovs()
+            chosen = _chosen(chosen, wanted)
             if done == frames:
                 chosen |= {name: picture_aov(buffers[name]) for name in ("color", "display")}
             found.update(kept(self.device, frame.encoder, chosen))
@@ -174,6 +174,9 @@ class Renderer(Stages):
             with self.device.turn:
                 self._advance(camera, wait=True, denoiser=denoiser, last=done == frames, keep=keep)
                 if done == frames:
+                    if self.debug:
+                        with self.device.record() as recording:
+                            found |= kept(self.device, recording.encoder, _chosen(self._debug_aovs(), wanted))
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, frames)
@@ -195,9 +198,7 @@ class Renderer(Stages):
             self._frames.rewind()
             frame = self._begin(camera, wait=True, jittered=False)
             self.gbuffer(frame, self.view)
-            given = self.gbuffer.aovs()
-            chosen = {name: aov for name, aov in given.items() if wanted is None or name in wanted}
-            found = kept(self.device, frame.encoder, chosen)
+            found = kept(self.device, frame.encoder, _chosen(self.gbuffer.aovs(), wanted))
             self._frames.end(frame)
             self._frames.rewind()
             self._drop_histories()
@@ -212,14 +213,17 @@ class Renderer(Stages):
     def _default_camera(self) -> Camera:
         return self.scene.default_camera(self.size[0] / self.size[1])
 
-    def _later_aovs(self) -> dict[str, Aov]:
-        """What the effects after the G-buffer show of the newest frame."""
-        found: dict[str, Aov] = {}
-        for effect in self.effects[1:]:
-            found |= effect.aovs()
-            if self.debug:
-                found |= {f"debug.{effect.name}.{name}": aov for name, aov in effect.debug_aovs().items()}
-        return found
+    def _debug_aovs(self) -> dict[str, Aov]:
+        """What effects have in between, once the newest frame is submitted: some of it takes passes of its own."""
+        return {
+            f"debug.{effect.name}.{name}": aov
+            for effect in self.effects[1:]
+            for name, aov in effect.debug_aovs().items()
+        }
+
+
+def _chosen(aovs: Mapping[str, Aov], wanted: frozenset[str] | None) -> dict[str, Aov]:
+    return {name: aov for name, aov in aovs.items() if wanted is None or name in wanted}
 
 
 def _no_picture() -> Array:
