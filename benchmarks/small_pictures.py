@@ -16,6 +16,7 @@ import warnings
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from statistics import median
 
 import numpy as np
@@ -87,21 +88,23 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", default=SCENES, metavar="SCENE", help="built-in names or files")
     parser.add_argument("--sizes", nargs="+", type=int, default=(16, 128))
     parser.add_argument("--views", type=int, default=50)
+    parser.add_argument("--set", action="append", default=[], metavar="SETTING=VALUE")
     parser.add_argument("--passes", action="store_true", help="each pass too")
     given = parser.parse_args()
+    settings = pica.Settings().with_values(dict(pair.split("=", 1) for pair in given.set))
     warnings.simplefilter("ignore")
     for name in given.scenes:
         scene = pica.load(name) if os.path.exists(name) else getattr(pica.scenes, name)()
         cameras = views(scene, given.views)
         for size in given.sizes:
-            with Renderer(scene, (size, size)) as renderer:
+            with Renderer(scene, (size, size), settings) as renderer:
                 for way in WAYS:
                     parts, passes = measure(renderer, way, cameras)
                     text = ", ".join(f"{part} {milliseconds:.1f}" for part, milliseconds in parts.items())
                     rate = 1e3 / parts["clock"]
                     load = os.getloadavg()[0]
                     print(
-                        f"{scene.name} {size}x{size} {way}: {rate:.1f} a second; ms: {text}; load {load:.1f}",
+                        f"{Path(name).stem} {size}x{size} {way}: {rate:.1f} a second; ms: {text}; load {load:.1f}",
                         flush=True,
                     )
                     if given.passes:
