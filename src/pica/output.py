@@ -35,16 +35,16 @@ class Frame:
     def __init__(
         self,
         size: tuple[int, int],
-        color: Lazy,
-        display: Lazy,
+        color: Lazy | None,
+        display: Lazy | None,
         aovs: Mapping[str, Lazy],
         timings: Mapping[str, float],
         labels: Labels | None = None,
         device: str = "",
     ) -> None:
-        """Take functions that give (height, width, 3) float32 radiance, (height, width, 3) uint8 for the display and
-        one (height, width) or (height, width, channels) array for each AOV; whose numbers the AOVs instance and
-        material hold; the rest as below.
+        """Take functions that give (height, width, 3) float32 radiance and (height, width, 3) uint8 to show, None
+        without a picture; one (height, width) or (height, width, channels) array for each AOV; what the numbers in the
+        AOVs instance and material stand for; the rest as below.
         """
         self.size = size
         """(width, height) in pixels."""
@@ -52,7 +52,8 @@ class Frame:
         """The name of what rendered it."""
         self.timings: dict[str, float] = dict(timings)
         """GPU milliseconds of every pass, by name."""
-        self._sources: dict[str, Lazy] = {"/color": color, "/display": display, **aovs}
+        pictures = {"/color": color, "/display": display}
+        self._sources: dict[str, Lazy] = {**{name: fetch for name, fetch in pictures.items() if fetch}, **aovs}
         self._arrays: dict[str, NDArray[Any]] = {}
         self._aov_names = tuple(aovs)
         self._labels = labels
@@ -60,7 +61,7 @@ class Frame:
     @property
     def color(self) -> NDArray[np.float32]:
         """(height, width, 3) linear Rec. 709 radiance of the scene in nits, no exposure applied; premultiplied by the
-        AOV "alpha" where the background is transparent."""
+        AOV "alpha" where the background is transparent. Raises PicaError for a frame of labels alone."""
         return self._array("/color")
 
     @property
@@ -169,8 +170,8 @@ class Frame:
         names = ", ".join(self._aov_names) or "none"
         return f"<pica.Frame {width}x{height}{where}, {sum(self.timings.values()):.3g} ms of passes, AOVs: {names}>"
 
-    def _repr_png_(self) -> bytes:
-        return pictures.encoded_png(self.display)
+    def _repr_png_(self) -> bytes | None:
+        return pictures.encoded_png(self.display) if self._has("/display") else None
 
     def __getstate__(self) -> dict[str, Any]:
         for name in self._sources:
@@ -193,7 +194,12 @@ class Frame:
     def _has_alpha(self) -> bool:
         return "alpha" in self._aov_names
 
+    def _has(self, key: str) -> bool:
+        return key in self._sources or key in self._arrays
+
     def _array(self, key: str) -> NDArray[Any]:
+        if not self._has(key):
+            raise PicaError("this frame has labels and no picture; Renderer.render gives both")
         if key not in self._arrays:
             self._arrays[key] = self._sources[key]()
         return self._arrays[key]

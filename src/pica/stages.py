@@ -32,6 +32,8 @@ from pica.settings import Settings
 from pica.tracing.fallbacks import runnable
 from pica.tracing.tracers import choose_tracer
 
+_OPTIONAL: tuple[type[Effect], ...] = Shadows, AmbientOcclusion, GlobalIllumination, Reflections
+"""Effects that settings may leave out; ShadowMaps has the name and the AOVs of Shadows."""
 _GROUPS = frozenset(field.name for field in fields(Settings))
 
 
@@ -141,14 +143,23 @@ class Stages(Closing):
         return [effect for effect in every if effect is not None]
 
     @property
+    def missing_aovs(self) -> dict[str, str]:
+        """AOVs of effects that are off, with the effect's name."""
+        there = {effect.name for effect in self.effects}
+        return {name: effect.name for effect in _OPTIONAL if effect.name not in there for name in effect.aov_names}
+
+    @property
     def render_size(self) -> Size:
         """At which all up to antialiasing works; `size` is that of the pictures."""
         return self._frames.size
 
     @alone
     def reset(self) -> None:
-        """Drop all history: the next frame is frame 0 again."""
+        """Drop all history: the next frame is frame 0 again, as a new renderer's."""
         self._frames.reset()
+        self._drop_histories()
+
+    def _drop_histories(self) -> None:
         self.reprojection.reset()
         for effect in self.effects:
             effect.reset()

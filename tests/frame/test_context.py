@@ -8,7 +8,7 @@ import slangpy as spy
 
 from pica.errors import PicaError
 from pica.frame.context import FrameSequence, camera_constants, radical_inverse, same_view
-from pica.frame.snapshot import checked_size, copies
+from pica.frame.snapshot import Snapshot, checked_size
 from pica.scene.camera import Camera
 from tests.building import orthographic
 from tests.tracing.kernels import read, run
@@ -117,12 +117,31 @@ def test_pixel_size_and_edges():
     assert math.isclose(flat["forward"].z, -1)
 
 
-def test_copies_do_not_change_with_their_source(device):
-    texture = device.texture("source", spy.Format.rgba32_float, (8, 4))
-    texture.copy_from_numpy(np.full((4, 8, 4), 2, np.float32))
-    kept = copies(device, {"color": texture})["color"]
-    texture.copy_from_numpy(np.full((4, 8, 4), 3, np.float32))
-    np.testing.assert_array_equal(kept.to_numpy(), np.full((4, 8, 4), 2))
+@pytest.mark.parametrize("layers", [None, 1, 3])
+@pytest.mark.parametrize(
+    ("texture_format", "dtype"),
+    [
+        (spy.Format.rgba32_float, np.float32),
+        (spy.Format.rg16_float, np.float16),
+        (spy.Format.r32_uint, np.uint32),
+        (spy.Format.rgba8_unorm, np.uint8),
+    ],
+)
+def test_snapshots_do_not_change_with_their_source(device, texture_format, dtype, layers):
+    texture = device.texture("source", texture_format, (7, 4), layers=layers)
+    channels = spy.get_format_info(texture_format).channel_count
+    values = np.arange(7 * 4 * channels * (layers or 1), dtype=dtype).reshape(layers or 1, 4, 7, channels)
+    flat = values if channels > 1 else values[..., 0]
+    for layer in range(layers or 1):
+        texture.copy_from_numpy(flat[layer], layer=layer)
+    with device.record() as recording:
+        snapshot = Snapshot(device, recording.encoder, texture)
+    for layer in range(layers or 1):
+        texture.copy_from_numpy(np.zeros_like(flat[layer]), layer=layer)
+    device.handle.wait_for_idle()
+    expected = flat[0] if layers is None else values
+    assert snapshot.array().dtype == dtype
+    np.testing.assert_array_equal(snapshot.array(), expected)
 
 
 @pytest.mark.parametrize("size", [(0, 10), (10, 0), (-1, 5), (16385, 10), (10, 99999)])

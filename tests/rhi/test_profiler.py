@@ -120,3 +120,17 @@ def test_time_of_the_processor_stands_among_the_passes(device, profiler):
     frame(device, profiler, lambda recording: None)
     profiler.flush()
     assert [times.get("embree") for times in profiler.finished] == [pytest.approx(5)]
+
+
+def test_time_on_the_processor_adds_to_a_pass_of_the_same_name(device, profiler, sums):
+    both = kernel(device, BUSY, "both")
+
+    def record(recording):
+        both(recording, (4096, 1, 1), sums=sums, rounds=10_000)
+        profiler.add("both", 100.0)
+        profiler.add("processor", 2.0)
+
+    frame(device, profiler, record)
+    times = profiler.flush()
+    assert times["processor"] == 2e3
+    assert 100e3 < times["both"] < 150e3

@@ -8,6 +8,7 @@ import pytest
 import pica
 from pica.errors import DeviceError
 from pica.rhi.host_memory import HostBuffer
+from pica.rhi.profiler import Profiler
 from pica.scene.material import AlphaMode
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, stretch, turn
@@ -21,6 +22,7 @@ from tests.rays import SHADOW, SURFACE, RayCaster
 needs_embree = pytest.mark.skipif(embree.missing() is not None, reason=f"Embree cannot trace: {embree.missing()}")
 EMBREE = {"rays.scheduler": "buffers", "rays.tracer": "embree"}
 PIPELINE = {"rays.scheduler": "pipeline"}
+PATHS = {"global_illumination.mode": "path_traced"}
 
 
 def casters(device, scene) -> list[RayCaster]:
@@ -201,3 +203,13 @@ def test_missing_embree_is_an_error_only_where_it_is_asked_for(device, monkeypat
 @needs_embree
 def test_embree_is_chosen_on_the_processor_alone(device):
     assert uses_embree(device, RaysSettings()) == device.is_software
+
+
+@needs_embree
+def test_only_the_first_of_a_paths_steps_takes_timestamps(device, monkeypatch):
+    """A hundred of them would take longer than the last steps do, and a frame has room for 64 passes."""
+    begun, begin = [], Profiler.begin
+    monkeypatch.setattr(Profiler, "begin", lambda *arguments: begun.append(arguments[-1]) or begin(*arguments))
+    frame = pica.Renderer(pica.scenes.cornell(), (16, 16), settings(EMBREE | PATHS), device).render(1)
+    assert begun.count("indirect_rays kernels") == 1
+    assert frame.timings["indirect_rays kernels"] > 0 and frame.timings["embree"] > 0

@@ -1,6 +1,6 @@
 """What renderers and path tracers are given, checked before anything is done with it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from pica.errors import DeviceError, PicaError, SettingsError, shown
@@ -37,3 +37,26 @@ def check_progress(who: str, progress: Any) -> None:
     """Raises PicaError for what cannot be called."""
     if progress is not None and not callable(progress):
         raise PicaError(f"{who}: progress: {shown(progress)} cannot be called")
+
+
+def checked_aovs(
+    who: str, aovs: Any, known: Collection[str] | None, off: Mapping[str, str] | None = None
+) -> frozenset[str] | None:
+    """Names of AOVs; None, for all, stays None. Raises PicaError for one that is not among `known` (None: any may be),
+    which it lists, and for one of an effect that is off. `off`: effects by the AOVs that they would have."""
+    if aovs is None:
+        return None
+    try:
+        names = () if isinstance(aovs, str) else tuple(aovs)
+    except Exception:  # what going through it raises
+        names = (None,)
+    if isinstance(aovs, str) or not all(isinstance(name, str) for name in names):
+        raise PicaError(f'{who}: aovs: {shown(aovs)}: must be names, such as ("depth", "instance"), or None for all')
+    for name in names:
+        if off is not None and name in off:
+            raise PicaError(
+                f"{who}: AOV {name!r} needs the effect {off[name]}, which is off in the renderer's settings"
+            )
+        if known is not None and name not in known:
+            raise PicaError(f"{who}: no AOV {shown(name)}; there are {', '.join(known) or 'none'}")
+    return frozenset(names)

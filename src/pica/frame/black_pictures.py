@@ -35,8 +35,11 @@ class BlackPictures:
     def watched(self, pictures: Mapping[str, Lazy], scene: Scene, settings: Settings) -> tuple[Lazy, Lazy]:
         """What fetches pictures["color"] and pictures["display"], and says why they are nearly black.
 
-        Only where one seems so, the other and pictures["depth"] are fetched too. The scene is not kept alive.
+        Only where one seems so, the other and pictures["depth"] are fetched too; nothing is said without a depth. The
+        scene is not kept alive.
         """
+        if "depth" not in pictures:
+            return pictures["color"], pictures["display"]
         still_there = ref(scene)
 
         def fetch(name: str, least: float) -> NDArray[Any]:

@@ -132,7 +132,7 @@ class FrameSequence:
             previousJitter=spy.float2(*previous_jitter),
             index=index,
         )
-        moved = self._previous is None or not same_view(previous, camera)
+        moved = index == 0 or not same_view(previous, camera)
         self._device.profiler.begin_frame()
         context = FrameContext(
             device=self._device,

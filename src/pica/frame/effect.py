@@ -9,9 +9,8 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.errors import PicaError, shown
 from pica.frame.context import Size
-from pica.frame.snapshot import copies
+from pica.frame.snapshot import Snapshot
 from pica.rhi.device import Device
 from pica.tracing.hit_groups import HitDetail
 
@@ -23,7 +22,8 @@ class Aov:
     """A buffer to look at: (height, width) for scalars and ids, (height, width, channels) for vectors and colours."""
 
     textures: tuple[spy.Texture, ...] | Callable[[], tuple[spy.Texture, ...]]
-    """What it is read from. A function makes them after the frame, for who asks for the buffer by its name alone."""
+    """What it is read from. A function makes them, by further passes of the frame, for who asks for the buffer by its
+    name alone."""
     read: Callable[..., Array]
     """Takes an array for each texture, (height, width[, channels]), with the layers of texture arrays in front."""
 
@@ -77,6 +77,8 @@ class Effect(ABC):
 
     name: ClassVar[str]
     """What settings, AOVs and the command line call it."""
+    aov_names: tuple[str, ...] = ()
+    """What `aovs` gives once there was a frame."""
     at_output: ClassVar[bool] = False
     """Whether it works at the size of the output, as antialiasing makes it, not at the render size."""
 
@@ -112,17 +114,25 @@ def as_array(texture: spy.Texture) -> Array:
     return layers if layers.ndim == 4 else layers[..., None]
 
 
-def kept(device: Device, aovs: Mapping[str, Aov]) -> dict[str, Callable[[], Array]]:
-    """Functions that fetch each buffer as it is now, whatever later frames do: from copies on the device."""
+def picture_aov(texture: spy.Texture) -> Aov:
+    """A picture without its alpha, (height, width, 3)."""
+    return Aov((texture,), lambda values: values[..., :3])
+
+
+def kept(device: Device, encoder: spy.CommandEncoder, aovs: Mapping[str, Aov]) -> dict[str, Callable[[], Array]]:
+    """Functions that fetch each buffer as the recording leaves it here, whatever later frames do, once the device has
+    finished the recording."""
     sources = {name: aov.sources() for name, aov in aovs.items()}
-    copied = copies(device, {str(id(texture)): texture for textures in sources.values() for texture in textures})
+    textures = {id(texture): texture for each in sources.values() for texture in each}
+    snapshots = {number: Snapshot(device, encoder, texture) for number, texture in textures.items()}
 
     def frozen(name: str) -> Callable[[], Array]:
-        copy = Aov(tuple(copied[str(id(texture))] for texture in sources[name]), aovs[name].read)
+        parts = [snapshots[id(texture)] for texture in sources[name]]
+        read = aovs[name].read
 
         def fetch() -> Array:
             with device.turn:
-                return copy.fetch()
+                return read(*(part.array() for part in parts))
 
         return fetch
 
@@ -132,12 +142,3 @@ def kept(device: Device, aovs: Mapping[str, Aov]) -> dict[str, Callable[[], Arra
 def chosen(aovs: Mapping[str, Aov], names: Collection[str] | None) -> dict[str, Aov]:
     """Those with these names; None: all that are not on request."""
     return {name: aov for name, aov in aovs.items() if (not aov.on_request if names is None else name in names)}
-
-
-def check_aovs(aovs: Mapping[str, Aov], names: Collection[str]) -> None:
-    """Raise PicaError unless all names are those of AOVs."""
-    if not isinstance(names, Collection) or isinstance(names, str | bytes):
-        raise PicaError(f'render: aovs: {shown(names)} is not a list of names such as ["depth", "instance"]')
-    for name in names:
-        if not isinstance(name, str) or name not in aovs:
-            raise PicaError(f"render: aovs: no AOV {shown(name)}; there are {', '.join(aovs)}")

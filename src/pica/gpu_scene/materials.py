@@ -241,7 +241,7 @@ class MaterialTable:
 
     def numbered(self) -> Iterator[tuple[int, Material]]:
         """Each material in use and its row."""
-        return iter(self._materials.values())
+        return ((entry.row, material) for material, entry in self._materials.items())
 
     def shape_number(self, hit_group: str) -> int:
         """`SectionRecord.shape` of primitives with this entry "shape/type", whose material has been acquired."""

@@ -1,6 +1,6 @@
 """The reference path tracer: slow, unbiased, progressive."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Mapping
 
 import slangpy as spy
 
@@ -9,15 +9,22 @@ from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError, plain, shown
 from pica.frame.aovs import alpha_aov
-from pica.frame.arguments import Progress, check_made_with, check_progress, checked_camera, checked_count
+from pica.frame.arguments import (
+    Progress,
+    check_made_with,
+    check_progress,
+    checked_aovs,
+    checked_camera,
+    checked_count,
+)
 from pica.frame.black_pictures import BlackPictures
 from pica.frame.closing import Closing, alone
-from pica.frame.context import FrameSequence, Size
-from pica.frame.effect import Aov, check_aovs, chosen, kept
+from pica.frame.context import FrameContext, FrameSequence, Size
+from pica.frame.effect import Aov, chosen, kept, picture_aov
 from pica.frame.snapshot import checked_size
 from pica.gpu_scene.view import SceneView
-from pica.labels import NUMBERED
-from pica.output import Frame
+from pica.labels import NUMBERED, Labels
+from pica.output import Frame, Lazy
 from pica.programs.preparation import expect as expect_programs
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
@@ -99,37 +106,47 @@ class PathTracer(Closing):
         """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each.
 
         `denoise`: Open Image Denoise takes out the noise that is left, less well and in an eighth of the time with
-        "fast"; PicaError where it is not installed. `aovs`: as Renderer's; they are the first sample's, through the
-        pixels' centres.
+        "fast"; PicaError where it is not installed. `aovs`: as Renderer's, of the G-buffer; they are the first
+        sample's, through the pixels' centres.
         """
         samples = checked_count("render: samples", samples)
         check_progress("render", progress)
+        wanted = checked_aovs("render", aovs, self._gbuffer.aov_names)
         denoiser = denoiser_of(self.device, self.size, denoise)
         if camera is None:
             camera = self.scene.default_camera(self.size[0] / self.size[1])
         camera = checked_camera("render", camera)
         self._frames.rewind()
+        found: dict[str, Lazy] = {}
+        labels: Labels | None = None
+        timings: dict[str, float] = {}
+
+        def keep(frame: FrameContext, aovs: Mapping[str, Aov]) -> None:
+            found.update(kept(self.device, frame.encoder, aovs if "color" in aovs else chosen(aovs, wanted)))
+
         for done in range(1, samples + 1):
             with self.device.turn:
-                shown = self._sample(camera, done == 1, done == samples, denoiser)
-                if done == 1:
-                    if aovs is not None:
-                        check_aovs(self._gbuffer.aovs(), aovs)
-                    seen = kept(self.device, chosen(self._gbuffer.aovs(), aovs))
-                    labels = self.view.name_labels() if seen.keys() & NUMBERED else None
-                if shown is not None:
-                    pictures = dict(zip(("color", "display"), shown, strict=True))
-                    rgb = {name: Aov((texture,), lambda values: values[..., :3]) for name, texture in pictures.items()}
-                    found = kept(self.device, rgb)
+                self._sample(camera, done == 1, done == samples, denoiser, keep)
+                if done == 1 and found.keys() & NUMBERED:
+                    labels = self.view.name_labels()
+                if done == samples:
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, samples)
-        return Frame(self.size, found["color"], found["display"], seen, timings, labels, self.device_name)
+        color, display = self._black_pictures.watched(found, self.scene, self.settings)
+        pixels = {name: fetch for name, fetch in found.items() if name not in ("color", "display")}
+        return Frame(self.size, color, display, pixels, timings, labels, self.device_name)
 
     def _sample(
-        self, camera: Camera, first: bool, last: bool, denoiser: Denoiser | None
-    ) -> tuple[spy.Texture, spy.Texture] | None:
-        """Record and submit a path a pixel. Returns the picture, and how it is displayed, after the last one."""
+        self,
+        camera: Camera,
+        first: bool,
+        last: bool,
+        denoiser: Denoiser | None,
+        keep: Callable[[FrameContext, Mapping[str, Aov]], None],
+    ) -> None:
+        """Record and submit a path a pixel. `keep` records copies: of the G-buffer with the first, of the picture with
+        the last."""
         self.check_open()  # what is called after each sample may close it
         self.view.admit()
         frame = self._frames.begin(camera, jittered=False)
@@ -138,6 +155,7 @@ class PathTracer(Closing):
             self.view.make_programs()
             frame.encoder.clear_texture_float(self._sum)
             self._gbuffer(frame, self.view)
+            keep(frame, self._gbuffer.aovs())
         features = {"albedos": self._no_features, "normals": self._no_features} if denoiser is None else denoiser.sums
         self._trace(
             frame,
@@ -151,10 +169,10 @@ class PathTracer(Closing):
             hidesBackground=int(self._transparent),
             **features,
         )
-        shown = None
         if last:
             self._average(frame, frame.grid, frame=frame, accumulated=self._sum, radiance=self._mean)
             picture = self._mean if denoiser is None else denoiser(frame, self._mean)
-            shown = picture, self._post(frame, picture, self._mean if self._transparent else None, channel=3)
+            display = self._post(frame, picture, self._mean if self._transparent else None, channel=3)
+            pictures = {"color": picture_aov(picture), "display": picture_aov(display)}
+            keep(frame, pictures | ({"alpha": alpha_aov(self._mean, 3)} if self._transparent else {}))
         self._frames.end(frame)
-        return shown

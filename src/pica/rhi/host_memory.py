@@ -20,7 +20,7 @@ class HostBuffer:
         self._shared: NDArray[np.uint8] | None = None
         if "llvmpipe" in device.name:
             memory = (ctypes.c_uint8 * buffer.size).from_address(buffer.device_address)
-            self._shared = np.ctypeslib.as_array(memory)
+            self._shared = np.frombuffer(memoryview(memory), np.uint8)
 
     def read(self) -> NDArray[np.uint8]:
         """What the buffer holds, (bytes,)."""

@@ -74,4 +74,6 @@ class Profiler:
             times: defaultdict[str, float] = defaultdict(float)
             for index, name in enumerate(names):
                 times[name] += (seconds[2 * index + 1] - seconds[2 * index]) * 1e3
-            self.finished.append({**times, **on_host})
+            for name, milliseconds in on_host.items():
+                times[name] += milliseconds
+            self.finished.append(dict(times))

@@ -151,19 +151,20 @@ class EmbreeTracer:
         self._users: dict[tuple[RtGeometry, bool], set[int]] = {}
         self._records = np.zeros(1, np.uint32)
         self._loops = loops()
+        self._functions = [embree.library().address(name) for name in ("Intersect16", "Occluded16")]
         # RTCIntersectArguments: flags (coherent rays), features (all), context, filter, intersection function.
         self._culling = np.array([1 << 16 | 0xFFFFFFFF << 32, 0, self._loops.cull_backs, 0, 0, 0], np.uint64)
         self._workers = [_Worker() for _ in range(_cores())]
         self._threads = ThreadPoolExecutor(len(self._workers), "embree")
 
-    def __call__(self, recording: Recording, queue: RayQueue) -> None:
+    def __call__(self, recording: Recording, queue: RayQueue) -> bool:
         """Trace the rays in the queue. The device has finished what fills it."""
         started = time.perf_counter()
         self._update()
         rays, hits, places = (HostBuffer(self._device, b) for b in (queue.rays, queue.hits, queue.places))
         waiting = places.read().view(np.uint32)
         ray_data, hit_data = rays.read(), hits.read()
-        intersect, occluded = (embree.library().address(name) for name in ("Intersect16", "Occluded16"))
+        intersect, occluded = self._functions
         cutouts = self._cutouts.scene if len(self._cutouts) else 0
         values, records = (ray_data.ctypes.data, hit_data.ctypes.data), self._records.ctypes.data
 
@@ -180,8 +181,13 @@ class EmbreeTracer:
         hits.write(hit_data)
         places.write(waiting.view(np.uint8))
         recording.profiler.add("embree", time.perf_counter() - started)
+        return True
 
     def _run(self, trace: Callable[[NDArray[np.uint32], _Worker], None], places: NDArray[np.uint32]) -> None:
+        if len(places) <= _CHUNK:
+            if len(places):
+                trace(places, self._workers[0])
+            return
         chunks = iter(range(0, len(places), _CHUNK))
         lock = threading.Lock()
 
@@ -193,7 +199,7 @@ class EmbreeTracer:
                     return
                 trace(places[begin : begin + _CHUNK], worker)
 
-        first, *others = self._workers if len(places) > _CHUNK else self._workers[:1]
+        first, *others = self._workers
         running = [self._threads.submit(work, worker) for worker in others]
         work(first)
         for other in running:

@@ -1,5 +1,6 @@
 """Ray effects as compute kernels around buffers of rays and hits, which something else traces in between (tier 1)."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,8 +66,8 @@ class RayQueue:
     shadows: int
 
 
-Tracer = Callable[[Recording, RayQueue], None]
-"""Fills the hits of the rays in the queue."""
+Tracer = Callable[[Recording, RayQueue], bool]
+"""Fills the hits of the rays in the queue: True where that is done on the processor, False where it is recorded."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +112,7 @@ class BufferEffect:
         with_module: str | None = None,
     ) -> None:
         self.name = name = Path(module).stem
+        self._pass = f"{name} kernels"
         self._device = device
         self._tracer = tracer
         source = _ENTRIES.format(
@@ -130,34 +132,48 @@ class BufferEffect:
         self._host_counts = HostBuffer(device, self._counts)
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
-        """Run the effect to its end. How many steps that takes is known only as they run, so each is submitted."""
+        """Run the effect to its end. How many steps that takes is known only as they run, so each is submitted.
+
+        Steps that take turns with the processor are timed by its clock: a device's timestamps would take longer than
+        the last steps do, which few rays need.
+        """
         buffers = self._buffers.for_rays(grid[0] * grid[1])
         types = types_of(values)
         start, advance = self._start(types), self._advance(types)
         values |= {"counts": self._counts, "grid": spy.uint2(*grid), "waiting": spy.uint2(0, 0), **buffers}
-        self._step(start, recording, (*grid, 1), values)
-        while any(waiting := self._submit(recording)):
-            values["queue"], values["next"] = values["next"], values["queue"]
-            values["waiting"] = spy.uint2(*waiting)
-            self._tracer(recording, RayQueue(values["rays"], values["hits"], values["queue"], *waiting))
-            self._step(advance, recording, (sum(waiting), 1, 1), values)
+        rays, hits, queue, following = (buffers[name] for name in ("rays", "hits", "queue", "next"))
+        start.parameters.bind(**values)
+        self._step(start, recording, (*grid, 1), timed=True)
+        traced = False
+        while True:
+            started = time.perf_counter()
+            waiting = self._submit(recording)
+            if traced:
+                recording.profiler.add(self._pass, time.perf_counter() - started)
+            if not any(waiting):
+                return
+            queue, following = following, queue
+            traced = self._tracer(recording, RayQueue(rays, hits, queue, *waiting))
+            values |= {"queue": queue, "next": following, "waiting": spy.uint2(*waiting)}
+            advance.parameters.bind(**values)
+            values = {}  # the others stay
+            self._step(advance, recording, (sum(waiting), 1, 1), timed=not traced)
 
     def _kernel(self, device: Device, recipe: KernelRecipe) -> ForTypes[Any, _Kernel]:
         name = f"{self.name} {recipe.entry}"  # the pass must not hold the effect that holds it
         return ForTypes(programs(device), recipe, lambda made: _Kernel(device, name, *made))
 
-    def _step(
-        self, kernel: _Kernel, recording: Recording, threads: tuple[int, int, int], values: dict[str, Any]
-    ) -> None:
-        kernel.parameters.bind(**values)
+    def _step(self, kernel: _Kernel, recording: Recording, threads: tuple[int, int, int], timed: bool) -> None:
         kernel.parameters.check()
         recording.encoder.clear_buffer(self._counts)
-        recording.profiler.begin(recording.encoder, f"{self.name} kernels")
+        if timed:
+            recording.profiler.begin(recording.encoder, self._pass)
         encoder = recording.encoder.begin_compute_pass()
         encoder.bind_pipeline(kernel.pipeline, kernel.parameters.root)
         encoder.dispatch(threads)
         encoder.end()
-        recording.profiler.end(recording.encoder)
+        if timed:
+            recording.profiler.end(recording.encoder)
 
     def _submit(self, recording: Recording) -> tuple[int, int]:
         """Submit what is recorded so far and tell how many rays wait: for a nearest surface, and shadow rays."""

@@ -31,7 +31,7 @@ class PipelineTracer:
         self._pipeline = RayPipeline(device, "trace_rays", ShaderSource("tracing/trace_rays.slang"), "hit")
         self._scene = scene
 
-    def __call__(self, recording: Recording, queue: RayQueue) -> None:
+    def __call__(self, recording: Recording, queue: RayQueue) -> bool:
         """Record the tracing of the rays in the queue."""
         self._pipeline(
             recording,
@@ -43,6 +43,7 @@ class PipelineTracer:
             waiting=spy.uint2(queue.nearest, queue.shadows),
             capacity=queue.places.size // 4,
         )
+        return False
 
 
 class _ProcessorTracer:
@@ -61,7 +62,7 @@ class _ProcessorTracer:
     def _shaders(self) -> PipelineTracer:
         return PipelineTracer(self._device, self._scene)
 
-    def __call__(self, recording: Recording, queue: RayQueue) -> None:
+    def __call__(self, recording: Recording, queue: RayQueue) -> bool:
         trace: Tracer = self._embree
         if self._scene.rt_scene.has_boxes and self._device.traces_rays:
             trace = self._shaders
@@ -71,7 +72,7 @@ class _ProcessorTracer:
                 f"device {self._device.name!r} has no ray tracing pipelines: rays pass through primitives that are not "
                 "triangles",
             )
-        trace(recording, queue)
+        return trace(recording, queue)
 
 
 def choose_tracer(device: Device, settings: RaysSettings, scene: SceneView) -> Tracer | None:

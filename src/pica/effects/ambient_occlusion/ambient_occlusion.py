@@ -26,6 +26,7 @@ class AmbientOcclusion(Effect):
     """
 
     name = "ambient_occlusion"
+    aov_names = ("ambient_occlusion",)
 
     def __init__(self, device: Device, size: Size, settings: AmbientOcclusionSettings, tracer: Tracer | None) -> None:
         self._device, self._settings = device, settings

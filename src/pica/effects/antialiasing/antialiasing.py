@@ -24,6 +24,7 @@ class Antialiasing(Effect):
         self._device, self._settings = device, settings
         self._resolve = TemporalResolve(device, "antialiasing", size)
         self._coverage = Coverage(device, size) if transparent else None
+        self.aov_names = ("alpha",) if transparent else ()
         self.alpha: spy.Texture | None = None
         """Of the newest frame (width, height), in r; None where the background is not transparent."""
         if settings.sharpness > 0:

@@ -96,6 +96,20 @@ class GBufferEffect(Effect):
     """Fills a GBuffer once a frame."""
 
     name = "gbuffer"
+    aov_names = (
+        "depth",
+        "position",
+        "normal",
+        "geometric_normal",
+        "albedo",
+        "metallic",
+        "roughness",
+        "emission",
+        "motion",
+        "instance",
+        "material",
+        "uv",
+    )
 
     def __init__(
         self,
@@ -148,9 +162,7 @@ class GBufferEffect(Effect):
             self._coordinates = programs(self._device).compute(f"{_FOLDER}/texture_coordinates.slang")
         if self._uv is None:
             self._uv = self._device.texture("texture coordinates", spy.Format.rg32_float, frame.size)
-        values = {"scene": scene, "frame": frame, "uv": self._uv, **seen}
-        with self._device.record() as recording:
-            self._coordinates(scene.material_types)(recording, frame.grid, **values)
+        self._coordinates(scene.material_types)(frame, frame.grid, scene=scene, frame=frame, uv=self._uv, **seen)
         return self._uv
 
     def ray_counts(self) -> dict[str, int]:

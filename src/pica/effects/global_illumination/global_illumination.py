@@ -23,6 +23,7 @@ class GlobalIllumination(Effect):
     """Adds the light that surfaces reflect diffusely of other lit surfaces."""
 
     name = "global_illumination"
+    aov_names = ("indirect",)
 
     def __init__(
         self,

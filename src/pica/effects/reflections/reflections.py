@@ -28,6 +28,7 @@ class Reflections(Effect):
     """Adds the light that surfaces mirror of others, of emissive triangles and of the environment."""
 
     name = "reflections"
+    aov_names = ("reflections",)
 
     def __init__(
         self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None, cache: str | None

@@ -18,6 +18,7 @@ class ShadowMaps(Effect):
     """Which part of each mapped light reaches each pixel; all of every other light does."""
 
     name = "shadows"
+    aov_names = ("shadows",)
 
     def __init__(self, device: Device, size: Size, settings: Settings) -> None:
         self._device, self._size, self._settings = device, size, settings

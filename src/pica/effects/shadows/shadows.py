@@ -24,6 +24,7 @@ class Shadows(Effect):
     """Which part of each light reaches each pixel."""
 
     name = "shadows"
+    aov_names = ("shadows",)
 
     def __init__(self, device: Device, size: Size, settings: ShadowsSettings, tracer: Tracer | None = None) -> None:
         self._device, self._tracer = device, tracer
