@@ -57,8 +57,8 @@ def bake(
 
     `spacing`: metres between probes beside surfaces, 4 and 16 times that away from them; None: as near as about 50,000
     probes are. `partial`: a file in which a bake that is cut short is kept, and from which the same bake goes on; it is
-    removed at the end. `progress(done, total)` is called again and again. Raises as PathTracer does, and PicaError where
-    `partial` cannot be written.
+    removed at the end. `progress(done, total)` is called again and again. Raises as PathTracer does, and PicaError
+    where `partial` cannot be written.
     """
     check_made_with("bake", scene, settings, device)
     spacing = checked("bake: spacing", optional(positive()), spacing)

@@ -1,7 +1,9 @@
 """The other end of compiler.Compiler: makes the programs that it is told to, so that the shader cache has them."""
 
+import ctypes
 import os
 import pickle
+import signal
 import sys
 from contextlib import suppress
 from typing import Any, BinaryIO
@@ -10,14 +12,30 @@ from pica.errors import DeviceError, PicaError
 from pica.programs.machine_code import make_machine_code
 from pica.rhi.device import Device
 
+_PR_SET_PDEATHSIG = 1
+"""linux/prctl.h."""
 
-def main(beside_frames: bool) -> None:
-    """Read what an adapter is called, then answer each (recipe, types) with the fault, or None; all of it pickled."""
+
+def main(parent: int, beside_frames: bool) -> None:
+    """Read what an adapter is called, then answer each (recipe, types) with the fault, or None; all of it pickled.
+
+    `parent`: the process that asks. Where it ends, whatever ends it, so does this one: on Linux at once, elsewhere
+    after the program under way.
+    """
+    end_with_parent(parent)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # whatever a library prints is no answer
     if beside_frames and hasattr(os, "nice"):
         os.nice(10)  # they go first
     serve(sys.stdin.buffer, answers)
+
+
+def end_with_parent(parent: int) -> None:
+    """Have the system kill this process with the thread that started it, on Linux."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:  # it had ended before
+            os._exit(0)
 
 
 def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
