@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -61,11 +61,8 @@ def prepare(
     began = time.perf_counter()
     count = 0
     with progress("Preparing", json) as advance:
-        scenes = (
-            list(_every())
-            if everything
-            else [View(scene or "", env, None, None, None, None, allow_outside, limit).load]
-        )
+        view = View(scene or "", env, allow_outside=allow_outside, limit=limit)
+        scenes = list(_every()) if everything else [view.load]
         for load in scenes:
             content = load()
             for settings in wanted:
@@ -109,15 +106,17 @@ def _of_all_features() -> "Scene":
     from pica.scenes.basic_meshes import sphere
 
     grey = Texture(Image(np.full((2, 2, 4), 128, np.uint8)))
-    layers: dict[str, Any] = {
-        "coats": (Coat(),),
-        "iridescence": Iridescence(),
-        "anisotropy": Anisotropy(),
-        "sheen": Sheen(),
-    }
-    textures = {"base_color_texture": grey, "emissive_texture": grey}
     material = Material(
-        "all", transmission=0.5, emission=(1.0, 1.0, 1.0), alpha_mode=AlphaMode.MASK, **layers, **textures
+        "all",
+        base_color_texture=grey,
+        emission=(1.0, 1.0, 1.0),
+        emissive_texture=grey,
+        alpha_mode=AlphaMode.MASK,
+        transmission=0.5,
+        coats=(Coat(),),
+        iridescence=Iridescence(),
+        anisotropy=Anisotropy(),
+        sheen=Sheen(),
     )
     kinds = (
         lights.DirectionalLight,

@@ -28,8 +28,8 @@ def prepare(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
     """Make the programs of all passes on this device that have none yet; `types`: of those that follow material types.
 
     Returns the types that these know: with features added where the caches have all programs for those, and not for
-    `types`. `compiling.listening` hears of those that no cache has, or the log. Raises DeviceError for one that does not
-    compile.
+    `types`. `compiling.listening` hears of those that no cache has, or the log. Raises DeviceError for one that does
+    not compile.
     """
     compiled = programs(device).compiled
     types = _covering(device, types)
