@@ -8,8 +8,9 @@ import sys
 from contextlib import suppress
 from typing import Any, BinaryIO
 
-from pica.errors import DeviceError, PicaError
+from pica.errors import DeviceError, MaterialTypeError, PicaError, ShapeError
 from pica.programs.machine_code import make_machine_code
+from pica.programs.material_types import fault_of
 from pica.rhi.device import Device
 
 _PR_SET_PDEATHSIG = 1
@@ -60,9 +61,9 @@ def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
             # What Slang-RHI captures of a ray tracing pipeline lacks whatever NVIDIA's driver shares with another that
             # lives: the renderer could not make its own from that and would compile for seconds (docs/architecture.md).
             del made
-        except PicaError as error:
+        except (MaterialTypeError, ShapeError) as error:
             fault = error
-        except RuntimeError as error:
-            fault = DeviceError(str(error))
+        except (PicaError, RuntimeError) as error:
+            fault = fault_of(types, error) or DeviceError(str(error))
         pickle.dump(fault, answers)
         answers.flush()

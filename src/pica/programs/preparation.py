@@ -13,7 +13,7 @@ from pica import compiling
 from pica.programs.compiler import Task, Workers
 from pica.programs.library import programs
 from pica.programs.machine_code import make_machine_code
-from pica.programs.material_types import MaterialTypeSet
+from pica.programs.material_types import MaterialTypeSet, made
 from pica.programs.scene_features import BUNDLES, known_features, with_features
 from pica.rhi.device import Device
 from pica.rhi.recipes import Recipe
@@ -38,7 +38,7 @@ def prepare(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
     if missing:
         _compile(device, [program for program in wanted if program in missing])
     for program in wanted:
-        device.kept(*program)
+        made(device, *program)
     return types
 
 
@@ -83,7 +83,7 @@ def _compile(device: Device, missing: Sequence[Program]) -> None:
     _compile_beside(device, missing, found, compilation.log_once)
     for program in missing:
         if program in left:
-            make_machine_code(device, device.kept(*program))
+            make_machine_code(device, made(device, *program))
             found(program)
 
 
