@@ -1,5 +1,7 @@
 """Who is told while shaders are compiled: a frame may wait for that before it begins."""
 
+import logging
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -7,6 +9,8 @@ from contextvars import ContextVar
 Listener = Callable[[int, int], None]
 """Called with (programs compiled, programs to compile), first with none of them."""
 
+LONG = 10.0
+"""Seconds after which the log has a line, where nobody listens."""
 _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
 
@@ -20,8 +24,37 @@ def listening(listener: Listener) -> Iterator[None]:
         _listener.reset(before)
 
 
-def tell(done: int, total: int) -> None:
-    """`done` of `total` programs that no cache had are compiled."""
-    listener = _listener.get()
-    if listener is not None:
-        listener(done, total)
+class Compilation:
+    """Programs that no cache had, while they are compiled: the longest first."""
+
+    def __init__(self, total: int) -> None:
+        self._total, self._done = total, 0
+        self._began, self._logged = time.monotonic(), False
+        self._listener = _listener.get()
+        self.tell(0)
+
+    def tell(self, done: int) -> None:
+        """This many are compiled."""
+        self._done = done
+        if self._listener is not None:
+            self._listener(done, self._total)
+        elif time.monotonic() - self._began >= LONG:
+            self.log_once()
+
+    def log_once(self) -> None:
+        """Say how long it may take; with WARNING, which Python shows unless told otherwise."""
+        if self._logged or self._listener is not None or self._done == self._total:
+            return
+        self._logged = True
+        elapsed = time.monotonic() - self._began
+        left = f", about {seconds_left(elapsed, self._done, self._total):.0f} s more" if self._done else ""
+        logging.getLogger("pica").warning(
+            f"shaders are compiled: {self._done} of {self._total} programs after {elapsed:.0f} s{left}. "
+            "Later starts find them; `pica prepare` compiles them ahead"
+        )
+
+
+def seconds_left(elapsed: float, done: int, total: int) -> float:
+    """How long the rest may take, if the n-th longest program takes an n-th of the time of the longest."""
+    parts = [1 / number for number in range(1, total + 1)]
+    return elapsed * sum(parts[done:]) / sum(parts[:done])

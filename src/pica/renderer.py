@@ -73,6 +73,17 @@ class Renderer(Stages):
         return self._frames.host_seconds
 
     @alone
+    def prepare(self) -> None:
+        """Compile what the first picture of the scene as it is now takes, and leave it in the caches for later starts.
+
+        No picture and no history comes of it. Raises as `render`.
+        """
+        with self.device.turn:
+            self._advance(self._default_camera(), wait=True)
+        self.reset()
+        self._running = False
+
+    @alone
     def advance(self, camera: Camera, *, jittered: bool = True) -> dict[str, spy.Texture]:
         """Record and submit one frame. Returns its buffers, which the next frame overwrites.
 

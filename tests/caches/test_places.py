@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pica.caches import places
-from pica.caches.places import MESA, MODULES, SHADERS, cache_folder, caches
+from pica.caches.places import COMPILED, MESA, MODULES, SHADERS, cache_folder, caches
 from tests.unprivileged import needs_unprivileged, unprivileged
 
 PLACES = """
@@ -22,6 +22,7 @@ with warnings.catch_warnings(record=True) as told:
 assert folder == again
 print(folder, oct(stat.S_IMODE(os.stat(folder).st_mode)) if folder else "", len(told), sep="|")
 print(*(warning.message for warning in told))
+print(*(open(os.path.join(folder, file)).read() for file in os.environ.get("LOOK", "").split()))
 """
 
 
@@ -32,16 +33,21 @@ def no_choice_yet(monkeypatch):
     monkeypatch.setattr(places, "_usable", places._usable.__wrapped__)
 
 
-def found_by_somebody(**environment: str) -> tuple[str, str, int, str]:
-    """The folder that a process without privileges takes, its mode, the number of warnings and the last."""
+def found_by_somebody(**environment: str) -> tuple[str, str, int, str, str]:
+    """The folder that a process without privileges takes, its mode, the number of warnings, their text, and what the
+    files are that LOOK names in it."""
+    first, last, held = ran(unprivileged([sys.executable, "-c", PLACES]), **environment).splitlines()
+    folder, mode, count = first.split("|")
+    return folder, mode, int(count), last, held
+
+
+def ran(command: list[str], **environment: str) -> str:
+    """What a process says in an environment without a choice of folders but these."""
     hidden = ("HOME", "XDG_CACHE_HOME", "PICA_CACHE", "MESA_SHADER_CACHE_DIR")
     shown = {name: value for name, value in os.environ.items() if name not in hidden}
-    command = unprivileged([sys.executable, "-c", PLACES])
-    done = subprocess.run(command, env=shown | environment, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, env=shown | environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    first, *rest = done.stdout.splitlines()
-    folder, mode, count = first.split("|")
-    return folder, mode, int(count), " ".join(rest)
+    return done.stdout
 
 
 def test_environment_names_the_folder(monkeypatch, tmp_path):
@@ -117,20 +123,45 @@ def test_somebody_who_may_write_nowhere(tmp_path):
     for environment in ({"HOME": str(closed)}, {"HOME": "/nonexistent"}, {"PICA_CACHE": str(closed)}, {}):
         if not environment and os.geteuid():
             continue  # an ordinary user's home is known without HOME too
-        folder, mode, warned, text = found_by_somebody(**environment)
+        folder, mode, warned, text, _ = found_by_somebody(**environment)
         assert Path(folder).name.startswith("pica-") and mode == "0o700"
         assert warned == 1 and f"cannot be kept in {next(iter(environment.values()), '')}" in text
         assert not Path(folder).exists(), "it goes with the process"
 
 
 @needs_unprivileged
+def test_a_full_cache_that_can_only_be_read_serves(tmp_path):
+    """As in an image: all that is in it is there in the copy, which may be written to; and it costs no warning."""
+    cache = tmp_path / "cache"
+    files = [COMPILED, SHADERS.parent / "modules" / "a" / "b.slang-module", MESA / "part0" / "mesa_cache.db"]
+    for number, file in enumerate(files):
+        (cache / file).parent.mkdir(parents=True, exist_ok=True)
+        (cache / file).write_text(str(number))
+    for path in [cache, *cache.rglob("*")]:
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    folder, _, warned, _, held = found_by_somebody(PICA_CACHE=str(cache), LOOK=" ".join(map(str, files)))
+    assert Path(folder).name.startswith("pica-") and warned == 0 and held == "0 1 2"
+    assert not Path(folder).exists(), "it goes with the process"
+    (cache / COMPILED).chmod(0)
+    for path in [cache, *cache.rglob("*")]:
+        path.chmod(0o755)  # for pytest to remove
+
+
+def test_files_that_may_not_be_long_enough_are_told_and_avoided(tmp_path):
+    """A write beyond the limit to a file that is mapped ends the process."""
+    limited = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20))\n{PLACES}"
+    done = ran([sys.executable, "-c", limited], PICA_CACHE=str(tmp_path))
+    assert done.startswith("None||1\n") and "files may have 1 MiB here (ulimit -f)" in done
+
+
+@needs_unprivileged
 def test_a_database_of_somebody_else(tmp_path):
     tmp_path.chmod(0o777)
-    folder, _, warned, _ = found_by_somebody(PICA_CACHE=str(tmp_path / "cache"))
+    folder, _, warned, _, _ = found_by_somebody(PICA_CACHE=str(tmp_path / "cache"))
     assert folder == str(tmp_path / "cache") and warned == 0
     data = tmp_path / "cache" / SHADERS / "rhi" / "data.mdb"
     data.parent.mkdir()
     data.touch(0o400)
-    folder, _, warned, text = found_by_somebody(PICA_CACHE=str(tmp_path / "cache"))
+    folder, _, warned, text, _ = found_by_somebody(PICA_CACHE=str(tmp_path / "cache"))
     assert "pica-" in Path(folder).name and warned == 1 and "Permission denied" in text
     data.chmod(0o600)

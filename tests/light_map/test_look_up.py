@@ -74,7 +74,9 @@ def somewhere(seed=1):
 def test_every_place_is_in_its_finest_brick(bricks):
     """And probes are there once, at the corners of all that they belong to."""
     assert len(np.unique(bricks.probes, axis=0)) == len(bricks.probes)
-    np.testing.assert_array_equal(bricks.probes[bricks.probe_of], bricks.corners)
+    steps, side = np.indices((CELLS + 1,) * 3).reshape(3, -1)[::-1].T, CELLS ** bricks.places[:, 3]
+    corners = CELLS * bricks.places[:, None, :3] + side[:, None, None] * steps
+    np.testing.assert_array_equal(bricks.probes[bricks.probe_of], corners)
     levels = bricks.finest_at & 3
     assert (levels[0:5, 0:2, 1:3] == 0).all() and (levels == 0).sum() == 20
     assert (levels[0:4, :, 0:4] <= 1).all() and levels[6, 3, 8] == 2

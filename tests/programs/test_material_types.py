@@ -1,6 +1,8 @@
 """Material types of the user's own: the same in raster, rays, both schedulers and the path tracer."""
 
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -275,3 +277,40 @@ def test_textures_reach_a_type(device, own_types):
         pictures.append(render(device, scene_of(wall), 1, FRONT, (32, 32), SURFACES).aov("albedo"))
     np.testing.assert_array_equal(*pictures)
     assert pictures[0].std() > 0.1
+
+
+LATE = """
+import sys
+import pica
+from pica.errors import MaterialTypeError
+from pica.programs.material_types import STANDARD_ONLY, made
+from pica.programs.recipes import ForTypesRecipe
+from pica.rhi.device import open_device
+from pica.rhi.recipes import ComputeRecipe
+from pica.scene.material_registry import material_source
+pica.register_material("plain", sys.argv[1])
+try:
+    recipe = ForTypesRecipe(ComputeRecipe("effects/gbuffer/resolve.slang"))
+    made(open_device(), recipe, (*STANDARD_ONLY, material_source("plain")))
+except MaterialTypeError as error:
+    print(error)
+"""
+ENDLESS = """interface I { float v(); }
+struct W<T : I> : I { T t; float v() { return t.v(); } }
+struct A : I { float v() { return 1; } }
+float f<T : I>(T t, int n) { if (n > 0) { W<T> w; w.t = t; return f(w, n - 1); } return t.v(); }"""
+
+
+@pytest.mark.parametrize(
+    ("function", "call", "fault"),
+    [
+        ("float f(float x) { return x > 9 ? x : f(x + 1); }", "f(surface.position.x)", "3: recursion detected"),
+        (ENDLESS, "f(A(), 3)", "4: generic specialization .* exceeded"),
+    ],
+)
+def test_what_slang_finds_when_it_makes_a_program_is_the_types_fault(device, tmp_path, function, call, fault):
+    """In a process of its own, as Slang gives up."""
+    file = tmp_path / "plain.slang"
+    file.write_text(PLAIN.replace("struct", f"{function}\nstruct", 1).replace("0.25", call))
+    done = subprocess.run([sys.executable, "-c", LATE, str(file)], capture_output=True, text=True, timeout=200)
+    assert re.fullmatch(rf"material type 'plain': .*plain.slang:{fault}.*\n", done.stdout), done.stdout + done.stderr

@@ -1,6 +1,12 @@
 """Programs for a first frame: by workers where there are several to compile, by this process whatever befalls those."""
 
+import ctypes
+import logging
+import os
+import subprocess
 import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +14,7 @@ import slangpy as spy
 
 from pica import compiling
 from pica.programs import compiler, preparation
+from pica.programs.compile_worker import end_with_parent
 from pica.programs.compiler import Compiler
 from pica.programs.library import programs
 from pica.programs.material_types import STANDARD_ONLY
@@ -46,6 +53,12 @@ def prepared(device, files=PASSES):
     with compiling.listening(lambda *counts: said.append(counts)):
         preparation.prepare(device, STANDARD_ONLY)
     return passes, said
+
+
+def running(started) -> list[subprocess.Popen]:
+    """The processes of two workers, once they are there."""
+    until(lambda: len(started) == 2 and all(worker.process is not None for worker in started), 60)
+    return [worker.process for worker in started]
 
 
 def compiled_here(device) -> int:
@@ -98,7 +111,7 @@ def test_one_program_needs_no_worker(empty, started):
 def test_workers_get_ready_where_there_is_nothing_yet(empty, started):
     preparation.expect(empty)
     preparation.expect(empty)
-    assert len(started) == 2 and all(worker.process.poll() is None for worker in started)
+    assert all(process.poll() is None for process in running(started))
     assert prepared(empty)[1] == [(0, 3), (1, 3), (2, 3), (3, 3)]
     assert len(started) == 2 and compiled_here(empty) == 0
     again = Device()
@@ -109,9 +122,9 @@ def test_workers_get_ready_where_there_is_nothing_yet(empty, started):
 
 def test_workers_that_nobody_needed_go_with_the_device(empty, started):
     preparation.expect(empty)
-    processes = [worker.process for worker in started]
+    processes = running(started)
     empty.close()
-    assert len(processes) == 2 and all(process.poll() is not None for process in processes)
+    assert all(process.wait(10) != 0 for process in processes)
 
 
 def test_a_record_of_what_is_not_there_costs_only_time(empty, started, monkeypatch):
@@ -144,3 +157,62 @@ class Dying(Compiler):
 class Deviceless(Compiler):
     def __init__(self, adapter, *others):
         super().__init__("no such device", *others)
+
+
+ASKS = """
+import sys, threading
+from queue import SimpleQueue
+from pica.programs.compiler import Compiler
+compiler = Compiler("", sys.argv[1], SimpleQueue())
+compiler._call = "from tests.programs.test_preparation import endless; endless(" + compiler._call.removeprefix("main(")
+compiler.start()
+threading.Event().wait()
+"""
+
+
+def endless(parent: int, beside_frames: bool) -> None:
+    """A worker whose compiler never comes back, and has Python's lock meanwhile."""
+    end_with_parent(parent)
+    Path(os.environ["PICA_CACHE"], "worker").write_text(f"{os.getpid()}\n")
+    ctypes.PyDLL(None).pause()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the system does not end workers at once elsewhere")
+def test_workers_end_with_their_process_whatever_ends_it(tmp_path):
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [os.getcwd(), *sys.path]))}
+    parent = subprocess.Popen([sys.executable, "-c", ASKS, str(tmp_path)], env=environment)
+    told = tmp_path / "worker"
+    until(lambda: told.exists() and told.read_text().endswith("\n"), 60)
+    worker = int(told.read_text())
+    assert alive(worker)
+    parent.kill()
+    parent.wait()
+    until(lambda: not alive(worker), 5)
+
+
+def until(condition, seconds: float) -> None:
+    begun = time.monotonic()
+    while not condition():
+        assert time.monotonic() - begun < seconds
+        time.sleep(0.01)
+
+
+def alive(process: int) -> bool:
+    """Whether a process runs; one that nobody has asked for its end does not."""
+    try:
+        with open(f"/proc/{process}/stat") as file:
+            return file.read().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_a_long_wait_is_told_once_where_nobody_listens(monkeypatch, caplog):
+    clock = iter([0, 0, 9, 12, 12])
+    monkeypatch.setattr(compiling.time, "monotonic", lambda: next(clock))
+    with caplog.at_level(logging.WARNING, "pica"):
+        compilation = compiling.Compilation(4)
+        compilation.tell(1)
+        assert caplog.messages == []
+        compilation.tell(2)
+    (message,) = caplog.messages
+    assert "2 of 4 programs after 12 s, about 5 s more" in message and "pica prepare" in message

@@ -10,13 +10,16 @@ from pica.programs.material_types import STANDARD_ONLY, Bundle
 from pica.programs.program_round import ProgramRound
 from pica.programs.scene_features import (
     ALPHA,
+    ANISOTROPY,
     BUNDLES,
     COATS,
     EMISSIVE_TEXTURES,
     ENVIRONMENT,
+    FILMS,
     FLAT_LIGHTS,
     LIGHTS,
     LOBES,
+    SHEEN,
     TEXTURES,
     TRANSMISSION,
     TUBES,
@@ -59,8 +62,9 @@ def test_what_materials_ask_for():
         assert features_of(Material(alpha_mode=mode)) == {ALPHA}
     assert features_of(Material(transmission=0.5)) == {TRANSMISSION}
     assert features_of(Material(coats=(Coat(),))) == {COATS}
-    for lobe in ({"iridescence": Iridescence()}, {"anisotropy": Anisotropy()}, {"sheen": Sheen()}):
-        assert features_of(Material(**lobe)) == {LOBES}
+    assert features_of(Material(iridescence=Iridescence())) == {LOBES, FILMS}
+    assert features_of(Material(anisotropy=Anisotropy())) == {LOBES, ANISOTROPY}
+    assert features_of(Material(sheen=Sheen())) == {LOBES, SHEEN}
 
 
 def test_what_lights_ask_for():
@@ -84,10 +88,15 @@ def test_the_smallest_bundle_that_will_do_takes_one_place():
     assert with_features(with_features(STANDARD_ONLY, {TEXTURES}), {LIGHTS}) == textured_too[:2], (
         "however it came about"
     )
-    assert with_features(STANDARD_ONLY, {TUBES}) == (*STANDARD_ONLY, BUNDLES[-3])
-    assert with_features(STANDARD_ONLY, {COATS}) == (*STANDARD_ONLY, BUNDLES[-2])
-    assert with_features(STANDARD_ONLY, {LOBES}) == (*STANDARD_ONLY, BUNDLES[-1])
+    assert with_features(STANDARD_ONLY, {TUBES}) == (*STANDARD_ONLY, BUNDLES[4])
+    assert with_features(STANDARD_ONLY, {COATS}) == (*STANDARD_ONLY, BUNDLES[5])
     assert known_features((BUNDLES[-1],)) == known_features(BUNDLES)
+
+
+def test_what_takes_long_to_compile_comes_by_itself():
+    for some in ({COATS}, {LOBES, FILMS}, {COATS, LOBES, ANISOTROPY}, {LOBES, FILMS, SHEEN}):
+        known = known_features(with_features(STANDARD_ONLY, some))
+        assert known == some | known_features((BUNDLES[4],))
 
 
 def backdrop(environment=None):

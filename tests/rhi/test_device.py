@@ -172,3 +172,35 @@ def test_what_the_device_has_no_memory_for_is_an_error_in_words(device):
 
 def test_empty_data_still_makes_a_buffer(device):
     assert device.structured("nothing", np.zeros((0, 3), np.float32)).size >= 12
+
+
+LIMITED = """
+import resource, sys
+import numpy as np
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]) << 20,) * 2)
+from pica.errors import DeviceError
+from pica.rhi.device import Device
+try:
+    device = Device()
+    device.compute("effects/post/tone_map.slang").pipeline
+    print("made")
+    data = np.zeros(1 << 24, np.uint8)
+    buffers = [device.buffer("filler", data=data) for _ in range(20)]
+    print("no end")
+except DeviceError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="drivers keep their memory otherwise elsewhere")
+@pytest.mark.parametrize(("limit", "told"), [(1, "needed"), (100, "needed"), (200, "no room"), (4000, "no end")])
+def test_a_limit_of_files_is_an_error_and_not_the_end(device, tmp_path, limit, told):
+    """With caches that are empty and then full."""
+    if not device.is_software:
+        pytest.skip("its memory is in no file")
+    for _ in range(2):
+        command = [sys.executable, "-W", "ignore", "-c", LIMITED, str(limit)]
+        environment = {**os.environ, "PICA_CACHE": str(tmp_path)}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+        assert told in done.stdout and ("made" in done.stdout) == (limit > 128)

@@ -17,6 +17,9 @@ import shaders.brdf;
 import shaders.base_layer;
 import shaders.surface;
 export static const bool LOBES_IN_USE = true;
+export static const bool FILMS_IN_USE = true;
+export static const bool ANISOTROPY_IN_USE = true;
+export static const bool SHEEN_IN_USE = true;
 
 struct Given
 {

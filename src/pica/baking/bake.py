@@ -14,13 +14,14 @@ from pica.baking.probe_passes import ProbePasses
 from pica.baking.seams import without_seams
 from pica.errors import PicaError, SceneError
 from pica.frame.arguments import Progress, check_made_with, check_progress
-from pica.light_map.arrays_file import Wanted, read_arrays, write_arrays
+from pica.light_map.arrays_file import Lengths, Wanted, read_arrays, write_arrays
 from pica.light_map.bricks import Bricks, bricks_around
 from pica.light_map.fingerprint import content_of, layout_of
 from pica.light_map.light_map import HARMONICS, MOST_BRICKS, SEEN_PER_BRICK, LightMap
 from pica.rhi.device import Device, open_device
+from pica.saving import check_writable
 from pica.scene.model import Scene
-from pica.scene.values import checked, optional, positive, whole
+from pica.scene.values import BRIGHTEST, checked, optional, positive, whole
 from pica.settings import Settings
 from pica.tracing.fallbacks import check_traces, runnable
 
@@ -35,6 +36,12 @@ _KEEP_EVERY = 20.0
 """Seconds."""
 _TOP = 16384.0
 """The largest coefficient: 16-bit numbers hold it, and what is 2^28 times darker, to 11 bits."""
+_PARTIAL = {
+    "key": Wanted((3,), "<U96"),
+    "light": Wanted((-1, HARMONICS, 4), "<f4"),
+    "inside": Wanted((-1,), "<f4"),
+    "seen": Wanted((-1, SEEN_PER_BRICK), "|u1"),
+}
 
 
 def bake(
@@ -51,7 +58,8 @@ def bake(
 
     `spacing`: metres between probes beside surfaces, 4 and 16 times that away from them; None: as near as about 50,000
     probes are. `partial`: a file in which a bake that is cut short is kept, and from which the same bake goes on; it is
-    removed at the end. `progress(done, total)` is called again and again. Raises as PathTracer does.
+    removed at the end. `progress(done, total)` is called again and again. Raises as PathTracer does, and PicaError
+    where `partial` cannot be written.
     """
     check_made_with("bake", scene, settings, device)
     spacing = checked("bake: spacing", optional(positive()), spacing)
@@ -66,6 +74,7 @@ def bake(
     )
     file = None if partial is None else Path(partial)
     if file is not None:
+        check_writable(file)
         done.read(file)
     with found.turn:
         passes = ProbePasses(found.part(), scene, settings, bricks, samples)
@@ -119,7 +128,8 @@ def _run(passes: ProbePasses, done: "_Done", progress: Progress | None, file: Pa
                 saved = time.monotonic()
     except BaseException:
         if file is not None:
-            done.write(file)
+            with suppress(PicaError):  # what cut it short is to be told
+                done.write(file)
         raise
 
 
@@ -145,24 +155,24 @@ class _Done:
 
     def write(self, file: Path) -> None:
         probes = {"light": self.light[: self.probes], "inside": self.inside[: self.probes]}
-        write_arrays(file, {"key": self._key, **probes, "seen": self.seen[: self.bricks]})
+        write_arrays(file, {"key": self._key, **probes, "seen": self.seen[: self.bricks]}, _PARTIAL)
 
     def read(self, file: Path) -> None:
         """Go on where the file ends, if it is one of the same bake."""
-        wanted = {
-            "key": Wanted((3,), "<U96"),
-            "light": Wanted((-1, HARMONICS, 4), "<f4"),
-            "inside": Wanted((-1,), "<f4"),
-            "seen": Wanted((-1, SEEN_PER_BRICK), "|u1"),
-        }
         try:
-            found = read_arrays(file, wanted)
+            found = read_arrays(file, _PARTIAL, self._check_lengths)
         except PicaError:
             return
-        fits = len(found["light"]) == len(found["inside"]) <= len(self.light) and len(found["seen"]) <= len(self.seen)
-        if fits and np.array_equal(found["key"], self._key):
-            self.add_light(found["light"], found["inside"])
+        light, inside = found["light"], found["inside"]
+        sane = np.abs(light).max(initial=0) <= BRIGHTEST and np.isfinite(inside).all()  # the first not for NaN either
+        if sane and np.array_equal(found["key"], self._key):
+            self.add_light(light, inside)
             self.add_seen(found["seen"])
+
+    def _check_lengths(self, lengths: Lengths) -> None:
+        """Raises ValueError for more than is to be baked."""
+        if not (lengths["light"] == lengths["inside"] <= len(self.light) and lengths["seen"] <= len(self.seen)):
+            raise ValueError("it is of another bake")
 
     def light_map(self) -> LightMap:
         bricks, (content, layout, _) = self._brick_layout, self._key

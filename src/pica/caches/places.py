@@ -5,8 +5,8 @@
     slangpy-VERSION/compiled   which programs are here (compiled_programs.py)
     mesa                       machine code that lavapipe makes of both
 
-Where that folder cannot be used, a private one stands in until the process ends, or none at all: starts are slow then,
-and nothing else.
+Where nothing can be written into that folder, a private copy stands in until the process ends, so that what is in it
+serves all the same; where that is impossible too, there is none at all: starts are slow then, and nothing else.
 """
 
 import atexit
@@ -15,11 +15,15 @@ import shutil
 import sys
 import tempfile
 import warnings
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
 from pica.caches.shader_database import mend
+
+if sys.platform != "win32":
+    import resource
 
 MODULES, SHADERS = (Path(f"slangpy-{version('slangpy')}", name) for name in ("modules", "shaders"))
 MESA = Path("mesa")
@@ -28,6 +32,8 @@ COMPILED = SHADERS.with_name("compiled")
 """A file in the folder."""
 _ASKED = "PICA_CACHE"
 _MESA_FOLDER = "MESA_SHADER_CACHE_DIR"
+LONGEST = 128 << 20
+"""Bytes of a file that must be possible: SlangPy's own limit of the one that shaders lie in, which is mapped too."""
 _NEEDED = 16  # MiB that must be free: files that are mapped into memory end the process when a disk is full
 
 
@@ -46,7 +52,8 @@ def cache_folder() -> Path | None:
 
 
 def caches() -> Path | None:
-    """The folder in use, with all its places: the one asked for or, with one warning, a private one; None: no place."""
+    """The folder in use, with all its places: the one asked for, a private copy or, with one warning, a private one
+    that is empty; None: no place."""
     folder = _usable(cache_folder())
     if folder is not None:
         os.environ.setdefault(_MESA_FOLDER, str(folder / MESA))  # the driver looks when a device is opened
@@ -59,6 +66,8 @@ def _usable(asked: Path | None) -> Path | None:
     if not fault:
         return asked
     folder = _private()
+    if asked and folder and _copy(asked, folder):
+        return folder
     warnings.warn(
         f"compiled shaders cannot be kept{f' in {asked}' if asked else ''} ({fault}); "
         f"{f'{folder} stands in until the process ends' if folder else 'nor anywhere else'}, so starts are slow. "
@@ -70,6 +79,8 @@ def _usable(asked: Path | None) -> Path | None:
 
 def _fault(folder: Path) -> str | None:
     """Why the places in a folder, made where they are not there, cannot be used; None: they can."""
+    if longest_file() < LONGEST:
+        return f"files may have {longest_file() >> 20} MiB here (ulimit -f), and {LONGEST >> 20} are needed"
     try:
         for place in (MODULES, SHADERS, MESA):
             (folder / place).mkdir(parents=True, exist_ok=True)
@@ -79,6 +90,32 @@ def _fault(folder: Path) -> str | None:
     except OSError as error:
         return error.strerror or str(error)
     return None if free >= _NEEDED else f"{free} MiB are free, and {_NEEDED} are needed"
+
+
+def longest_file() -> int:
+    """Bytes that a file of this process may have: a write beyond the limit to one that is mapped ends the process."""
+    if sys.platform == "win32":
+        return sys.maxsize
+    limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+    return sys.maxsize if limit == resource.RLIM_INFINITY else limit
+
+
+def _copy(asked: Path, folder: Path) -> bool:
+    """Put what a folder has that can only be read into another, whose user may write to it; whether there is any."""
+    if not (asked / COMPILED).is_file():
+        return False
+    with suppress(OSError):
+        for place in (SHADERS.parent, MESA):
+            for file in (asked / place).rglob("*"):
+                if file.is_file():
+                    copied = folder / file.relative_to(asked)
+                    copied.parent.mkdir(parents=True, exist_ok=True)
+                    shutil.copyfile(file, copied)
+        return _fault(folder) is None
+    shutil.rmtree(folder, ignore_errors=True)  # half of a database is none
+    folder.mkdir(mode=0o700)
+    _fault(folder)
+    return False
 
 
 def _private() -> Path | None:

@@ -1,12 +1,13 @@
 """Named arrays in a file as NumPy's .npz: a ZIP archive of .npy members. Nothing in it is run or taken unchecked."""
 
+import math
+import re
 import zipfile
-import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,62 +16,93 @@ from pica.errors import PicaError
 from pica.files import open_file
 from pica.saving import write_whole
 
-MOST_BYTES = 4 << 30
-"""Of all arrays of a file together."""
+_MAGIC = b"\x93NUMPY\x01\x00"
+_HEADER = re.compile(
+    rb"\{'descr': '([^'\\]{1,8})', 'fortran_order': False, 'shape': \(((?:[0-9]{1,18}, ?)*(?:[0-9]{1,18})?)\), \} *\n"
+)
+"""As NumPy writes the headers of plain arrays. NumPy's own reader takes it for Python, and raises whatever that may."""
 _LONGEST_HEADER = 1 << 12
-_SMALLEST = 1 << 10
-"""What a compressed byte may become; zlib's own limit is 1032."""
+_MOST_RATIO, _RATIO_FROM = 1 << 10, 1 << 10
+"""Bytes that a compressed byte may become, in all beyond the first kB; zlib's own limit is 1032."""
+_WAYS = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED
 _WHEN = (1980, 1, 1, 0, 0, 0)
 """The same arrays give the same file."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """An array that a file must have: lengths, -1 for any, and what its elements are."""
+    """An array that a file must have: lengths, -1 for any, and what its elements are.
+
+    `stored`: it is not compressed, so that a file is about as large as what it takes to read it.
+    """
 
     shape: tuple[int, ...]
     dtype: str
+    stored: bool = False
 
 
-def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Write them, whole or not at all. Raises PicaError."""
+Lengths = Mapping[str, int]
+"""The first length of each array of a file that has any."""
+
+
+def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], wanted: Mapping[str, Wanted]) -> None:
+    """Write them, whole or not at all; `wanted`: as `read_arrays` has it. Raises PicaError."""
 
     def write(temporary: Path) -> None:
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
-            for name, array in arrays.items():
-                with archive.open(zipfile.ZipInfo(f"{name}.npy", _WHEN), "w", force_zip64=True) as member:
+            for name, kind in wanted.items():
+                array = np.asarray(arrays[name], kind.dtype)
+                info = zipfile.ZipInfo(f"{name}.npy", _WHEN)
+                info.compress_type = zipfile.ZIP_STORED if kind.stored else zipfile.ZIP_DEFLATED
+                with archive.open(info, "w", force_zip64=True) as member:
                     member.write(_header(array.copy(order="C")))
                     member.write(array.tobytes())
 
     write_whole(path, write)
 
 
-def read_arrays(path: Path, wanted: Mapping[str, Wanted]) -> dict[str, NDArray[Any]]:
-    """Those arrays of a file by name. Raises PicaError, which names the file, where one is missing or does not fit."""
+def read_arrays(path: Path, wanted: Mapping[str, Wanted], check: Callable[[Lengths], None]) -> dict[str, NDArray[Any]]:
+    """Those arrays of a file by name. Raises PicaError, which names the file, where one is missing or does not fit.
+
+    `check` is asked before any array is read, and raises ValueError for lengths that do not fit together.
+    """
     with open_file(path, str(path)) as file:
         try:
-            with zipfile.ZipFile(file) as archive:
-                return _members(archive, wanted)
-        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
-            raise PicaError(f"{path}: is damaged, or not such a file ({error})") from None
-        except ValueError as error:
+            return _arrays(file, wanted, check)
+        except _UnfitError as error:
             raise PicaError(f"{path}: {error}") from None
+        except Exception as error:  # zipfile and zlib raise of forged numbers whatever comes of them
+            fault = str(error) or type(error).__name__
+            raise PicaError(f"{path}: is damaged, or not such a file ({fault})") from None
 
 
-def _members(archive: zipfile.ZipFile, wanted: Mapping[str, Wanted]) -> dict[str, NDArray[Any]]:
-    """Raises ValueError for what is not as it is wanted."""
-    infos = {info.filename: info for info in archive.infolist()}
-    found, total = {}, 0
-    for name, expected in wanted.items():
-        info = infos.get(f"{name}.npy")
-        if info is None:
-            raise ValueError(f"has no array {name!r}")
-        total += info.file_size
-        if total > MOST_BYTES or info.file_size > _SMALLEST * (info.compress_size + _SMALLEST):
-            raise ValueError(f"array {name!r} is larger than a file of that size can hold")
-        with archive.open(info) as member:
-            found[name] = _array(member, name, expected, info.file_size)
-    return found
+class _UnfitError(Exception):
+    """What is not as it is wanted."""
+
+
+def _arrays(file: IO[bytes], wanted: Mapping[str, Wanted], check: Callable[[Lengths], None]) -> dict[str, NDArray[Any]]:
+    with zipfile.ZipFile(file) as archive:
+        infos = {info.filename: info for info in archive.infolist()}
+        shapes = {}
+        for name, kind in wanted.items():
+            info = infos.get(f"{name}.npy")
+            if info is None:
+                raise _UnfitError(f"has no array {name!r}")
+            _check_member(name, info, kind)
+            with archive.open(info) as member:
+                shapes[name] = _shape(member, name, kind, info.file_size)
+        try:
+            check({name: shape[0] for name, shape in shapes.items() if shape})
+        except ValueError as error:
+            raise _UnfitError(f"is damaged: {error}") from None
+        return {name: _array(archive, name, kind, shapes[name]) for name, kind in wanted.items()}
+
+
+def _check_member(name: str, info: zipfile.ZipInfo, kind: Wanted) -> None:
+    if info.compress_type not in _WAYS or (kind.stored and info.compress_type != zipfile.ZIP_STORED):
+        raise _UnfitError(f"array {name!r} is compressed in another way than pica does it")
+    if info.file_size > _MOST_RATIO * (info.compress_size + _RATIO_FROM):
+        raise _UnfitError(f"array {name!r} is larger than a file of that size can hold")
 
 
 def _header(array: NDArray[Any]) -> bytes:
@@ -80,23 +112,31 @@ def _header(array: NDArray[Any]) -> bytes:
     return header.getvalue()
 
 
-def _array(member: Any, name: str, expected: Wanted, size: int) -> NDArray[Any]:
-    """Looks at the header before memory is taken for what follows it."""
-    file: BinaryIO = member
-    if np.lib.format.read_magic(file) != (1, 0):
-        raise ValueError(f"array {name!r} is of another version of NumPy's format")
-    shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(file, max_header_size=_LONGEST_HEADER)
+def _shape(member: IO[bytes], name: str, expected: Wanted, size: int) -> tuple[int, ...]:
+    """What the header of a member says, once it is all as it must be; the array comes next."""
+    begin = member.read(len(_MAGIC) + 2)
+    length = int.from_bytes(begin[len(_MAGIC) :], "little")
+    if not begin.startswith(_MAGIC) or length > _LONGEST_HEADER:
+        raise _UnfitError(f"array {name!r} is of another version of NumPy's format")
+    header = _HEADER.fullmatch(member.read(length))
+    if header is None:
+        raise _UnfitError(f"array {name!r} is no plain array")
+    dtype, shape = header[1].decode("latin-1"), tuple(int(side) for side in header[2].split(b",") if side.strip())
     fits = len(shape) == len(expected.shape) and all(
-        length == most or most < 0 <= length for length, most in zip(shape, expected.shape, strict=True)
+        length == most or most < 0 for length, most in zip(shape, expected.shape, strict=True)
     )
-    if dtype != np.dtype(expected.dtype) or is_fortran or not fits:
-        raise ValueError(f"array {name!r} is {shape} of {dtype}, not {expected.shape} of {expected.dtype}")
-    length = dtype.itemsize
-    for side in shape:
-        length *= side
-    if length > size:
-        raise ValueError(f"array {name!r} is cut short")
-    data = file.read(length)
-    if len(data) != length:
-        raise ValueError(f"array {name!r} is cut short")
-    return np.frombuffer(data, dtype).reshape(shape)
+    if dtype != expected.dtype or not fits:
+        raise _UnfitError(f"array {name!r} is {shape} of {dtype}, not {expected.shape} of {expected.dtype}")
+    if len(begin) + length + math.prod(shape) * np.dtype(dtype).itemsize != size:
+        raise _UnfitError(f"array {name!r} is cut short")
+    return shape
+
+
+def _array(archive: zipfile.ZipFile, name: str, kind: Wanted, shape: tuple[int, ...]) -> NDArray[Any]:
+    with archive.open(f"{name}.npy") as member:
+        _shape(member, name, kind, archive.getinfo(f"{name}.npy").file_size)
+        size = math.prod(shape) * np.dtype(kind.dtype).itemsize
+        data = member.read(size)
+        if len(data) != size:
+            raise _UnfitError(f"array {name!r} is cut short")
+        return np.frombuffer(data, kind.dtype).reshape(shape)

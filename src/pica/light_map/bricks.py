@@ -16,7 +16,8 @@ MOST_PLACES = 1 << 24
 """Of finest bricks that the box of a map may have room for."""
 NOWHERE = 0xFFFFFFFF
 """light_map.slang: NOWHERE."""
-_CORNERS = CELLS + 1
+CORNERS = CELLS + 1
+"""Along a brick's side, a probe at each."""
 _MARGIN = np.array([0.37, 0.31, 0.43])
 """In finest spacings below the scene's lowest corner: walls tend to stand at round numbers, and neither should a probe
 be in their plane nor a diagonal of cells meet their edge."""
@@ -36,21 +37,17 @@ class Bricks:
     """(bricks, 4) lowest corner of each, in finest bricks: multiples of 4 to the power of the level; and the level."""
 
     @cached_property
-    def corners(self) -> NDArray[np.int64]:
-        """(bricks, 125, 3) the probes of each brick, x fastest, in finest spacings from the origin."""
-        steps = np.indices((_CORNERS,) * 3).reshape(3, -1)[::-1].T
-        scale = CELLS ** self.places[:, 3].astype(np.int64)
-        return self.places[:, None, :3].astype(np.int64) * CELLS + steps * scale[:, None, None]
-
-    @cached_property
     def _numbered(self) -> tuple[NDArray[np.int64], NDArray[np.uint32]]:
         """Bricks that touch share probes, whatever their levels."""
-        points = self.corners.reshape(-1, 3)
-        sides = points.max(0, initial=0) + 1
-        keys, number_of = np.unique(np.ravel_multi_index(tuple(points.T), tuple(sides)), return_inverse=True)
-        return np.stack(np.unravel_index(keys, tuple(sides)), -1), number_of.reshape(len(self.places), -1).astype(
-            np.uint32
-        )
+        steps = np.indices((CORNERS,) * 3).reshape(3, -1)[::-1]
+        scale = CELLS ** self.places[:, 3].astype(np.int64)
+        first = self.places[:, :3].astype(np.int64) * CELLS
+        sides = (first + (CELLS * scale)[:, None]).max(0, initial=0) + 1
+        strides = np.array([sides[1] * sides[2], sides[2], 1])
+        places = (first @ strides)[:, None] + scale[:, None] * (strides @ steps)
+        keys, number_of = np.unique(places, return_inverse=True)
+        probes = np.stack(np.unravel_index(keys, tuple(sides)), -1)
+        return probes, number_of.reshape(places.shape).astype(np.uint32)
 
     @property
     def probes(self) -> NDArray[np.int64]:
@@ -72,15 +69,10 @@ class Bricks:
         """(z, y, x) of each finest brick's place: 4 times the number of the finest brick that covers it, plus that
         one's level; NOWHERE for none."""
         found = np.full(self.size[::-1], NOWHERE, np.uint32)
-        for level in reversed(range(LEVELS)):
-            (numbers,) = np.nonzero(self.places[:, 3] == level)
-            steps = np.indices((CELLS**level,) * 3).reshape(3, -1).T
-            for chunk in np.array_split(numbers, max(len(numbers) * len(steps) >> 22, 1)):
-                covered = (self.places[chunk, None, :3] + steps).reshape(-1, 3)
-                entries = np.repeat(chunk.astype(np.uint32) << 2 | level, len(steps))
-                inside = (covered < self.size).all(-1)
-                x, y, z = covered[inside].T
-                found[z, y, x] = entries[inside]
+        for number in np.argsort(-self.places[:, 3], kind="stable"):
+            x, y, z, level = self.places[number]
+            side = CELLS**level
+            found[z : z + side, y : y + side, x : x + side] = number << 2 | level
         return found
 
 

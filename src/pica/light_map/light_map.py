@@ -1,5 +1,7 @@
 """A baked light map, and its file."""
 
+import math
+import re
 import warnings
 from dataclasses import dataclass
 from os import PathLike
@@ -9,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import PicaError, SceneError
-from pica.light_map.arrays_file import Wanted, read_arrays, write_arrays
-from pica.light_map.bricks import CELLS, LEVELS, MOST_PLACES, Bricks
+from pica.light_map.arrays_file import Lengths, Wanted, read_arrays, write_arrays
+from pica.light_map.bricks import CELLS, CORNERS, LEVELS, MOST_PLACES, Bricks
 from pica.light_map.fingerprint import content_of, layout_of
 from pica.scene.model import Scene
+from pica.scene.values import BRIGHTEST, LARGEST
 
 HARMONICS = 9
 """shaders/spherical_harmonics.slang."""
@@ -23,7 +26,13 @@ MOST_BRICKS = 1 << 17
 """A brick takes 5 to 12 kB on a device."""
 HIDDEN, INSIDE = 1e-12, 1e-24
 """light_map.slang: HIDDEN, INSIDE."""
-_FORMAT = 1
+_BRIGHTEST = BRIGHTEST / 16
+"""Of one coefficient: what all of them bring towards a direction is less than 16 times the largest."""
+_FARTHEST = LARGEST / 2**40
+"""Metres: places that are found from spacing and size are finite too."""
+_NEAREST = 1 / _FARTHEST
+_DIGEST = re.compile("[0-9a-f]{32}")
+_FORMAT = 2
 _FILE = {
     "format": Wanted((), "<i4"),
     "origin": Wanted((3,), "<f8"),
@@ -31,7 +40,7 @@ _FILE = {
     "size": Wanted((3,), "<i4"),
     "places": Wanted((-1, 4), "<i4"),
     "scale": Wanted((), "<f4"),
-    "harmonics": Wanted((-1, HARMONICS, 3), "<f2"),
+    "harmonics": Wanted((-1, HARMONICS, 3), "<f2", stored=True),  # 16-bit noise hardly gets smaller
     "in_the_open": Wanted((-1,), "|b1"),
     "seen": Wanted((-1, SEEN_PER_BRICK), "|u1"),
     "content": Wanted((), "<U32"),
@@ -73,22 +82,26 @@ class LightMap:
             "content": np.array(self.content, "<U32"),
             "layout": np.array(self.layout, "<U32"),
         }
-        write_arrays(Path(path), {name: np.asarray(array, _FILE[name].dtype) for name, array in arrays.items()})
+        write_arrays(Path(path), {name: np.asarray(array) for name, array in arrays.items()}, _FILE)
 
     @staticmethod
     def load(path: str | PathLike[str]) -> "LightMap":
-        """Read a file, which may come from anybody. Raises PicaError for one that is damaged or none."""
-        found = read_arrays(Path(path), _FILE)
-        bricks = Bricks(found["origin"], float(found["spacing"]), found["size"], found["places"])
+        """Read a file, which may come from anybody. Raises PicaError for one that is damaged or none.
+
+        It takes a few times the memory that the file says its arrays have, which is looked at first.
+        """
+        found = read_arrays(Path(path), _FILE, _check_lengths)
         if found["format"] != _FORMAT:
             raise PicaError(f"{path}: is a light map of format {found['format']}; this is for {_FORMAT}: bake it again")
+        bricks = Bricks(found["origin"], float(found["spacing"]), found["size"], found["places"])
         try:
             _check_bricks(bricks)
-            _check_light(bricks, float(found["scale"]), found["harmonics"], found["in_the_open"], found["seen"])
+            _check_light(bricks, float(found["scale"]), found["harmonics"], found["in_the_open"])
+            content, layout = _digest(found["content"]), _digest(found["layout"])
         except ValueError as error:
             raise PicaError(f"{path}: is damaged: {error}") from None
-        texts = str(found["content"]), str(found["layout"])
-        return LightMap(bricks, float(found["scale"]), found["harmonics"], found["in_the_open"], found["seen"], *texts)
+        light = float(found["scale"]), found["harmonics"], found["in_the_open"], found["seen"]
+        return LightMap(bricks, *light, content, layout)
 
     def check_scene(self, scene: Scene) -> None:
         """Raises SceneError for another scene than it was baked for; warns where things have moved since."""
@@ -101,33 +114,54 @@ class LightMap:
             )
 
 
+def _check_lengths(lengths: Lengths) -> None:
+    """Raises ValueError for what cannot be, before anything is read."""
+    bricks, probes = lengths["places"], lengths["harmonics"]
+    if not 0 < bricks <= MOST_BRICKS:
+        raise ValueError(f"it has {bricks} bricks")
+    # Bricks of a level share no more than the probes of their faces.
+    if not CELLS**3 * bricks <= LEVELS * probes <= LEVELS * CORNERS**3 * bricks:
+        raise ValueError(f"it has light of {probes} probes for {bricks} bricks")
+    if lengths["in_the_open"] != probes or lengths["seen"] != bricks:
+        raise ValueError("its arrays are not of the same bricks and probes")
+
+
 def _check_bricks(bricks: Bricks) -> None:
     """Raises ValueError for what does not fit together, before anything is made from it."""
-    size, places = bricks.size.astype(np.int64), bricks.places.astype(np.int64)
-    if not (np.isfinite(bricks.origin).all() and 0 < bricks.spacing < np.inf):
+    size, places = bricks.size.tolist(), bricks.places.astype(np.int64)
+    if not (
+        np.abs(bricks.origin).max() <= _FARTHEST and _NEAREST <= bricks.spacing <= _FARTHEST
+    ):  # nor if not a number
         raise ValueError("its box is nowhere")
-    if not ((size > 0).all() and (size <= MOST_PLACES).all() and np.prod(size) <= MOST_PLACES):
+    room = math.prod(size)  # in Python's integers, which have no end
+    if not (min(size) > 0 and room <= MOST_PLACES):
         raise ValueError(f"its box is {tuple(size)} bricks large")
-    if not 0 < len(places) <= MOST_BRICKS:
-        raise ValueError(f"it has {len(places)} bricks")
     levels = places[:, 3]
     if not ((levels >= 0) & (levels < LEVELS)).all():
         raise ValueError("a brick has an unknown level")
     if not ((places[:, :3] >= 0) & (places[:, :3] < size) & (places[:, :3] % CELLS ** levels[:, None] == 0)).all():
         raise ValueError("a brick is not in its place")
+    if len(np.unique(places, axis=0)) != len(places):
+        raise ValueError("a brick is there twice")
+    if (CELLS ** (3 * levels)).sum() < room:
+        raise ValueError("its bricks leave room in its box")
 
 
-def _check_light(
-    bricks: Bricks,
-    scale: float,
-    harmonics: NDArray[np.float16],
-    in_the_open: NDArray[np.bool_],
-    seen: NDArray[np.uint8],
-) -> None:
+def _check_light(bricks: Bricks, scale: float, harmonics: NDArray[np.float16], in_the_open: NDArray[np.bool_]) -> None:
     count = len(bricks.probes)
-    if len(harmonics) != count or len(in_the_open) != count or len(seen) != len(bricks.places):
+    if len(harmonics) != count:
         raise ValueError(f"it has light of {len(harmonics)} probes, but its bricks have {count}")
     if not (np.isfinite(harmonics).all() and 0 < scale < np.inf):
         raise ValueError("its light is not finite")
-    if in_the_open.view(np.uint8).max(initial=0) > 1:
+    if scale * float(np.abs(harmonics).max()) > _BRIGHTEST:
+        raise ValueError(f"its light is brighter than {BRIGHTEST:g} nits")
+    if in_the_open.view(np.uint8).max() > 1:
         raise ValueError("what is in the open is neither true nor false")
+
+
+def _digest(text: NDArray[np.str_]) -> str:
+    """Raises ValueError for what is none."""
+    digest = str(text)  # NumPy raises one too, of what is no character
+    if not _DIGEST.fullmatch(digest):
+        raise ValueError("it does not say what it was baked for")
+    return digest

@@ -1,23 +1,42 @@
 """The other end of compiler.Compiler: makes the programs that it is told to, so that the shader cache has them."""
 
+import ctypes
 import os
 import pickle
+import signal
 import sys
 from contextlib import suppress
 from typing import Any, BinaryIO
 
-from pica.errors import DeviceError, PicaError
+from pica.errors import DeviceError, MaterialTypeError, PicaError, ShapeError
 from pica.programs.machine_code import make_machine_code
+from pica.programs.material_types import fault_of
 from pica.rhi.device import Device
 
+_PR_SET_PDEATHSIG = 1
+"""linux/prctl.h."""
 
-def main(beside_frames: bool) -> None:
-    """Read what an adapter is called, then answer each (recipe, types) with the fault, or None; all of it pickled."""
+
+def main(parent: int, beside_frames: bool) -> None:
+    """Read what an adapter is called, then answer each (recipe, types) with the fault, or None; all of it pickled.
+
+    `parent`: the process that asks. Where it ends, whatever ends it, so does this one: on Linux at once, elsewhere
+    after the program under way.
+    """
+    end_with_parent(parent)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # whatever a library prints is no answer
     if beside_frames and hasattr(os, "nice"):
         os.nice(10)  # they go first
     serve(sys.stdin.buffer, answers)
+
+
+def end_with_parent(parent: int) -> None:
+    """Have the system kill this process with the thread that started it, on Linux."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:  # it had ended before
+            os._exit(0)
 
 
 def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
@@ -42,9 +61,9 @@ def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
             # What Slang-RHI captures of a ray tracing pipeline lacks whatever NVIDIA's driver shares with another that
             # lives: the renderer could not make its own from that and would compile for seconds (docs/architecture.md).
             del made
-        except PicaError as error:
+        except (MaterialTypeError, ShapeError) as error:
             fault = error
-        except RuntimeError as error:
-            fault = DeviceError(str(error))
+        except (PicaError, RuntimeError) as error:
+            fault = fault_of(types, error) or DeviceError(str(error))
         pickle.dump(fault, answers)
         answers.flush()

@@ -42,8 +42,8 @@ class Task:
 
 
 class Compiler:
-    """A worker process of a device; it starts with the first task, if not before, and goes with `close`, or when it
-    meets None among its tasks."""
+    """A worker process of a device; it starts with `start`, and goes with `close`, when it meets None among its tasks,
+    or with this process. The thread that serves it starts it: Linux ends it with that thread."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Compiler:
         """`tasks`: of several workers; one by itself runs beside frames, which go first. `heard` is told of each task
         that is done, in a thread of the worker's."""
         self._adapter, self._cache = adapter, cache
-        self._call = f"main(beside_frames={tasks is None})"
+        self._call = f"main({os.getpid()}, beside_frames={tasks is None})"
         # The same modules under the same cache, and nothing of the script that runs here.
         self._environment = {
             **os.environ,
@@ -77,13 +77,8 @@ class Compiler:
         self._tasks.put(task)
         self.start()
 
-    def open(self) -> None:
-        """Start the process, which makes itself ready for what `start` gives it. To be called before that."""
-        with suppress(OSError):  # tried again with a task, which hears of it
-            self.process = self._started()
-
     def start(self) -> None:
-        """Let the worker see to the tasks there are."""
+        """Start the process, which makes itself ready and then sees to the tasks there are, and to those that come."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._serve, name="pica shader compiler", daemon=True)
             self._thread.start()
@@ -92,12 +87,12 @@ class Compiler:
         """End the worker; tasks that wait stay undone."""
         self._closed = True
         self._tasks.put(None)
-        if self._thread is None:
-            self._end(0)
-        elif self.process is not None:
+        if self.process is not None:
             self.process.kill()
 
     def _serve(self) -> None:
+        with suppress(OSError):  # tried again with a task, which hears of it
+            self.process = self._started()
         while (task := self._tasks.get()) is not None and not self._closed:
             if not task.cancelled:
                 task.fault = self._answer(task)
@@ -170,17 +165,15 @@ class Workers:
         self._tasks: SimpleQueue[Task | None] = SimpleQueue()
         self._all = [Compiler(adapter, cache, self._tasks, self.heard.put) for _ in range(count)]
 
-    def open(self) -> None:
-        """Start the processes before there are tasks."""
+    def start(self) -> None:
+        """Start the processes, which make themselves ready for tasks."""
         for worker in self._all:
-            worker.open()
+            worker.start()
 
-    def start(self, tasks: Sequence[Task]) -> None:
+    def give(self, tasks: Sequence[Task]) -> None:
         """Let them do these, in this order, and then end."""
         for task in (*tasks, *(None for _ in self._all)):
             self._tasks.put(task)
-        for worker in self._all:
-            worker.start()
 
     def close(self) -> None:
         """End them; tasks that wait stay undone."""

@@ -6,17 +6,21 @@ The file of a type is compiled as it is; what is generated round it only says it
 import hashlib
 import re
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.errors import MaterialTypeError, shown
+from pica.errors import DeviceError, MaterialTypeError, PicaError, shown
 from pica.rhi.device import Device
+from pica.rhi.recipes import Recipe
 from pica.scene.arrays import floats, integers, numbers
 from pica.scene.material_registry import STANDARD, STANDARD_SOURCE, MaterialSource
 from pica.scene.values import UnfitError
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -211,6 +215,41 @@ def digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
+def made(device: Device, recipe: Recipe[Made], types: MaterialTypeSet) -> Made:
+    """As Device.kept, but what Slang finds out late (recursion, generics without an end) is a fault of the user's type
+    or shape among these. Raises MaterialTypeError or ShapeError."""
+    try:
+        return device.kept(recipe, types)
+    except (DeviceError, RuntimeError) as error:
+        raise fault_of(types, error) or error from None
+
+
+def fault_of(types: MaterialTypeSet, error: Exception) -> PicaError | None:
+    """The fault of a file of the user's that made a program of these types fail; None where there are no such files."""
+    text = str(error.__cause__ or error)
+    found = [source for entry in types for source in _sources(entry) if source != STANDARD_SOURCE]
+    for source in found:
+        if str(_path(source)) in text:
+            return source.fault(_first_error(source, text.replace(str(_path(source)), str(source.path))))
+    names = " or ".join(repr(source.name) for source in dict.fromkeys(found))
+    return MaterialTypeError(f"material type {names}: {' '.join(text.split())}") if found else None
+
+
+def _sources(entry: TypeEntry) -> list[MaterialSource]:
+    match entry:
+        case ShapeOn(shape, material):
+            return [shape, material]
+        case Bundle():
+            return []
+        case source:
+            return [source]
+
+
+def _path(source: MaterialSource) -> Path:
+    """What Slang calls a file: it does not take two modules of one path. One beside the file finds the same imports."""
+    return source.path.with_name(f"{source.path.stem}_{digest(source.text)}.slang")
+
+
 def compiled(device: Device, source: MaterialSource) -> tuple[str, np.dtype[Any]]:
     """Compile a registered file: the module that says its name, and what its `struct Parameters` has.
 
@@ -218,8 +257,7 @@ def compiled(device: Device, source: MaterialSource) -> tuple[str, np.dtype[Any]
     """
     marked = f"{source.name}_{digest(source.text)}"
     module, alias = f"{source.word}_{marked}", f"{source.word}_alias_{marked}"
-    # Nor does it take two modules of one path. A path beside the file finds the same imports.
-    path = source.path.with_name(f"{source.path.stem}_{digest(source.text)}.slang")
+    path = _path(source)
     try:
         loaded = device.module(module, source.text, path)
     except (RuntimeError, spy.SlangCompileError) as error:

@@ -6,13 +6,14 @@ and compiles what they have not.
 
 import os
 from collections.abc import Callable, Sequence
+from queue import Empty
 from typing import Any
 
 from pica import compiling
 from pica.programs.compiler import Task, Workers
 from pica.programs.library import programs
 from pica.programs.machine_code import make_machine_code
-from pica.programs.material_types import MaterialTypeSet
+from pica.programs.material_types import MaterialTypeSet, made
 from pica.programs.scene_features import BUNDLES, known_features, with_features
 from pica.rhi.device import Device
 from pica.rhi.recipes import Recipe
@@ -27,27 +28,17 @@ def prepare(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
     """Make the programs of all passes on this device that have none yet; `types`: of those that follow material types.
 
     Returns the types that these know: with features added where the caches have all programs for those, and not for
-    `types`. `compiling.listening` hears of those that no cache has. Raises DeviceError for one that does not compile.
+    `types`. `compiling.listening` hears of those that no cache has, or the log. Raises DeviceError for one that does
+    not compile.
     """
     compiled = programs(device).compiled
     types = _covering(device, types)
     wanted = _wanted(device, types)
     missing = {program for program in wanted if not compiled.has(program)}
-    total = len(missing)
-
-    def found(program: Program) -> None:
-        compiled.add([program])
-        missing.discard(program)
-        compiling.tell(total - len(missing), total)
-
     if missing:
-        compiling.tell(0, total)
-        _compile_beside(device, [program for program in wanted if program in missing], found)
+        _compile(device, [program for program in wanted if program in missing])
     for program in wanted:
-        made = device.kept(*program)
-        if program in missing:
-            make_machine_code(device, made)
-            found(program)
+        made(device, *program)
     return types
 
 
@@ -76,26 +67,58 @@ def expect(device: Device) -> None:
     if library.compiled.empty and library.first_workers is None and device.cache is not None and cores() > 1:
         library.first_workers = workers = Workers(device.name, device.cache, min(cores(), _MOST_WORKERS))
         device.at_close(workers.close)
-        workers.open()
+        workers.start()
 
 
-def _compile_beside(device: Device, missing: Sequence[Program], found: Callable[[Program], None]) -> None:
-    """Have workers compile these; `found` is told of each that the caches have now. A worker's fault is no obstacle."""
+def _compile(device: Device, missing: Sequence[Program]) -> None:
+    """Compile these: by workers, and here what they have not."""
+    compiled, compilation = programs(device).compiled, compiling.Compilation(len(missing))
+    left = set(missing)
+
+    def found(program: Program) -> None:
+        compiled.add([program])
+        left.discard(program)
+        compilation.tell(len(missing) - len(left))
+
+    _compile_beside(device, missing, found, compilation.log_once)
+    for program in missing:
+        if program in left:
+            make_machine_code(device, made(device, *program))
+            found(program)
+
+
+def _compile_beside(
+    device: Device, missing: Sequence[Program], found: Callable[[Program], None], late: Callable[[], None]
+) -> None:
+    """Have workers compile these; `found` is told of each that the caches have now. A worker's fault is no obstacle.
+
+    `late` is called where one takes long.
+    """
     library, count = programs(device), min(cores(), len(missing), _MOST_WORKERS)
     workers, library.first_workers = library.first_workers, None
     if workers is None:
         if count < 2 or device.cache is None:
             return
         workers = Workers(device.name, device.cache, count)
+        workers.start()
     try:
-        workers.start([Task(*program) for program in missing])
+        workers.give([Task(*program) for program in missing])
         for _ in missing:
-            task = workers.heard.get()
+            task = _next(workers, late)
             if task.answered and task.fault is None:
                 found((task.recipe, task.types))
     except BaseException:
         workers.close()
         raise
+
+
+def _next(workers: Workers, late: Callable[[], None]) -> Task:
+    """The next task that is done."""
+    try:
+        return workers.heard.get(timeout=compiling.LONG)
+    except Empty:
+        late()
+        return workers.heard.get()
 
 
 def cores() -> int:

@@ -7,7 +7,7 @@ from typing import Any
 from pica.errors import MaterialTypeError, PicaError, ShapeError
 from pica.programs.compiler import Task
 from pica.programs.library import programs
-from pica.programs.material_types import MaterialTypeSet, TypeEntry
+from pica.programs.material_types import MaterialTypeSet, TypeEntry, fault_of
 from pica.programs.recipes import TypeRecipe
 from pica.rhi.device import Device
 from pica.rhi.recipes import Recipe
@@ -73,6 +73,8 @@ class ProgramRound:
             self.entries = [recipe.entry]
         if isinstance(error, MaterialTypeError | ShapeError):
             raise error
+        if known := fault_of(self.types, error):
+            raise known from None
         fault = " ".join(str(error).split())
         raise MaterialTypeError(f"material type {_names(self.entries)}: {fault}") from None
 

@@ -14,6 +14,7 @@ from pica.programs.material_types import (
     MaterialTypeSet,
     ShapeOn,
     TypeEntry,
+    made,
 )
 from pica.programs.shape_types import ShapeType, ShapeTypes, modules_for
 from pica.rhi.device import Device
@@ -76,6 +77,6 @@ class ForTypes(Generic[Made, Pass]):
         """The pass that goes with these types; made here and now where nobody has made its program ahead."""
         if types is not self.types:
             if types != self.types:
-                self._pass = self._use(self._library.device.kept(self.recipe, types))
+                self._pass = self._use(made(self._library.device, self.recipe, types))
             self.types = types
         return self._pass

@@ -7,6 +7,7 @@ renderer waits until programs that know it are compiled beside the frames, and n
 
 from collections.abc import Set
 from dataclasses import fields
+from itertools import chain, combinations
 
 import slangpy as spy
 
@@ -29,31 +30,32 @@ ALPHA = Feature("alpha", "materials.material_types", "ALPHA_IN_USE")
 TRANSMISSION = Feature("transmission", "gpu_scene.scene", "TRANSMISSION_IN_USE")
 COATS = Feature("coats", "shaders.coats", "COATS_IN_USE")
 LOBES = Feature("lobes", "shaders.brdf_parameters", "LOBES_IN_USE")
-"""Thin films, anisotropy, sheen."""
+"""Room for what follows, each of which comes with it."""
+FILMS = Feature("films", "shaders.thin_film", "FILMS_IN_USE")
+ANISOTROPY = Feature("anisotropy", "shaders.anisotropy", "ANISOTROPY_IN_USE")
+SHEEN = Feature("sheen", "shaders.sheen", "SHEEN_IN_USE")
 
 SPLIT_SUM_ONLY = Feature("split_sum_only", "light_sampling.slot_samples", "SPLIT_SUM_ONLY")
 """Not of scenes, but of settings: `lighting.area_shadows` asks for no ratio."""
 
 _LIT = LIGHTS, FLAT_LIGHTS
 _TEXTURED = TEXTURES, EMISSIVE_TEXTURES, ALPHA
-BUNDLES = tuple(
-    map(
-        Bundle,
-        (
-            (),
-            (ENVIRONMENT, *_LIT),
-            (ENVIRONMENT, *_TEXTURED),
-            (ENVIRONMENT, *_LIT, *_TEXTURED),
-            (ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION),
-            (ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION, COATS),
-            (ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION, COATS, LOBES),
-        ),
-    )
+_MOST = ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION
+_DEAR = (COATS,), (LOBES, FILMS), (LOBES, ANISOTROPY), (LOBES, SHEEN)
+"""What each takes long to compile, and longer beside the others."""
+_BUNDLED = (
+    (),
+    (ENVIRONMENT, *_LIT),
+    (ENVIRONMENT, *_TEXTURED),
+    (ENVIRONMENT, *_LIT, *_TEXTURED),
+    *((*_MOST, *chain(*some)) for count in range(len(_DEAR) + 1) for some in combinations(_DEAR, count)),
 )
+BUNDLES = tuple(Bundle(tuple(dict.fromkeys(features))) for features in _BUNDLED)
 """What comes together, the smaller first: few, so that scenes have programs in common."""
 
 Features = frozenset[Feature]
 _NONE: Features = frozenset()
+_LOBES = ("iridescence", FILMS), ("anisotropy", ANISOTROPY), ("sheen", SHEEN)
 _SLOTS = tuple(field.name for field in fields(Material) if field.name.endswith("_texture"))
 _MODULE = """
 module {name};
@@ -76,8 +78,9 @@ def features_of(material: Material) -> Features:
         found |= {TRANSMISSION}
     if values["coats"]:
         found |= {COATS}
-    if any(values[lobe] is not None for lobe in ("iridescence", "anisotropy", "sheen")):
-        found |= {LOBES}
+    for lobe, feature in _LOBES:
+        if values[lobe] is not None:
+            found |= {LOBES, feature}
     return found
 
 

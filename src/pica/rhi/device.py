@@ -16,7 +16,7 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.caches.places import MODULES, SHADERS, caches
+from pica.caches.places import LONGEST, MODULES, SHADERS, caches, longest_file
 from pica.errors import DeviceError
 from pica.rhi import forked, validation
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, choose, describe
@@ -31,6 +31,8 @@ P = TypeVar("P", ComputePass, RasterPass)
 PACKAGE = Path(__file__).resolve().parents[1]
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 _BUILD_INPUT = spy.BufferUsage.acceleration_structure_build_input
+_SHARE_OF_FILE = 0.4
+"""The rest is for copies on their way, and for what drivers and Slang-RHI have of their own."""
 _TEXTURE = spy.TextureUsage.shader_resource | spy.TextureUsage.unordered_access
 
 
@@ -71,6 +73,7 @@ class Device:
         self.cache = cache = caches()
         """Where compiled shaders are kept; None: nowhere."""
         adapter = choose(name)
+        self._longest_file = longest_file()
         try:
             self.handle = spy.Device(
                 type=spy.DeviceType.vulkan,
@@ -102,6 +105,11 @@ class Device:
         self.info: DeviceInfo = describe(self.handle, adapter)
         if self.info.missing:
             raise DeviceError(f"device {self.name!r} lacks {', '.join(self.info.missing)}; {HELP}")
+        if self.is_software and self._longest_file < LONGEST:
+            raise DeviceError(
+                f"device {self.name!r} keeps its memory in a file, which may have {self._longest_file >> 20} MiB here "
+                f"(ulimit -f), and {LONGEST >> 20} are needed"
+            )
         self.profiler = Profiler(self.handle)
         """GPU times of the passes on this device."""
         self._memory = _Memory()
@@ -201,9 +209,16 @@ class Device:
         return self._memory.peak
 
     def count_memory(self, size: int) -> None:
-        """Book `size` bytes taken (or, negative, given back)."""
+        """Book `size` bytes taken (or, negative, given back). Raises DeviceError as `_check_room`."""
+        self._check_room(size)
         self._memory.count(size)
         self._taken.count(size)
+
+    def _check_room(self, size: int) -> None:
+        """Raises DeviceError before a software device needs more than its file may have: that would end the process."""
+        if size > 0 and self.is_software and self._memory.now + size > _SHARE_OF_FILE * self._longest_file:
+            fault = f"no room for {size:,} bytes more: it keeps its memory in a file (ulimit -f)"
+            raise DeviceError(f"device {self.name!r} has {fault}")
 
     def give_back(self, *resources: spy.Buffer | spy.Texture) -> None:
         """Book resources as no longer needed; each goes when its last user does."""
@@ -234,6 +249,7 @@ class Device:
         if data is not None and data.nbytes:
             size = data.nbytes
             content = {"data": np.require(data, requirements=["C", "W"])}  # SlangPy takes no read-only arrays
+        self._check_room(size)
         with self.allocating(f"{label}, {size:,} bytes"):
             words = spy.Format.r32_uint if struct_size % 16 else spy.Format.rgba32_uint
             buffer = self.handle.create_buffer(
