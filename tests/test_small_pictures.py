@@ -33,12 +33,14 @@ def renderer(device):
 
 
 def test_a_picture_after_reset_is_that_of_a_new_renderer(device, renderer):
-    renderer.render(3, VIEWS[-1])
+    renderer.render(3, camera=VIEWS[-1])
     for view in VIEWS:
         renderer.reset()
         found = renderer.render(1, camera=view)
         with pica.Renderer(renderer.scene, size=SMALL, device=device) as new:
             assert same(found, new.render(1, camera=view))
+        renderer.render(2, camera=VIEWS[0])
+        assert same(found, renderer.render(1, camera=view, cut=True))
 
 
 @pytest.mark.parametrize("path_traced", [False, True])
@@ -59,7 +61,7 @@ def test_what_is_asked_for_and_no_more(device, renderer, path_traced):
 
 def test_aovs_of_effects_come_from_the_last_frame(device, renderer):
     renderer.reset()
-    two = renderer.render(2, CAMERA, aovs=("shadows", "motion"))
+    two = renderer.render(2, camera=CAMERA, aovs=("shadows", "motion"))
     assert two.aov_names == ("motion", "shadows")
 
 
@@ -72,7 +74,7 @@ def test_names_of_aovs_are_those_that_effects_give(renderer):
 @pytest.mark.parametrize(
     ("aovs", "message"),
     [
-        (("depth", "dept"), "render: no AOV 'dept'; there are depth, normal, .*reflections$"),
+        (("depth", "dept"), "render: no AOV 'dept'; there are depth, position, normal, .*reflections$"),
         ("depth", "render: aovs: 'depth': must be names"),
         ((1,), r"render: aovs: \(1,\): must be names"),
         (3, "render: aovs: 3: must be names"),
@@ -100,13 +102,13 @@ def test_what_is_there_for_debugging_by_name(device, renderer):
 
 
 def test_labels_are_those_of_a_picture(device, renderer):
-    renderer.render(2, VIEWS[-1])
+    renderer.render(2, camera=VIEWS[-1])
     for view in VIEWS:
         renderer.reset()
         labels = renderer.labels(camera=view)
         renderer.reset()
         picture = renderer.render(1, camera=view)
-        assert labels.aov_names == renderer.gbuffer.aov_names
+        assert labels.aov_names == tuple(name for name in renderer.gbuffer.aov_names if name != "uv")
         for name in labels.aov_names:
             assert labels.aov(name).tobytes() == picture.aov(name).tobytes(), name
 
@@ -121,14 +123,14 @@ def test_labels_light_nothing(renderer):
 
 
 def test_labels_of_effects_are_refused(renderer):
-    with pytest.raises(PicaError, match=r"labels: no AOV 'shadows'; there are depth, .*material$"):
+    with pytest.raises(PicaError, match=r"labels: no AOV 'shadows'; there are depth, .*uv$"):
         renderer.labels(camera=CAMERA, aovs=("shadows",))
 
 
 def test_a_picture_after_labels_begins_anew(renderer):
     renderer.reset()
     first = renderer.render(1, camera=CAMERA, aovs=LABELS)
-    renderer.render(2, CAMERA)
+    renderer.render(2, camera=CAMERA)
     renderer.labels(camera=CAMERA)
     assert same(renderer.render(1, camera=CAMERA, aovs=LABELS), first)
     renderer.labels(camera=VIEWS[1])

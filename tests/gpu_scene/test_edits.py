@@ -155,6 +155,7 @@ CASES: dict[tuple[type, str], Case] = {
     (Image, "pixels"): Case(
         lambda scene: material(scene).base_color_texture.image, lambda before, scene: 255 - before[:4, :4]
     ),
+    (Image, "encoding"): Case(lambda scene: material(scene).base_color_texture.image, lambda *_: "linear"),
     (Image, "name"): Case(lambda scene: material(scene).base_color_texture.image, lambda *_: "other", False),
     (Section, "positions"): Case(section, moved),
     (Section, "normals"): Case(section, lambda before, scene: np.roll(before, 3, axis=0)),

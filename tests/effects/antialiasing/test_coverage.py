@@ -101,11 +101,11 @@ def test_straight_in_png_and_premultiplied_in_exr(clear, tmp_path):
     edge = (alpha > 0.3) & (alpha < 0.7)
     inside = pixels[alpha == 1][:, :3].astype(int)
     assert edge.any() and (pixels[edge][:, :3] >= inside.min(0) - 25).all()
-    channels = pictures.read_exr_channels(tmp_path / "ball.exr")
+    channels = pictures.read_exr(tmp_path / "ball.exr")
     np.testing.assert_array_equal(channels["A"], alpha)
     np.testing.assert_array_equal(np.dstack([channels[name] for name in "RGB"]), clear.color)
     assert "alpha" not in channels and "depth.Z" in channels
-    assert set(pictures.read_exr_channels(tmp_path / "few.exr")) == {"R", "G", "B", "A", "depth.Z"}
+    assert set(pictures.read_exr(tmp_path / "few.exr")) == {"R", "G", "B", "A", "depth.Z"}
 
 
 def test_exposed_by_what_is_seen(clear):
