@@ -14,8 +14,9 @@ from pica.cli.app import app
 
 ROOT = Path(__file__).parent.parent
 README = ROOT / "README.md"
-PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
-NAMES = [page.name for page in PAGES]
+DOCS = sorted((ROOT / "docs").glob("*.md"))
+PAGES = [README, *DOCS, ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", ROOT / "examples" / "README.md"]
+NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 
 
 def blocks(page, language):
@@ -45,7 +46,9 @@ def test_links_lead_somewhere(page):
 def test_every_page_and_picture_is_shown_to_newcomers():
     shown = {target.resolve() for page in PAGES for target, _ in links(page)}
     assert {path for path in (ROOT / "docs" / "images").iterdir()} <= shown
-    assert set(PAGES[1:]) <= {target.resolve() for target, _ in links(README)}
+    contents = {target.resolve() for target, _ in links(ROOT / "docs" / "README.md")}
+    assert set(DOCS) <= {ROOT / "docs" / "README.md", *contents}
+    assert set(PAGES[1:]) <= contents | {target.resolve() for target, _ in links(README)}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
