@@ -1,5 +1,6 @@
 # make demo: a picture from nothing. make test: lint, types and tests; make test-fast: the tests that need no device, and
-# a few that do; make golden: the golden pictures anew; make fuzz: ten minutes of broken input. All set everything up first.
+# a few that do; make golden: the golden pictures anew; make fuzz: ten minutes of broken input; make docs: the reference of
+# all classes and functions. All set everything up first.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -7,7 +8,7 @@ BIN := $(VENV)/bin
 PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test test-fast test-slow golden fuzz lint setup setup-test lock clean
+.PHONY: demo test test-fast test-slow golden fuzz docs lint setup setup-test lock clean
 
 demo: setup
 	@mkdir -p out
@@ -30,6 +31,10 @@ golden: setup-test
 MINUTES ?= 10
 fuzz: setup-test
 	$(BIN)/python -m tests.fuzz.campaign --minutes $(MINUTES)
+
+# A warning is an error.
+docs: $(VENV)/installed-docs
+	$(BIN)/python -m tools.api_reference out/docs
 
 lint: setup-test
 	$(BIN)/ruff check
@@ -58,6 +63,10 @@ $(VENV)/installed: requirements.lock requirements-denoise.lock pyproject.toml | 
 $(VENV)/installed-test: requirements-test.lock $(VENV)/installed
 	@echo "pica: installing the test tools into $(VENV)"
 	@$(PIP) -r requirements-test.lock
+	@touch $@
+
+$(VENV)/installed-docs: requirements-docs.lock $(VENV)/installed
+	@$(PIP) -r requirements-docs.lock
 	@touch $@
 
 # The newest versions that pyproject.toml allows, for everybody who runs make.

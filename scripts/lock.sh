@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes requirements.lock and, for the extras, requirements-{cpu,denoise,test}.lock from pyproject.toml.
+# Writes requirements.lock and, for the extras, requirements-{cpu,denoise,docs,test}.lock from pyproject.toml.
 # Usage: lock.sh PYTHON
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -12,17 +12,23 @@ packages() {
     $pip freeze --all --exclude pica --exclude pip
 }
 
+# Locks an extra, without what there was after another one. Usage: lock EXTRA OTHER
+lock() {
+    $pip install --quiet ".[$1]"
+    packages >"$scratch/after-$1"
+    { echo "# Made by make lock"; echo "-r requirements.lock"; grep -vxFf "$scratch/after-$2" "$scratch/after-$1"; } >"$scratch/$1"
+}
+
 # Setuptools too: the package itself is built without fetching anything more.
 $pip install --quiet --upgrade setuptools .
 { echo "# Made by make lock"; packages; } >"$scratch/plain"
-packages >"$scratch/run"
-for extra in cpu denoise test; do
-    $pip install --quiet ".[$extra]"
-    { echo "# Made by make lock"; echo "-r requirements.lock"; packages | grep -vxFf "$scratch/run"; } >"$scratch/$extra"
-    # What denoising needs is among what tests need, which are to run everywhere.
-    [ "$extra" = denoise ] || packages >"$scratch/run"
-done
+packages >"$scratch/after-plain"
+lock cpu plain
+lock denoise cpu
+lock docs denoise
+# With what denoising and docs need, which tests need too.
+lock test cpu
 cp "$scratch/plain" requirements.lock
-cp "$scratch/cpu" requirements-cpu.lock
-cp "$scratch/denoise" requirements-denoise.lock
-cp "$scratch/test" requirements-test.lock
+for extra in cpu denoise docs test; do
+    cp "$scratch/$extra" "requirements-$extra.lock"
+done

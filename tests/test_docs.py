@@ -1,9 +1,11 @@
 """What README.md and docs/ tell newcomers: their links lead somewhere, their settings exist, their programs run."""
 
 import re
+from copy import deepcopy
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.main import get_command
 
@@ -12,8 +14,9 @@ from pica.cli.app import app
 
 ROOT = Path(__file__).parent.parent
 README = ROOT / "README.md"
-PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
-NAMES = [page.name for page in PAGES]
+DOCS = sorted((ROOT / "docs").glob("*.md"))
+PAGES = [README, *DOCS, ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", ROOT / "examples" / "README.md"]
+NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 
 
 def blocks(page, language):
@@ -43,7 +46,9 @@ def test_links_lead_somewhere(page):
 def test_every_page_and_picture_is_shown_to_newcomers():
     shown = {target.resolve() for page in PAGES for target, _ in links(page)}
     assert {path for path in (ROOT / "docs" / "images").iterdir()} <= shown
-    assert set(PAGES[1:]) <= {target.resolve() for target, _ in links(README)}
+    contents = {target.resolve() for target, _ in links(ROOT / "docs" / "README.md")}
+    assert set(DOCS) <= {ROOT / "docs" / "README.md", *contents}
+    assert set(PAGES[1:]) <= contents | {target.resolve() for target, _ in links(README)}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
@@ -65,23 +70,42 @@ def test_commands_of_the_readme_are_commands():
 
 @pytest.mark.device
 def test_the_readme_s_program_runs(tmp_path, monkeypatch):
-    (program,) = blocks(README, "python")
+    program = "".join(blocks(README, "python"))
     for whole, small in (("(640, 360)", "(32, 18)"), ("range(24)", "range(2)"), ("samples=64", "samples=1")):
         assert whole in program
         program = program.replace(whole, small)
     monkeypatch.chdir(tmp_path)
     names = {}
     exec(program, names)
-    assert (tmp_path / "out.png").exists()
+    assert (tmp_path / "out.png").exists() and (tmp_path / "ids.png").exists()
+    assert names["labels"].any() and names["names"] == ("background", "sign")
     assert names["frame"].display.shape == names["reference"].display.shape == (18, 32, 3)
     assert 0.5 < names["frame"].color.mean() / names["reference"].color.mean() < 1.1  # no light of many bounces
 
 
-@pytest.mark.device
-def test_the_scene_from_arrays_can_be_shown(tmp_path, monkeypatch):
-    (program,) = (block for block in blocks(ROOT / "docs" / "scenes.md", "python") if "from_arrays(" in block)
-    monkeypatch.chdir(tmp_path)
-    names = {}
-    exec(program.replace("(320, 180)", "(32, 18)"), names)
-    assert (tmp_path / "waves.png").exists()
+@pytest.fixture(scope="module")
+def scene_made_in_docs(tmp_path_factory, device):
+    """What the programs of docs/scenes.md have made, the second of which changes what the first made."""
+    programs = blocks(ROOT / "docs" / "scenes.md", "python")
+    (made,) = (block for block in programs if "Mesh.from_arrays(" in block)
+    (changed,) = (block for block in programs if "mesh.sections = " in block)
+    folder, names = tmp_path_factory.mktemp("scenes"), {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        exec((made + changed).replace("(320, 180)", "(32, 18)").replace("(16,", "(1,"), names)
+    return folder, names
+
+
+def test_the_scene_from_arrays_can_be_shown(scene_made_in_docs):
+    folder, names = scene_made_in_docs
+    assert (folder / "waves.png").exists()
     assert len(names["mesh"].sections[0].positions) == 65 * 65
+
+
+def test_the_changed_scene_is_shown_as_a_new_one(scene_made_in_docs):
+    _, names = scene_made_in_docs
+    renderer, camera = names["renderer"], names["camera"]
+    assert np.abs(names["after"].color - names["before"].color).mean() > 0.01
+    with pica.Renderer(deepcopy(names["scene"]), size=(32, 18)) as fresh:
+        expected = fresh.render(1, camera=camera).color
+    np.testing.assert_allclose(renderer.render(1, camera=camera, cut=True).color, expected, rtol=1e-4, atol=1e-4)

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import tomllib
+import types
 from pathlib import Path
 from typing import get_args, get_type_hints
 
@@ -96,3 +97,19 @@ def test_every_error_is_a_public_name():
 def test_an_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="nonsense"):
         _ = pica.nonsense
+
+
+@pytest.mark.parametrize("name", [name for name in pica.__all__ if not name.startswith("_")])
+def test_every_public_name_has_a_docstring(name):
+    value = getattr(pica, name)
+    if isinstance(value, type | types.FunctionType | types.ModuleType):
+        text = value.__doc__ or ""
+        assert len(text) > 10 and not text.startswith(f"{name}("), text  # dataclasses without one get their signature
+    else:  # a union: the text after its assignment
+        body = ast.parse(Path(sys.modules[pica._HOME[name]].__file__).read_text()).body
+        (at,) = (
+            index
+            for index, each in enumerate(body)
+            if isinstance(each, ast.Assign) and ast.unparse(each.targets[0]) == name
+        )
+        assert isinstance(body[at + 1], ast.Expr) and isinstance(body[at + 1].value, ast.Constant)

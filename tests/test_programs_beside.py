@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-PROGRAMS = sorted(
-    path for folder in ("examples", "benchmarks", "tools", "scripts") for path in (ROOT / folder).iterdir()
-)
+FOLDERS = "examples", "examples/sheets", "benchmarks", "tools", "scripts"
+PROGRAMS = sorted(path for folder in FOLDERS for path in (ROOT / folder).iterdir())
 PROGRAMS = [path for path in PROGRAMS if path.suffix in (".py", ".sh")]
 
 

@@ -35,11 +35,12 @@ def tables() -> str:
         lines += ["", f"## {name or 'others'}", "", group["text"], ""]
         lines += [f"* `{name}={level}`: {text}" for level, text in group["levels"].items()]
         lines += ["", "| setting | default | allowed | levels | |", "|---|---|---|---|---|"]
-        lines += [f"| `{path}` | {' | '.join(_cells(setting))} |" for path, setting in settings.items()]
+        lines += [f"| `{path}` | {' | '.join(cells(setting))} |" for path, setting in settings.items()]
     return "\n".join(lines).replace("\n\n\n", "\n\n") + "\n"
 
 
-def _cells(setting: dict[str, Any]) -> list[str]:
+def cells(setting: dict[str, Any]) -> list[str]:
+    """Default, what is allowed, values at the levels, and what the setting does."""
     if setting["type"] == "boolean":
         allowed = "true, false"
     elif setting["type"] == "choice":

@@ -27,7 +27,7 @@ def said(renderer, camera=FRONT, times=1):
 
 @pytest.mark.parametrize("kind", [pica.Renderer, pica.PathTracer])
 def test_without_light(device, kind):
-    renderer = kind(scene_of(placed(box(1, lambert()))), SIZE, settings=settings(), device=device)
+    renderer = kind(scene_of(placed(box(1, lambert()))), size=SIZE, settings=settings(), device=device)
     (message,) = said(renderer, times=3)
     assert message.startswith(f"the picture is nearly black: {NOTHING_SHINES}")
 

@@ -210,6 +210,8 @@ def test_only_the_first_of_a_paths_steps_takes_timestamps(device, monkeypatch):
     """A hundred of them would take longer than the last steps do, and a frame has room for 64 passes."""
     begun, begin = [], Profiler.begin
     monkeypatch.setattr(Profiler, "begin", lambda *arguments: begun.append(arguments[-1]) or begin(*arguments))
-    frame = pica.Renderer(pica.scenes.cornell(), (16, 16), settings(EMBREE | PATHS), device).render(1)
+    frame = pica.Renderer(
+        pica.scenes.cornell(), size=(16, 16), settings=settings(EMBREE | PATHS), device=device
+    ).render(1)
     assert begun.count("indirect_rays kernels") == 1
     assert frame.timings["indirect_rays kernels"] > 0 and frame.timings["embree"] > 0

@@ -1,7 +1,5 @@
 """Clear coats over a material: lacquer, varnish, wax, ice."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -60,7 +58,7 @@ def coats(values: Any) -> tuple[Coat, ...]:
     return found
 
 
-def baked(material: Material) -> Sequence[Coat]:
+def baked(material: "Material") -> Sequence[Coat]:
     """The coats that are to be evaluated: those that do nothing are left out, and equal neighbours become one."""
     found: list[Coat] = []
     # The topmost keeps its place where it has textures.

@@ -148,6 +148,7 @@ class TubeLight(_AnyLight):
 
 
 Light = DirectionalLight | PointLight | SpotLight | RectangleLight | DiskLight | SphereLight | TubeLight
+"""What a node can carry as its light."""
 
 
 def extent(light: Light) -> float:

@@ -64,9 +64,8 @@ class RaysSettings(Group):
     )
     opaque_secondary_shadows: bool = switch(
         False,
-        "In the path tracer, shadow rays from surfaces that other rays than the camera's have met take what lets light"
-        " through for opaque, as ray traced effects do there: to compare with one of these. What light comes through"
-        " glass is then missing wherever it is seen indirectly.",
+        "Path tracer: secondary shadow rays treat transmissive surfaces as opaque, as those of ray traced effects do:"
+        " to compare with one of these. Light through glass is then missing wherever it is seen indirectly.",
     )
 
 

@@ -86,9 +86,9 @@ class GlobalIlluminationSettings(Group):
         8,
         range=(1, 16),
         unit="surfaces",
-        text="That light may meet between a lamp and what the camera sees, if path_traced, where neither the picture"
-        " nor a light map has them; what they have is as bright as all its light makes it. By chance paths end before,"
-        " the sooner the darker surfaces are. Surfels have no limit.",
+        text="Maximum number of bounces between a lamp and what the camera sees, if path_traced; hits that are on"
+        " screen or in a light map include all of them. Russian roulette ends paths before, the sooner the darker"
+        " surfaces are. Surfels have no limit.",
         higher="brighter rooms, more rays",
         lower="less time",
     )

@@ -377,7 +377,7 @@ def test_surroundings_of_an_orthographic_camera_do_not_move(device, values, name
         "turn": orthographic((0, 2, 3), (0.2, 0.3, 0), 3.0),
         "zoom": orthographic((0, 2, 3), (0, 0.3, 0), 2.5),
     }[name]
-    renderer = pica.Renderer(scene_of(environment=uniform(1)), SIZE, settings(values), device)
+    renderer = pica.Renderer(scene_of(environment=uniform(1)), size=SIZE, settings=settings(values), device=device)
     renderer.advance(before)
     motion = motion_of(renderer.advance(camera)["motion"].to_numpy())
     np.testing.assert_array_equal(motion[..., :2], 0)

@@ -40,10 +40,12 @@ class DynamicWriter(VertexWriter):
         if self._version == dynamic.version:
             return
         self._version = dynamic.version
-        recording.encoder.upload_buffer_data(self._shared["positions"], 0, dynamic.positions)
+        recording.encoder.upload_buffer_data(
+            self._shared["positions"], 0, dynamic.positions.copy()
+        )  # SlangPy takes no read-only arrays
         self._shared["hasNormals"] = int(dynamic.normals is not None)
         if dynamic.normals is not None:
-            recording.encoder.upload_buffer_data(self._shared["normals"], 0, dynamic.normals)
+            recording.encoder.upload_buffer_data(self._shared["normals"], 0, dynamic.normals.copy())
 
     def _section_parameters(self, section: Section) -> dict[str, Any]:
         assert section.rows is not None

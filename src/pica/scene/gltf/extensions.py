@@ -50,8 +50,8 @@ def _present(root: dict[str, Any]) -> list[str]:
             if type(extensions) is dict:
                 names |= dict.fromkeys(extensions)
             below += [value for key, value in part.items() if key != "extras" and type(value) in (dict, list)]
-        elif part and type(part[0]) in (dict, list):
-            below += part
+        elif part and type(part[0]) in (dict, list):  # lists of numbers are not looked through
+            below += [value for value in part if type(value) in (dict, list)]
     return list(names)
 
 

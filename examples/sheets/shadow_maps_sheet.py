@@ -1,6 +1,6 @@
 """The raster preset with its shadow maps beside the same with ray traced shadows.
 
-python examples/shadow_maps_sheet.py sheet.png --size 468x263
+python examples/sheets/shadow_maps_sheet.py sheet.png --size 468x263
 """
 
 import argparse

@@ -3,7 +3,7 @@
 As figures 25-13 to 25-15 of Barré-Brisebois et al. 2019, "Hybrid Rendering for Real-Time Ray Tracing", have it: what
 the rays bring at half size, that rebuilt at full size, its deviation, what is left after the filters, and many rays.
 
-    python examples/reflection_stages_sheet.py sheet.png --scene corridor
+    python examples/sheets/reflection_stages_sheet.py sheet.png --scene corridor
 """
 
 import argparse

@@ -5,7 +5,7 @@ screen-space ambient occlusion (here of the light map's light), indirect light f
 where they end, and path tracing; and the chapter's baseline, rays that bring light only where they meet a lamp. With
 FLIP and the mean light over that of many paths, all of the light that surfaces reflect diffusely of others.
 
-    python examples/light_map_rays_sheet.py sheet.png [--scene cornell]
+    python examples/sheets/light_map_rays_sheet.py sheet.png [--scene cornell]
 
 The scene's lamps must be of triangles, or no ray meets them.
 """

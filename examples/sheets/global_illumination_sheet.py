@@ -4,7 +4,7 @@ As figures 25-29 (coloured ambient occlusion, surfels, both) and 25-30 (recursiv
 one edge long) of Barré-Brisebois et al. 2019, "Hybrid Rendering for Real-Time Ray Tracing", and 19-15 (before and after
 the filter) of Liu et al. 2019, "Cinematic Rendering in UE4 with Real-Time Ray Tracing and Denoising", have it.
 
-    python examples/global_illumination_sheet.py sheet.png [--scene machine_world]
+    python examples/sheets/global_illumination_sheet.py sheet.png [--scene machine_world]
 """
 
 import argparse

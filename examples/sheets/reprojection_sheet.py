@@ -4,7 +4,7 @@ As figure 25-16 of Barré-Brisebois et al. 2019, "Hybrid Rendering for Real-Time
 was, where the mirrored point was, both weighed by how well they fit the newest frame, and that held to what the newest
 frame makes likely; with the errors of the newest frame against many rays, of the flat floor and of the balls.
 
-    python examples/reprojection_sheet.py sheet.png
+    python examples/sheets/reprojection_sheet.py sheet.png
 """
 
 import argparse

@@ -3,7 +3,7 @@
 The footprints are drawn as in figure 19-5 of Liu et al. 2019, "Cinematic Rendering in UE4 with Real-Time Ray Tracing
 and Denoising"; errors are those against many rays.
 
-    python examples/shadow_sheet.py sheet.png --size 480x270
+    python examples/sheets/shadow_sheet.py sheet.png --size 480x270
 """
 
 import argparse

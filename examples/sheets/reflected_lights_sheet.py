@@ -4,7 +4,7 @@ As figure 19-13 of Liu et al. 2019, "Cinematic Rendering in UE4 with Real-Time R
 linearly transformed cosines times the filtered shadow, and by reflection rays that meet the lights; with the errors of
 both against the path tracer.
 
-    python examples/reflected_lights_sheet.py sheet.png
+    python examples/sheets/reflected_lights_sheet.py sheet.png
 """
 
 import argparse

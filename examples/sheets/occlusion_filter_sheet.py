@@ -5,7 +5,7 @@ and without a kernel that adapts itself. One is as wide everywhere on a surface;
 of samples let it be, which is pica's; and one goes by the distance of what the rays hit besides, as the chapter's does
 after Mehta et al. 2012. With the PSNR against 1000 rays; the last frame is shown.
 
-    python examples/occlusion_filter_sheet.py sheet.png --frames 8
+    python examples/sheets/occlusion_filter_sheet.py sheet.png --frames 8
 """
 
 import argparse

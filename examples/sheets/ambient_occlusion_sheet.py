@@ -1,7 +1,7 @@
 """Four ways to ambient occlusion, as figure 25-17 of Barré-Brisebois et al. 2019, "Hybrid Rendering for Real-Time Ray
 Tracing", has them: 1000 rays a pixel, one ray, one ray filtered, and GTAO; with the errors against the first.
 
-    python examples/ambient_occlusion_sheet.py sheet.png --distance 0.6
+    python examples/sheets/ambient_occlusion_sheet.py sheet.png --distance 0.6
 """
 
 import argparse

@@ -6,7 +6,7 @@ lost and where they are mirrored to above it. Below: lacquer over metal, varnish
 eight rays a pixel where each layer is as likely as the others, and where what is seen of it decides. All of them take
 the same random numbers and see the same sky; errors are root mean squares over the mean light.
 
-    python examples/lobe_sampling_sheet.py sheet.png
+    python examples/sheets/lobe_sampling_sheet.py sheet.png
 """
 
 import argparse

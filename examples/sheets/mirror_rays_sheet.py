@@ -4,7 +4,7 @@ As figures 19-10 to 19-12 of Liu et al. 2019, "Cinematic Rendering in UE4 with R
 have it: what the rays bring, the lobe drawn from it, many sampled rays; beside rays that are sampled and rebuilt, and
 with the FLIP of both.
 
-    python examples/mirror_rays_sheet.py sheet.png --alpha 0.15 --samples 16384
+    python examples/sheets/mirror_rays_sheet.py sheet.png --alpha 0.15 --samples 16384
 """
 
 import argparse

@@ -3,7 +3,7 @@
 As figure 19-7 of Liu et al. 2019, "Cinematic Rendering in UE4 with Real-Time Ray Tracing and Denoising", has it; with
 the error against path tracing of the same light.
 
-    python examples/interreflections_sheet.py sheet.png
+    python examples/sheets/interreflections_sheet.py sheet.png
 """
 
 import argparse

@@ -1,0 +1,109 @@
+"""The programs and the notebook that one would copy run, at a tiny size."""
+
+import json
+import runpy
+import sys
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+import pytest
+
+import pica
+from pica.video import describe
+from tests.assets import ASSETS, needs_assets
+
+ROOT = Path(__file__).parent.parent
+EXAMPLES = ROOT / "examples"
+NOTEBOOK = EXAMPLES / "first_steps.ipynb"
+
+
+@pytest.fixture
+def run(device, monkeypatch, tmp_path):
+    """Run an example in an empty folder, in this process, whose device it finds open."""
+
+    def called(name, *arguments):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", [name, *arguments])
+        runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+        return tmp_path
+
+    return called
+
+
+def read(path):
+    return np.asarray(PIL.Image.open(path))
+
+
+def test_all_examples_are_listed_and_tested():
+    listed = (EXAMPLES / "README.md").read_text()
+    for path in EXAMPLES.glob("*.*"):
+        assert path == EXAMPLES / "README.md" or f"]({path.name})" in listed, path.name
+        assert path.suffix != ".py" or f'run("{path.stem}"' in Path(__file__).read_text(), path.name
+
+
+@needs_assets
+@pytest.mark.filterwarnings("ignore:.*neutral sky")
+def test_a_turntable(run):
+    short = "--size", "32x18", "--seconds", "0.16", "--frames", "1"
+    folder = run("turntable", str(ASSETS / "Fox" / "Fox.glb"), "film.mp4", *short)
+    assert describe(folder / "film.mp4") == (4, 32, 18)
+
+
+def test_a_scene_from_arrays(run):
+    picture = read(run("scene_from_arrays", "island.png", "--size", "64x36", "--frames", "2") / "island.png")
+    assert picture.shape == (36, 64, 3)
+    below, above = picture[24:].astype(int), picture[:4].astype(int)
+    assert (below[..., 1] > below[..., 2]).mean() > 0.5 and (above[..., 2] > above[..., 1]).all()  # grass and sky
+
+
+def test_a_labelled_data_set(run):
+    folder = run("labelled_data_set", "set", "--views", "2", "--size", "64x36", "--frames", "1") / "set"
+    described = json.loads((folder / "data_set.json").read_text())
+    assert len(described["views"]) == 2 and described["size"] == [64, 36]
+    for number, view in enumerate(described["views"]):
+        ids, depth = read(folder / f"{number:04}.ids.png"), pica.read_exr(folder / f"{number:04}.depth.exr")["depth.Z"]
+        assert read(folder / f"{number:04}.png").shape == (36, 64, 3)
+        np.testing.assert_array_equal(ids == 0, np.isinf(depth))
+        assert {str(each) for each in np.unique(ids)} <= {"0", *described["nodes"]}
+        camera = pica.Camera.from_intrinsics(*np.array(view["K"])[[0, 1, 0, 1], [0, 1, 2, 2]], (64, 36), view["pose"])
+        np.testing.assert_allclose(camera.intrinsics((64, 36)), view["K"])
+        belts = [int(key) for key, path in described["nodes"].items() if "long belt" in path or "cross belt" in path]
+        np.testing.assert_array_equal(read(folder / f"{number:04}.belt.png") > 0, np.isin(ids, belts))
+    assert read(folder / "0000.belt.png").any()
+
+
+def test_a_material_of_one_s_own(run):
+    folder = run("own_material", "wall.png", "--size", "64x36", "--frames", "1", "--preset", "raster")
+    red = (lambda rgb: rgb[..., 0] / rgb.sum(axis=-1))(read(folder / "wall.png")[9:27, 16:48].astype(float))
+    assert (red > 0.45).mean() > 0.3 and (red < 0.4).mean() > 0.05  # bricks and mortar
+
+
+def test_two_settings_against_each_other(run, capsys):
+    arguments = "--size", "32x18", "--frames", "1", "--samples", "2"
+    assert read(run("compare_settings", "sheet.png", *arguments) / "sheet.png").shape[1] > 5 * 32
+    assert capsys.readouterr().out.count("FLIP") == 2
+
+
+def cells(kind):
+    return [cell for cell in json.loads(NOTEBOOK.read_text())["cells"] if cell["cell_type"] == kind]
+
+
+def test_the_notebook_is_one_without_outputs():
+    notebook = json.loads(NOTEBOOK.read_text())
+    assert (notebook["nbformat"], notebook["nbformat_minor"]) == (4, 5)
+    assert all(not cell["outputs"] and cell["execution_count"] is None for cell in cells("code"))
+    names = [cell["id"] for cell in notebook["cells"]]
+    assert len(names) == len(set(names))
+
+
+def test_the_notebook_runs(device, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for cell in cells("code"):
+        program = "".join(cell["source"])
+        for whole, small in (("(640, 360)", "(32, 18)"), ("frames=16", "frames=1"), ("samples=64", "samples=1")):
+            program = program.replace(whole, small)
+        exec(program, names)
+    assert names["scene"].triangle_count() and (tmp_path / "paint.png").exists()
+    assert names["frame"]._repr_png_().startswith(b"\x89PNG")
