@@ -97,9 +97,9 @@ def test_texture_coordinates_are_made_for_who_asks(fresh):
     ("names", "says"),
     [
         (["depths"], "no AOV 'depths'; there are depth, position"),
-        ("depth", "aovs: 'depth' is not a list of names"),
-        (7, "aovs: 7 is not a list"),
-        ([["depth"]], "no AOV"),
+        ("depth", "aovs: 'depth': must be names, such as"),
+        (7, "aovs: 7: must be names, such as"),
+        ([["depth"]], r"aovs: \[\['depth'\]\]: must be names, such as"),
     ],
 )
 def test_wrong_names_are_one_line(fresh, names, says):

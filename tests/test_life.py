@@ -108,8 +108,9 @@ def test_threads_that_share_a_renderer_use_it_one_after_the_other(device):
     assert len(found) == 2 and "".join(log) in ("aaaabbbb", "bbbbaaaa")
 
 
-def test_who_waits_for_a_renderer_that_is_closed_is_told(device):
-    renderer = pica.Renderer(still_life(), size=SIZE, settings=RASTER)
+@pytest.mark.parametrize("kind", [pica.Renderer, pica.PathTracer])
+def test_who_waits_for_a_renderer_that_is_closed_is_told(device, kind):
+    renderer = kind(still_life(), size=SIZE, settings=RASTER)
     told = []
 
     def work():
@@ -128,7 +129,7 @@ def test_who_waits_for_a_renderer_that_is_closed_is_told(device):
     frame = renderer.render(3, camera=CAMERA, progress=in_between)
     thread.join(100)
     assert frame.color.shape == (16, 24, 3), "what was rendered stays"
-    assert told == ["Renderer: it is closed; make another one"]
+    assert told == [f"{kind.__name__}: it is closed; make another one"]
 
 
 def test_dropping_in_the_midst_of_a_frame_waits_for_its_end(device):

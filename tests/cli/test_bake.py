@@ -21,7 +21,7 @@ def bakes(monkeypatch):
         bricks = bricks_around(np.zeros(3), np.ones(3), 0.5, *[np.ones((1, 1, 1), bool)] * 2)
         light = np.ones((len(bricks.probes), HARMONICS, 3), np.float16)
         seen = np.zeros((len(bricks.places), SEEN_PER_BRICK), np.uint8)
-        return LightMap(bricks, 1.0, light, np.ones(len(light), bool), seen, "content", "layout")
+        return LightMap(bricks, 1.0, light, np.ones(len(light), bool), seen, 32 * "0", 32 * "1")
 
     monkeypatch.setitem(vars(pica), "bake", bake)
     return asked

@@ -55,8 +55,9 @@ def test_records_find_the_corners_of_their_section(device):
 
 def test_vertices_keep_their_attributes(device):
     section = sphere(1, lambert(), 12)
-    section.tangents[::2, 3] = -1
-    section.colors[:] = np.random.default_rng(1).random(section.colors.shape)
+    tangents = section.tangents.copy()
+    tangents[::2, 3] = -1
+    section.tangents, section.colors = tangents, np.random.default_rng(1).random(section.colors.shape)
     section.uv1 = section.uv0[:, ::-1] * 3 - 1
     scene = gpu_scene(device, scene_of(placed(section)))
     vertices = read(scene.geometry.vertices, VERTEX)[: len(section.positions)]

@@ -215,7 +215,7 @@ def faults(call, *arguments, **named) -> str:
 
 
 def shown(device, material: Material) -> str:
-    return faults(pica.Renderer, scene_of(placed(sphere(0.5, material))), (8, 8), device=device)
+    return faults(pica.Renderer, scene_of(placed(sphere(0.5, material))), size=(8, 8), device=device)
 
 
 def test_registering_says_what_is_wrong(tmp_path, register):

@@ -144,7 +144,7 @@ def _shape(
 def _environment(environment: Environment) -> dict[str, object]:
     # Mitsuba's centre column looks towards +Z with +X to the left of it; a quarter turn makes it +X and +Z.
     turn = mi.ScalarTransform4f().rotate([0, 1, 0], 90 + math.degrees(environment.rotation))
-    pixels = np.ascontiguousarray(environment.radiance)
+    pixels = environment.radiance.copy()  # Bitmap refuses read-only arrays
     return {"type": "envmap", "bitmap": mi.Bitmap(pixels), "scale": environment.strength, "to_world": turn}
 
 

@@ -71,7 +71,7 @@ def test_records_tell_sections_and_copies_apart(device):
     sections = []
     for number, material in enumerate(kinds):
         section = plane(0.5, 0.5, material)
-        section.positions[:, 0] += number
+        section.positions = section.positions + np.array([number, 0, 0], np.float32)
         sections.append(section)
     node = placed(sections)
     node.instances = np.stack([move(0, 0, 2.0 * copy) for copy in range(3)])

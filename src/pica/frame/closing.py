@@ -14,7 +14,8 @@ from pica.rhi.device import Device
 from pica.scene.model import Scene
 from pica.settings import Settings
 
-_KEPT = {"size", "settings", "device", "scene", "_calls"}
+_KEPT = {"size", "settings", "device", "scene", "_calls", "_black_pictures"}
+"""Attributes that a closed renderer keeps: those of its repr, and what a frame still needs that `progress` closes."""
 P = ParamSpec("P")
 C = TypeVar("C", bound="Closing")
 T = TypeVar("T")
