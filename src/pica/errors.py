@@ -40,6 +40,10 @@ class BindingError(PicaError):
     """A shader resource that was left unbound, or a name that the shader does not have."""
 
 
+class GraphError(PicaError):
+    """A frame graph that cannot run: a read that no pass writes, two writers, a cycle. Names passes and lines."""
+
+
 _LONGEST = 60
 """Characters of a user's value that a message shows."""
 

@@ -5,61 +5,63 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.frame.context import FrameContext, Size, camera_constants
-from pica.frame.effect import Aov
 from pica.gpu_scene.view import SceneView
+from pica.scene.camera import Camera
 
 Array = NDArray[Any]
 
 
-def gbuffer_aovs(
-    textures: Mapping[str, spy.Texture], scene: SceneView, frame: FrameContext, uv: Callable[[], spy.Texture]
-) -> dict[str, Aov]:
-    """The AOVs of a frame's G-buffer, as pica.aov_table tells of them. `uv` makes the texture coordinates."""
-    labels = scene.labels()  # of now: a later frame may have other nodes
-    camera = frame.camera
-    place = partial(_positions, _view_of(frame), frame.jitter)
+def gbuffer_aovs(scene: SceneView) -> dict[str, tuple[tuple[str, ...], Callable[[FrameContext], Callable[..., Array]]]]:
+    """The AOVs of a G-buffer, as pica.aov_table tells of them: names of its textures, and what takes the frame and
+    gives the function that makes the AOV of these."""
 
-    def label(which: int) -> Callable[[Array], Array]:
-        def read(visibility: Array) -> Array:
-            seen = visibility[..., 0].astype(np.int64)
-            return np.where(seen > 0, labels[np.maximum(seen - 1, 0), which], 0).astype(np.uint32)
+    def label(which: int) -> Callable[[FrameContext], Callable[..., Array]]:
+        def prepare(frame: FrameContext) -> Callable[..., Array]:
+            return partial(_labelled, scene.labels()[:, which])  # of now: a later frame may have other nodes
 
-        return read
+        return prepare
 
-    def depth(values: Array) -> Array:
-        with np.errstate(divide="ignore"):
-            if camera.orthographic_height is None:
-                return np.asarray(camera.near / values, np.float32)
-        return np.where(values > 0, camera.far - values * (camera.far - camera.near), np.inf).astype(np.float32)
+    def fixed(read: Callable[..., Array]) -> Callable[[FrameContext], Callable[..., Array]]:
+        return lambda frame: read
 
-    def of(read: Callable[..., Array], *names: str) -> Aov:
-        return Aov(tuple(textures[name] for name in names), read)
-
+    shape = "normals", "visibility"
     return {
-        "depth": of(depth, "depth"),
-        "position": of(lambda values: place(depth(values)), "depth"),
-        "normal": of(lambda normals, seen: _normals(normals[..., 1], seen[..., 0] > 0), "normals", "visibility"),
-        "geometric_normal": of(
-            lambda normals, seen: _normals(normals[..., 0], seen[..., 0] > 0), "normals", "visibility"
+        "depth": (("depth",), lambda frame: partial(_depth, frame.camera)),
+        "position": (
+            ("depth",),
+            lambda frame: partial(_positions, _view_of(frame), frame.jitter, partial(_depth, frame.camera)),
         ),
-        "albedo": of(_albedo, "material"),
-        "metallic": of(lambda packed: ((packed[..., 1] >> 16 & 0xFF) / 255).astype(np.float32), "material"),
-        "roughness": of(lambda packed: ((packed[..., 2] & 0xFFFF) / 65535).astype(np.float32), "material"),
-        "emission": of(light_of, "emission"),
-        "motion": of(lambda packed: motion_of(packed)[..., :2], "motion"),
-        "instance": of(label(0), "visibility"),
-        "material": of(label(1), "visibility"),
-        "uv": Aov(lambda: (uv(),), lambda coordinates: coordinates),
+        "normal": (shape, fixed(lambda normals, seen: _normals(normals[..., 1], seen[..., 0] > 0))),
+        "geometric_normal": (shape, fixed(lambda normals, seen: _normals(normals[..., 0], seen[..., 0] > 0))),
+        "albedo": (("material",), fixed(_albedo)),
+        "metallic": (("material",), fixed(lambda packed: ((packed[..., 1] >> 16 & 0xFF) / 255).astype(np.float32))),
+        "roughness": (("material",), fixed(lambda packed: ((packed[..., 2] & 0xFFFF) / 65535).astype(np.float32))),
+        "emission": (("emission",), fixed(light_of)),
+        "motion": (("motion",), fixed(lambda packed: motion_of(packed)[..., :2])),
+        "instance": (("visibility",), label(0)),
+        "material": (("visibility",), label(1)),
     }
 
 
-def alpha_aov(texture: spy.Texture, channel: int) -> Aov:
-    """The AOV "alpha" (height, width), 0 to 1, of a texture that has it in a channel."""
-    return Aov((texture,), lambda values: np.clip(values[..., channel], 0, 1))
+def _labelled(labels: Array, visibility: Array) -> Array:
+    seen = visibility[..., 0].astype(np.int64)
+    return np.where(seen > 0, labels[np.maximum(seen - 1, 0)], 0).astype(np.uint32)
+
+
+def _depth(camera: Camera, values: Array) -> Array:
+    """Metres along the view axis."""
+    with np.errstate(divide="ignore"):
+        if camera.orthographic_height is None:
+            return np.asarray(camera.near / values, np.float32)
+    return np.where(values > 0, camera.far - values * (camera.far - camera.near), np.inf).astype(np.float32)
+
+
+def alpha_of(channel: int, values: Array) -> Array:
+    """(height, width) 0 to 1, of a texture that has alpha in a channel."""
+    return np.clip(values[..., channel], 0, 1)
 
 
 def at_size(size: Size, aovs: Mapping[str, Callable[[], Array]]) -> dict[str, Callable[[], Array]]:
@@ -88,9 +90,12 @@ def _view_of(frame: FrameContext) -> dict[str, Array]:
     return {name: np.array(constants[name], np.float64) for name in vectors}
 
 
-def _positions(view: Mapping[str, Array], jitter: tuple[float, float], depth: Array) -> Array:
+def _positions(
+    view: Mapping[str, Array], jitter: tuple[float, float], read_depth: Callable[[Array], Array], values: Array
+) -> Array:
     """(height, width, 3) what is seen at this depth, by the samples that found it; as `unproject` in
     shaders/camera.slang."""
+    depth = read_depth(values)
     height, width = depth.shape
     right = (np.arange(width) + 0.5 + jitter[0]) / width * 2 - 1 + view["shift"][0]
     up = 1 - (np.arange(height) + 0.5 + jitter[1]) / height * 2 + view["shift"][1]

@@ -1,9 +1,11 @@
 """What renderers and path tracers are given, checked before anything is done with it."""
 
 from collections.abc import Callable, Collection, Mapping
+from operator import index
 from typing import Any
 
 from pica.errors import DeviceError, PicaError, SettingsError, shown
+from pica.frame.context import Size
 from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -11,6 +13,8 @@ from pica.scene.values import checked, instance, optional, whole
 from pica.settings import Settings
 
 Progress = Callable[[int, int], None]
+LARGEST = 16384
+"""Pixels of a picture, each way."""
 _MOST = 1 << 31
 """Frames or samples of one call; shaders count them in 32 bits."""
 
@@ -20,6 +24,17 @@ def check_made_with(who: str, scene: Any, settings: Any, device: Any) -> None:
     checked(f"{who}: scene", instance(Scene), scene)
     checked(f"{who}: settings", optional(instance(Settings)), settings, SettingsError)
     checked(f"{who}: device", optional(instance(Device, str)), device, DeviceError)
+
+
+def checked_size(size: Size) -> Size:
+    """(width, height) as it is, or PicaError when no picture can have it."""
+    try:
+        width, height = (index(length) for length in size)
+    except Exception:  # what going through it raises
+        raise PicaError(f"picture size {shown(size)}: must be two whole numbers, width and height") from None
+    if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
+        raise PicaError(f"picture size {shown(width)}x{shown(height)}: width and height must be 1 to {LARGEST} pixels")
+    return width, height
 
 
 def checked_count(what: str, count: Any) -> int:

@@ -2,9 +2,7 @@
 
 import time
 from collections import deque
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,7 +25,7 @@ class FrameContext:
     device: Device
     recording: DeviceRecording
     size: Size
-    """At which effects work: the render size, or half of it."""
+    """At which effects work: the render size."""
     output_size: Size
     """Of the picture that is shown; antialiasing makes it."""
     index: int
@@ -43,10 +41,10 @@ class FrameContext:
     """Whether the camera differs from the frame before; true in a first frame."""
     changed: bool
     """Whether the camera or, once it is updated, the scene differs from the frame before; true in a first frame."""
-    half_block: Callable[[], ParameterBlock]
-    """Fills and gives the constants of this frame at half size."""
     changed_lights: bool = True
-    """Whether what shines does, once the scene is updated."""
+    """Whether emitters do, once the scene is updated."""
+    requested: frozenset[str] = frozenset()
+    """Names of AOVs and views to capture."""
 
     @property
     def encoder(self) -> spy.CommandEncoder:
@@ -72,34 +70,26 @@ class FrameContext:
         """One thread a pixel of `output_size`."""
         return (*self.output_size, 1)
 
-    @cached_property
-    def _half(self) -> "FrameContext":
-        jitter = _half_jitter(self.index, self.jitter)
-        return replace(self, size=half_size(self.size), jitter=jitter, block=self.half_block())
-
-    def at_half(self) -> "FrameContext":
-        """This frame at half its width and height, made when first asked for; GBuffer.at_half goes with it.
-
-        One pixel of each 2x2 stands for all four, another in the next frame (frame/half.slang).
-        """
-        return self._half
-
 
 class FrameSequence:
     """Makes one frame after another: numbers them, jitters them, remembers the camera before."""
 
     def __init__(self, device: Device, output_size: Size, seed: int, upscale: float = 1.0) -> None:
         """`upscale`: pixels of the output to one of the render size, along each side."""
-        self._block = device.parameter_block("frame/constants.slang", "frame")
-        self._device, self._seed, self._upscale = device, seed, upscale
-        self._half_block: ParameterBlock | None = None
+        self.block = device.parameter_block("frame/constants.slang", "frame")
+        """The constants that shaders read, of the newest frame."""
+        self.half_block = device.parameter_block("frame/constants.slang", "frame")
+        """The same for passes at half width and height: one pixel of each 2x2 stands for all four, another in the next
+        frame (frame/half.slang)."""
+        self._device, self._upscale = device, upscale
         self._previous: Camera | None = None
         self._jitter = 0.0, 0.0
         self._index = 0
         self._in_flight: deque[int] = deque()
         self.host_seconds = 0.0
         """What the newest frame took to record and submit."""
-        self._block.bind(seed=seed)
+        self.block.bind(seed=seed)
+        self.half_block.bind(seed=seed)
         self.resize(output_size)
 
     def resize(self, output_size: Size) -> None:
@@ -107,7 +97,8 @@ class FrameSequence:
         self.output_size = output_size
         self.size = render_size(output_size, self._upscale)
         """At which effects work."""
-        self._block.bind(size=spy.uint2(*self.size), outputSize=spy.uint2(*output_size))
+        self.block.bind(size=spy.uint2(*self.size), outputSize=spy.uint2(*output_size))
+        self.half_block.bind(size=spy.uint2(*half_size(self.size)), outputSize=spy.uint2(*output_size))
         self.reset()
 
     def reset(self) -> None:
@@ -123,15 +114,8 @@ class FrameSequence:
         started = time.perf_counter()
         previous = self._previous or camera
         jitter = (radical_inverse(2, self._index), radical_inverse(3, self._index)) if jittered else (0.0, 0.0)
-        index, size, previous_jitter = self._index, self.size, self._jitter
-        aspect = self.output_size[0] / self.output_size[1]
-        self._block.bind(
-            camera=camera_constants(camera, size, aspect),
-            previousCamera=camera_constants(previous, size, aspect),
-            jitter=spy.float2(*jitter),
-            previousJitter=spy.float2(*previous_jitter),
-            index=index,
-        )
+        index, size = self._index, self.size
+        self._bind(camera, previous, jitter)
         moved = index == 0 or not same_view(previous, camera)
         self._device.profiler.begin_frame()
         context = FrameContext(
@@ -142,39 +126,28 @@ class FrameSequence:
             index=index,
             camera=camera,
             jitter=jitter,
-            block=self._block,
+            block=self.block,
             started=started,
             camera_moved=moved,
             changed=moved,
-            half_block=lambda: self._at_half(camera, previous, size, jitter, previous_jitter, index),
         )
         self._previous, self._jitter = camera, jitter
         self._index += 1
         return context
 
-    def _at_half(
-        self,
-        camera: Camera,
-        previous: Camera,
-        size: Size,
-        jitter: tuple[float, float],
-        previous_jitter: tuple[float, float],
-        index: int,
-    ) -> ParameterBlock:
-        if self._half_block is None:
-            self._half_block = self._device.parameter_block("frame/constants.slang", "frame")
-        aspect = self.output_size[0] / self.output_size[1]
-        self._half_block.bind(
-            camera=camera_constants(camera, size, aspect, 2),
-            previousCamera=camera_constants(previous, size, aspect, 2),
-            jitter=spy.float2(*_half_jitter(index, jitter)),
-            previousJitter=spy.float2(*_half_jitter(index - 1, previous_jitter)),
-            size=spy.uint2(*half_size(size)),
-            outputSize=spy.uint2(*self.output_size),
-            index=index,
-            seed=self._seed,
-        )
-        return self._half_block
+    def _bind(self, camera: Camera, previous: Camera, jitter: tuple[float, float]) -> None:
+        size, aspect, index = self.size, self.output_size[0] / self.output_size[1], self._index
+        for block, step in ((self.block, 1), (self.half_block, 2)):
+            before = self._jitter
+            if step == 2:
+                jitter, before = _half_jitter(index, jitter), _half_jitter(index - 1, before)
+            block.bind(
+                camera=camera_constants(camera, size, aspect, step),
+                previousCamera=camera_constants(previous, size, aspect, step),
+                jitter=spy.float2(*jitter),
+                previousJitter=spy.float2(*before),
+                index=index,
+            )
 
     def end(self, frame: FrameContext) -> None:
         """Hand the frame to the GPU, waiting while too many are under way."""

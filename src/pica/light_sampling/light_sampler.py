@@ -1,20 +1,20 @@
 """Draws the samples of the light slots, once a frame for all who read them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from operator import gt
 from typing import Any
 
 import slangpy as spy
 
-from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Buffer, Texture, write
 from pica.light_sampling.light_slots import LightSlots
 from pica.programs.library import programs
-from pica.programs.recipes import ForTypes
+from pica.programs.recipes import MaterialPass
 from pica.programs.scene_features import SPLIT_SUM_ONLY
 from pica.rhi.device import Device
-from pica.rhi.passes import ComputePass
 
 _PRESAMPLED = 1 << 14
 """Points of lights that are drawn ahead for all pixels, 32 bytes each."""
@@ -26,112 +26,104 @@ _LEAST_ROUGHNESS = 0.3
 
 @dataclass(frozen=True)
 class LightSamples:
-    """What a frame looks at to find its direct light."""
+    """The light samples of a frame, of which its direct light is made."""
 
     slots: LightSlots
-    samples: spy.Texture
+    samples: Texture
     """(width, height, slots) light_samples.slang: the sample of each slot that needs one."""
-    weights: spy.Texture
-    """(width, height, denoised slots, r16_float) what they count in the share of their light that arrives."""
-    pool: "LightPool | None"
-    """Points of all that shines, for what rays meet; None where nobody asks for it."""
+    weights: Texture
+    """(width, height, denoised slots, r16_float) their weights in the filtered visibility of their slot."""
+    pool: Buffer | None
+    """Points on all emitters, for the hits of rays; None where nobody asks for it."""
 
     def at_hits(self, regularized: bool) -> dict[str, Any]:
-        """What ray effects need to light what they meet. `regularized`: with highlights wider than surfaces have."""
+        """Arguments of ray effects that light their hits. `regularized`: with highlights wider than surfaces have."""
         assert self.pool is not None, "LightSampler.expect_hits comes first"
+        slots = self.slots
         return {
-            "lightSlots": self.slots,
-            "pool": self.pool.buffer,
-            "entries": self.pool.entries if self.slots.every else 0,
+            "lightSlots": slots,
+            "pool": self.pool,
+            "entries": lambda frame: _PRESAMPLED_AT_HITS if slots.every else 0,
             "leastRoughness": _LEAST_ROUGHNESS if regularized else 0.0,
         }
-
-
-class LightPool:
-    """Points of lights that are drawn ahead for a frame (presampled_lights.slang)."""
-
-    def __init__(self, device: Device, entries: int) -> None:
-        self.entries = entries
-        self.buffer = device.buffer("presampled lights", size=32 * entries, struct_size=16)
-        self._draw: ForTypes[Any, ComputePass] = programs(device).compute("light_sampling/presample_lights.slang")
-
-    def __call__(self, frame: FrameContext, scene: SceneView, slots: LightSlots, lights: range) -> None:
-        """Draw this frame's, of these places of the light table."""
-        self._draw(scene.material_types)(
-            frame,
-            (self.entries, 1, 1),
-            frame=frame,
-            scene=scene,
-            lightSlots=slots,
-            pool=self.buffer,
-            entries=self.entries,
-            range=spy.uint2(lights.start, len(lights)),
-        )
 
 
 class LightSampler:
     """One sample a pixel and slot, of the slots that need any."""
 
-    def __init__(self, device: Device, size: Size) -> None:
-        self._device, self._size = device, size
-        self._sample: ForTypes[Any, ComputePass] | None = None
-        self._shared: LightPool | None = None
-        self.at_hits: LightPool | None = None
-        """Points of all that shines; None: nobody asks for them."""
-        self._allocate(0, 0)
-
-    def resize(self, size: Size) -> None:
-        """Work at another size, (width, height) pixels, from the next frame on."""
-        self._device.give_back(self._samples, self._weights)
-        self._size = size
-        self._allocate(0, 0)
-
-    def expect(self, slots: LightSlots) -> None:
-        """Have the pass that these slots call for, before their first frame."""
-        if self._sample is None and slots.first_sampled < slots.count:
-            features = () if slots.by_ratio else (SPLIT_SUM_ONLY,)
-            self._sample = programs(self._device).compute("light_sampling/sample_lights.slang", features=features)
-            self._no_pool = self._device.buffer("no lights", size=32, struct_size=16)
-        if self._shared is None and slots.has_shared:
-            self._shared = LightPool(self._device, _PRESAMPLED)
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._presample = [programs(device).compute("light_sampling/presample_lights.slang") for _ in range(2)]
+        self._sample: dict[bool, MaterialPass] = {}
+        self._asks_at_hits = False
 
     def expect_hits(self, wanted: bool) -> None:
-        """Whether somebody asks for light where rays meet something."""
-        if wanted != (self.at_hits is not None):
-            self.at_hits = LightPool(self._device.part(), _PRESAMPLED_AT_HITS) if wanted else None
+        """Whether some effect lights the hits of its rays."""
+        self._asks_at_hits = wanted
 
-    def __call__(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, slots: LightSlots) -> LightSamples:
+    def __call__(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, slots: LightSlots) -> LightSamples:
         """Draw this frame's samples."""
-        self.expect(slots)
-        if self.at_hits is not None and slots.every:
-            self.at_hits(frame, scene, slots, range(slots.every))
-        if self._sample is None or slots.first_sampled == slots.count:
-            return LightSamples(slots, self._samples, self._weights, self.at_hits)
-        wanted = slots.count, len(slots.denoised)
-        if any(map(gt, wanted, self._layers)):
-            self._device.give_back(self._samples, self._weights)
-            self._allocate(*map(max, wanted, self._layers))
-        pool = self._shared if slots.has_shared else None
-        if pool is not None:
-            pool(frame, scene, slots, slots.shared_lights)
-        self._sample(scene.material_types)(
-            frame,
-            frame.grid,
-            frame=frame,
-            gbuffer=gbuffer,
+        with graph.scope("light_sampling"):
+            at_hits = self._pool_at_hits(graph, scene, slots) if self._asks_at_hits else None
+            layers, denoised = slots.count, len(slots.denoised)
+            if slots.first_sampled == slots.count:
+                nothing = graph.nothing(spy.Format.rgba32_uint, 1), graph.nothing(spy.Format.r16_float, 1)
+                return LightSamples(slots, *nothing, at_hits)
+            samples = graph.texture("samples", spy.Format.rgba32_uint, layers=layers)
+            size = graph.size if denoised else (1, 1)
+            weights = graph.texture("weights", spy.Format.r16_float, size, layers=max(denoised, 1))
+            graph.add(
+                self._sample_pass(slots.by_ratio),
+                graph.grid,
+                frame=graph.frame,
+                gbuffer=gbuffer,
+                scene=scene,
+                lightSlots=slots,
+                **self._shared_pool(graph, scene, slots),
+                lightSamples=write(samples),
+                weights=write(weights),
+            )
+        return LightSamples(slots, samples, weights, at_hits)
+
+    def _sample_pass(self, by_ratio: bool) -> MaterialPass:
+        if by_ratio not in self._sample:
+            features = () if by_ratio else (SPLIT_SUM_ONLY,)
+            step = programs(self._device).compute("light_sampling/sample_lights.slang", features=features)
+            self._sample[by_ratio] = step
+        return self._sample[by_ratio]
+
+    def _shared_pool(self, graph: FrameGraph, scene: SceneView, slots: LightSlots) -> dict[str, Any]:
+        """Arguments of the pass that draws a pixel's samples: points on the emitters that share a slot."""
+        if not slots.has_shared:
+            return {"pool": graph.buffer("no lights", 32, struct_size=16), "entries": 0}
+        pool = graph.buffer("presampled lights", 32 * _PRESAMPLED, struct_size=16)
+        self._draw(graph, 0, _PRESAMPLED, pool, scene, slots, lambda: slots.shared_lights)
+        return {"pool": pool, "entries": _PRESAMPLED}
+
+    def _pool_at_hits(self, graph: FrameGraph, scene: SceneView, slots: LightSlots) -> Buffer:
+        pool = graph.buffer("presampled lights at hits", 32 * _PRESAMPLED_AT_HITS, struct_size=16)
+        self._draw(graph, 1, _PRESAMPLED_AT_HITS, pool, scene, slots, lambda: range(slots.every))
+        return pool
+
+    def _draw(
+        self,
+        graph: FrameGraph,
+        number: int,
+        entries: int,
+        pool: Buffer,
+        scene: SceneView,
+        slots: LightSlots,
+        lights: Callable[[], range],
+    ) -> None:
+        """Draw this frame's points (presampled_lights.slang), of these entries of the light table."""
+        graph.add(
+            self._presample[number],
+            (entries, 1, 1),
+            when=lambda frame: len(lights()) > 0,
+            frame=graph.frame,
             scene=scene,
             lightSlots=slots,
-            pool=pool.buffer if pool else self._no_pool,
-            entries=pool.entries if pool else 0,
-            lightSamples=self._samples,
-            weights=self._weights,
+            pool=write(pool),
+            entries=entries,
+            range=lambda frame: spy.uint2(lights().start, len(lights())),
         )
-        return LightSamples(slots, self._samples, self._weights, self.at_hits)
-
-    def _allocate(self, slots: int, denoised: int) -> None:
-        def make(label: str, texture_format: spy.Format, layers: int) -> spy.Texture:
-            return self._device.texture(label, texture_format, self._size if layers else (1, 1), layers=layers or 1)
-
-        self._layers = slots, denoised
-        self._samples = make("light samples", spy.Format.rgba32_uint, slots)
-        self._weights = make("light sample weights", spy.Format.r16_float, denoised)

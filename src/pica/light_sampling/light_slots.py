@@ -53,6 +53,11 @@ class LightSlots:
         """Whether many lights share the last slot."""
         return len(self.shared_lights) > 0
 
+    @property
+    def layout(self) -> tuple[int, ...]:
+        """What decides which passes and how many layers the slots take."""
+        return self.count, len(self.denoised), self.svgf, self.noisy, self.first_sampled, self.has_shared
+
     def update(self, lights: LightTable) -> None:
         """Follow the scene's lights; does nothing while they are the same."""
         mapped = self._settings.shadows.method == "maps"

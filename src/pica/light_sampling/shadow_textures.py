@@ -3,21 +3,20 @@
 from dataclasses import dataclass
 
 import numpy as np
-import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.frame.effect import Aov
+from pica.graph.resources import Texture
 
 
 @dataclass(frozen=True)
 class ShadowTextures:
     """What the shadows of a frame are."""
 
-    bits: spy.Texture
+    bits: Texture
     """(width, height, rg32_uint) one bit a slot. Red: the light's sample is not hidden; green: a ray was traced."""
-    filtered: spy.Texture
+    filtered: Texture
     """(width, height, denoised slots, rgba16_float) share of a slot's light that reaches the pixel, 0 to 1."""
-    samples: spy.Texture | None
+    samples: Texture | None
     """(width, height, slots, rgba16_float) the same of this frame's samples, weighted; in other than transparent scenes
     of the denoised slots alone. None where no rays are traced."""
 
@@ -25,8 +24,3 @@ class ShadowTextures:
 def visibility_layers(bits: NDArray[np.uint32], slots: int) -> NDArray[np.float32]:
     """(height, width, 2) bits as (height, width, slots) numbers, 1 where the light's sample was not hidden."""
     return ((bits[..., :1] >> np.arange(slots, dtype=np.uint32)) & 1).astype(np.float32)
-
-
-def visibility_aov(bits: spy.Texture, slots: int) -> Aov:
-    """`visibility_layers` of the newest frame."""
-    return Aov((bits,), lambda values: visibility_layers(values, slots))

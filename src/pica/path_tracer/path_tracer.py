@@ -21,7 +21,6 @@ from pica.frame.black_pictures import BlackPictures
 from pica.frame.closing import Closing, alone
 from pica.frame.context import FrameContext, FrameSequence, Size
 from pica.frame.effect import Aov, chosen, kept, picture_aov
-from pica.frame.snapshot import checked_size
 from pica.gpu_scene.view import SceneView
 from pica.labels import NUMBERED, Labels
 from pica.output import Frame, Lazy

@@ -11,7 +11,7 @@ from pica.caches.compiled_programs import CompiledPrograms
 from pica.caches.places import COMPILED
 from pica.programs.compiler import Compiler, Workers
 from pica.programs.material_types import STANDARD_ONLY, Feature, MaterialTypes, MaterialTypeSet
-from pica.programs.recipes import ForTypes, ForTypesRecipe
+from pica.programs.recipes import ForTypes, ForTypesRecipe, MaterialPass
 from pica.programs.scene_features import known_features
 from pica.programs.shape_types import ShapeTypes
 from pica.rhi.device import PACKAGE, Device
@@ -55,14 +55,12 @@ class ProgramLibrary:
 
     def compute(
         self, module: str, entry: str = "main", name: str | None = None, features: tuple[Feature, ...] = ()
-    ) -> ForTypes[tuple[spy.ShaderProgram, spy.ComputePipeline], ComputePass]:
-        """A compute pass that evaluates materials: call what this gives with the types in use.
+    ) -> MaterialPass:
+        """A compute pass that evaluates materials.
 
         `module`: a file below the package; `name`: what the profiler calls the pass; `features`: what it knows besides.
         """
-        handle, label = self.device.handle, name or Path(module).stem
-        recipe = ForTypesRecipe(ComputeRecipe(module, entry), features)
-        return ForTypes(self, recipe, lambda made: ComputePass(handle, label, lambda: made))
+        return MaterialPass(self, ForTypesRecipe(ComputeRecipe(module, entry), features), name or Path(module).stem)
 
     def compute_with(self, feature: Feature, module: str) -> ComputePass:
         """As Device.compute, for a pass that only frames of scenes with this feature run."""
@@ -80,7 +78,7 @@ class ProgramLibrary:
     def raster(
         self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None
     ) -> ForTypes[tuple[spy.ShaderProgram, spy.RenderPipeline], RasterPass]:
-        """A raster pass that evaluates materials; as `compute`."""
+        """A raster pass that evaluates materials: `of` gives it for the types in use."""
         handle, label = self.device.handle, name or Path(module).stem
         recipe = ForTypesRecipe(RasterRecipe(module, entries, state))
         return ForTypes(self, recipe, lambda made: RasterPass(handle, label, lambda: made))

@@ -18,6 +18,7 @@ from pica.programs.material_types import (
 )
 from pica.programs.shape_types import ShapeType, ShapeTypes, modules_for
 from pica.rhi.device import Device
+from pica.rhi.passes import ComputePass, Recording
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe
 
 if TYPE_CHECKING:
@@ -73,10 +74,24 @@ class ForTypes(Generic[Made, Pass]):
         """Those of the newest call."""
         library.for_types[self] = None
 
-    def __call__(self, types: MaterialTypeSet) -> Pass:
+    def of(self, types: MaterialTypeSet) -> Pass:
         """The pass that goes with these types; made here and now where nobody has made its program ahead."""
         if types is not self.types:
             if types != self.types:
                 self._pass = self._use(made(self._library.device, self.recipe, types))
             self.types = types
         return self._pass
+
+
+class MaterialPass(ForTypes[tuple[spy.ShaderProgram, spy.ComputePipeline], ComputePass]):
+    """A compute pass that evaluates materials, of the types that the scene among its arguments has."""
+
+    def __init__(self, library: "ProgramLibrary", recipe: ForTypesRecipe, name: str) -> None:
+        """`name`: what the profiler calls it."""
+        handle = library.device.handle
+        super().__init__(library, recipe, lambda made: ComputePass(handle, name, lambda: made))
+        self.name = name
+
+    def __call__(self, recording: Recording, threads: tuple[int, int, int], /, **values: Any) -> None:
+        """As ComputePass; one of the values is `scene`."""
+        self.of(values["scene"].material_types)(recording, threads, **values)

@@ -139,7 +139,7 @@ class BufferEffect:
         """
         buffers = self._buffers.for_rays(grid[0] * grid[1])
         types = types_of(values)
-        start, advance = self._start(types), self._advance(types)
+        start, advance = self._start.of(types), self._advance.of(types)
         values |= {"counts": self._counts, "grid": spy.uint2(*grid), "waiting": spy.uint2(0, 0), **buffers}
         rays, hits, queue, following = (buffers[name] for name in ("rays", "hits", "queue", "next"))
         start.parameters.bind(**values)

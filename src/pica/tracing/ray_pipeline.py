@@ -147,7 +147,7 @@ class RayPipeline:
         scene: SceneView | None = values.get("scene")
         if scene is not None:
             values["tlas"] = scene.rt_scene.structure
-        self._program(types_of(values))(recording, grid, values)
+        self._program.of(types_of(values))(recording, grid, values)
 
 
 class PipelineEffect(RayPipeline):

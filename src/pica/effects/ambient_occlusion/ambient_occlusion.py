@@ -5,12 +5,13 @@ import slangpy as spy
 
 from pica.effects.ambient_occlusion.filter import HorizonFilter, RayFilter
 from pica.effects.ambient_occlusion.views import occlusion_views, open_share
-from pica.frame.context import FrameContext, Size
-from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
+from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.frame.history import accumulate_grid
+from pica.frame.grids import accumulate_grid
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture, write
 from pica.rhi.device import Device
 from pica.settings import AmbientOcclusionSettings
 from pica.tracing.ray_buffers import Tracer
@@ -28,70 +29,46 @@ class AmbientOcclusion(Effect):
     name = "ambient_occlusion"
     aov_names = ("ambient_occlusion",)
 
-    def __init__(self, device: Device, size: Size, settings: AmbientOcclusionSettings, tracer: Tracer | None) -> None:
-        self._device, self._settings = device, settings
+    def __init__(
+        self, device: Device, settings: AmbientOcclusionSettings, tracer: Tracer | None, filters: bool
+    ) -> None:
+        """`filters`: DebugSettings.filters."""
+        self._settings, self._filters = settings, filters
         self._trace = self._search = None
-        self._depth: spy.Texture | None = None
+        self._filter: RayFilter | HorizonFilter | None = None
         if settings.mode == "ray_traced":
             self._trace = ray_effect(device, f"{_FOLDER}/occlusion_rays.slang", "OcclusionRays", "hit", tracer)
+            self._filter = RayFilter(device, settings.rays, settings.max_distance) if filters else None
         else:
             self._search = device.compute(f"{_FOLDER}/horizons.slang")
-        self._allocate(size)
-
-    def _allocate(self, size: Size) -> None:
-        device, settings = self._device, self._settings
-        self._raw = device.texture("ambient occlusion raw", spy.Format.rg16_float, size)
-        self._filter: RayFilter | HorizonFilter | None = None
-        if settings.filter and settings.mode == "ray_traced":
-            self._filter = RayFilter(device, size, settings.rays, settings.max_distance)
-        elif settings.filter:
-            self._filter = HorizonFilter(device, size)
-        self._open = self._raw
-
-    def resize(self, size: Size) -> None:
-        """As Effect."""
-        self._device.give_back(self._raw)
-        if self._filter is not None:
-            self._filter.give_back()
-        self._allocate(size)
-
-    def reset(self) -> None:
-        """Drop the history."""
-        if self._filter is not None:
-            self._filter.reset()
-
-    def aovs(self) -> dict[str, Aov]:
-        """ambient_occlusion: how open each pixel's surroundings are, 0 to 1."""
-        return {"ambient_occlusion": Aov((self._open,), open_share)}
-
-    def debug_aovs(self) -> dict[str, Aov]:
-        """See views.py."""
-        return occlusion_views({"raw": self._raw, **(self._filter.debug_textures() if self._filter else {})})
-
-    def ray_counts(self) -> dict[str, int]:
-        """The same number from each pixel that shows a surface."""
-        if self._trace is None or self._depth is None:
-            return {}
-        return {"occlusion_rays": int(np.count_nonzero(self._depth.to_numpy())) * self._settings.rays}
+            self._filter = HorizonFilter(device) if filters else None
+        self._lengths = {"minDistance": settings.min_distance, "maxDistance": settings.max_distance}
 
     def reference(self) -> Reference:
         """The open share by many rays."""
-        lengths = {"minDistance": self._settings.min_distance, "maxDistance": self._settings.max_distance}
-        layers = {"open": ReferenceLayer(self.aovs()["ambient_occlusion"], lengths)}
+        layers = {"open": ReferenceLayer(self.name, self._lengths)}
         inputs = "frame", "gbuffer", "scene"
         return Reference("path_tracer/ambient_visibility.slang", "AmbientVisibility", "hit", inputs, layers)
 
-    def __call__(
-        self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, reprojection: Reprojection
-    ) -> spy.Texture:
+    def __call__(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, reprojection: Reprojection) -> Texture:
         """The open share of this frame's G-buffer."""
-        self._depth = gbuffer.textures["depth"]
-        settings = self._settings
-        lengths = {"minDistance": settings.min_distance, "maxDistance": settings.max_distance}
-        shared = {"frame": frame, "gbuffer": gbuffer, "occlusion": self._raw, **lengths}
-        if self._trace is not None:
-            self._trace(frame, frame.size, scene=scene, rayCount=settings.rays, **shared)
-        if self._search is not None:
-            self._search(frame, accumulate_grid(frame.size), averaged=int(settings.filter), **shared)
-        self._open = self._raw if self._filter is None else self._filter(frame, gbuffer, self._raw, reprojection)
-        return self._open
+        with graph.scope(self.name):
+            raw = graph.texture("raw", spy.Format.rg16_float)
+            shared = {"frame": graph.frame, "gbuffer": gbuffer, "occlusion": write(raw), **self._lengths}
+            rays = self._settings.rays
+            if self._trace is not None:
+                graph.add(self._trace, graph.size, scene=scene, rayCount=rays, **shared)
+                depth = gbuffer.textures["depth"]
+                graph.offer(
+                    "rays.occlusion_rays", (depth,), lambda depth: int(np.count_nonzero(depth)) * rays, on_request=True
+                )
+            if self._search is not None:
+                graph.add(self._search, accumulate_grid(graph.size), averaged=int(self._filters), **shared)
+            graph.offer("debug.ambient_occlusion.raw", (raw,), open_share)
+            if self._filter is None:
+                graph.offer(self.name, (raw,), open_share)
+                return raw
+            history, occlusion = self._filter(graph, gbuffer, raw, reprojection)
+            occlusion_views(graph, history, occlusion)
+            graph.offer(self.name, (occlusion,), open_share)
+        return occlusion

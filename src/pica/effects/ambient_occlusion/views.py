@@ -1,13 +1,12 @@
 """Ambient occlusion and the work of its filters as arrays for people."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.frame.effect import Aov
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture
 
 Array = NDArray[Any]
 
@@ -17,19 +16,12 @@ def open_share(occlusion: Array) -> Array:
     return np.clip(occlusion[..., 0], 0, 1).astype(np.float32)
 
 
-def _second(values: Array) -> Array:
-    return values[..., 1].astype(np.float32)
+def occlusion_views(graph: FrameGraph, history: Texture, filtered: Texture) -> None:
+    """Offer views of a filter's textures, each (height, width).
 
-
-def occlusion_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
-    """Views of an occlusion's textures, each (height, width).
-
-    raw: this frame's rays or horizons, 0 to 1. And where there is a filter filtered: what the lighting uses;
-    history: frames in the mean; variance: what the filter takes for its result's.
+    filtered: the filter's result; history: frames in the mean; variance: the filter's estimate for its result.
     """
-    views = {"raw": Aov((textures["raw"],), open_share)}
-    if "filtered" in textures:
-        views["filtered"] = Aov((textures["filtered"],), open_share)
-        views["history"] = Aov((textures["history"],), lambda layers: _second(layers[0]))
-        views["variance"] = Aov((textures["filtered"],), _second)
-    return views
+    of = "debug.ambient_occlusion"
+    graph.offer(f"{of}.filtered", (filtered,), open_share)
+    graph.offer(f"{of}.history", (history,), lambda layers: layers[0, ..., 1].astype(np.float32))
+    graph.offer(f"{of}.variance", (filtered,), lambda values: values[..., 1].astype(np.float32))

@@ -4,6 +4,7 @@ import slangpy as spy
 
 from pica.frame.context import FrameContext
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
 from pica.rhi.device import Device
 
 LEVELS = 8  # prefiltered.slang: levelCount
@@ -30,8 +31,12 @@ class PrefilteredEnvironment:
         self._prefilter = device.compute("effects/lighting/prefilter.slang") if wanted else None
         self._made_for = -1
 
-    def update(self, frame: FrameContext, scene: SceneView) -> None:
-        """Follow the scene's environment."""
+    def add_update(self, graph: FrameGraph, scene: SceneView) -> None:
+        """Add the passes that follow the scene's environment."""
+        if self._prefilter is not None:
+            graph.record("prefilter", self._update, scene=scene)
+
+    def _update(self, frame: FrameContext, scene: SceneView) -> None:
         if self._prefilter is None or self._made_for == scene.environment_revision:
             return
         self._made_for = scene.environment_revision

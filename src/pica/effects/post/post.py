@@ -5,8 +5,9 @@ from functools import cached_property
 import numpy as np
 import slangpy as spy
 
-from pica.frame.context import FrameContext, Size
 from pica.frame.effect import Effect
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Buffer, Lifetime, Texture, update, write
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
 from pica.settings import PostSettings
@@ -18,54 +19,54 @@ class Post(Effect):
     """Scene radiance in, sRGB for the display out (width, height, rgba8_unorm)."""
 
     name = "post"
-    at_output = True
 
-    def __init__(self, device: Device, size: Size, settings: PostSettings) -> None:
+    def __init__(self, device: Device, settings: PostSettings) -> None:
         self._device, self._settings = device, settings
-        self._bins = device.structured("histogram", np.zeros(_BINS, np.uint32))
-        self.exposure = device.structured("exposure", np.ones(1, np.float32))
-        """The newest frame's factor from radiance to the display, one float."""
-        self._display = device.texture("display", spy.Format.rgba8_unorm, size)
         self._histogram = device.compute("effects/post/histogram.slang")
         self._expose = device.compute("effects/post/exposure.slang")
-        self._straight: spy.Texture | None = None
         self._tone_map = device.compute("effects/post/tone_map.slang")
 
-    def resize(self, size: Size) -> None:
-        """As Effect."""
-        self._device.give_back(self._display, *([self._straight] if self._straight else []))
-        self._straight = None
-        self._display = self._device.texture("display", spy.Format.rgba8_unorm, size)
+    def exposure(self, graph: FrameGraph) -> Buffer:
+        """One float, the factor from radiance to the display: until `__call__` that of the frame before."""
+        with graph.scope(self.name):
+            return graph.buffer("exposure", data=np.ones(1, np.float32))
 
     def __call__(
-        self, frame: FrameContext, radiance: spy.Texture, alpha: spy.Texture | None = None, channel: int = 0
-    ) -> spy.Texture:
+        self,
+        graph: FrameGraph,
+        radiance: Texture,
+        exposure: Buffer,
+        alpha: Texture | None = None,
+        channel: int = 0,
+    ) -> Texture:
         """The picture to show. `alpha`: that by which the radiance is premultiplied, in a channel of a texture."""
-        size = spy.uint2(*frame.output_size)
-        if alpha is not None:
-            radiance = self._straightened(frame, radiance, alpha, channel)
-        if self._settings.auto_exposure:
-            self._histogram(frame, frame.output_grid, radiance=radiance, bins=self._bins, size=size)
-        self._expose(
-            frame,
-            (1, 1, 1),
-            bins=self._bins,
-            exposure=self.exposure,
-            stops=self._settings.exposure,
-            automatic=int(self._settings.auto_exposure),
-        )
-        shown = {"exposure": self.exposure, "display": self._display}
-        self._tone_map(frame, frame.output_grid, radiance=radiance, size=size, **shown)
-        return self._display
+        with graph.scope(self.name):
+            size = spy.uint2(*graph.output_size)
+            if alpha is not None:
+                radiance = self._straightened(graph, radiance, alpha, channel)
+            bins = graph.buffer("histogram", data=np.zeros(_BINS, np.uint32))
+            if self._settings.auto_exposure:
+                graph.add(self._histogram, graph.output_grid, radiance=radiance, bins=update(bins), size=size)
+            graph.add(
+                self._expose,
+                (1, 1, 1),
+                bins=update(bins),
+                exposure=update(exposure),
+                stops=self._settings.exposure,
+                automatic=int(self._settings.auto_exposure),
+            )
+            display = graph.texture("display", spy.Format.rgba8_unorm, graph.output_size, lifetime=Lifetime.KEPT)
+            shown = {"exposure": exposure, "display": write(display)}
+            graph.add(self._tone_map, graph.output_grid, radiance=radiance, size=size, **shown)
+        return display
 
     @cached_property
     def _straighten(self) -> ComputePass:
         return self._device.compute("effects/post/straighten.slang")
 
-    def _straightened(self, frame: FrameContext, picture: spy.Texture, alpha: spy.Texture, channel: int) -> spy.Texture:
-        """What is exposed and tone mapped is the radiance of what covers a pixel, however much of it."""
-        if self._straight is None:
-            self._straight = self._device.texture("straight", spy.Format.rgba32_float, frame.output_size)
-        textures = {"picture": picture, "alpha": alpha, "straight": self._straight}
-        self._straighten(frame, frame.output_grid, size=spy.uint2(*frame.output_size), channel=channel, **textures)
-        return self._straight
+    def _straightened(self, graph: FrameGraph, picture: Texture, alpha: Texture, channel: int) -> Texture:
+        """The radiance of what covers a pixel, however much of it: that is exposed and tone mapped."""
+        straight = graph.texture("straight", spy.Format.rgba32_float, graph.output_size)
+        shown = {"picture": picture, "alpha": alpha, "straight": write(straight)}
+        graph.add(self._straighten, graph.output_grid, size=spy.uint2(*graph.output_size), channel=channel, **shown)
+        return straight

@@ -78,7 +78,7 @@ class MapDrawing:
         frame.profiler.end(frame.encoder)
 
     def _pass(self, scene: SceneView, covered: int) -> RasterPass:
-        return self._covered(scene.material_types) if covered else self._opaque
+        return self._covered.of(scene.material_types) if covered else self._opaque
 
     def _list_draws(
         self,

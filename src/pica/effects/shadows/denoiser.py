@@ -6,11 +6,13 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.frame.context import FrameContext, Size
+from pica.frame.context import FrameContext
 from pica.frame.gbuffer import GBuffer
-from pica.frame.history import History, accumulate_grid
+from pica.frame.grids import accumulate_grid
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import History, Size, Texture, update, write
 from pica.light_sampling.light_slots import LightSlots
 from pica.programs.library import programs
 from pica.programs.scene_features import LIGHTS
@@ -33,14 +35,13 @@ _TILE = 8
 class ShadowDenoiser:
     """Visibility of the denoised light slots from a sample a pixel and frame."""
 
-    def __init__(self, device: Device, size: Size, history: int) -> None:
+    def __init__(self, device: Device, history: int) -> None:
         """`history`: ShadowsSettings.history."""
-        self._device, self._size, self._remembered = device, size, history
+        self._device, self._remembered = device, history
 
         def compute(name: str) -> ComputePass:
             return programs(device).compute_with(LIGHTS, f"effects/shadows/{name}.slang")
 
-        self._history: History | None = None
         self._accumulate = compute("shadow_history")
         # A pass whose parameters differ from dispatch to dispatch is bound anew each time; five passes are not.
         self._svgf = [compute("svgf") for _ in _STEPS]
@@ -51,159 +52,169 @@ class ShadowDenoiser:
         self._places: dict[Node, NDArray[np.float64]] = {}
         self._motions = device.structured("light motions", np.zeros((_MOST_LIGHTS, 4), np.float32))
         self._sources: dict[tuple[int, ...], spy.Buffer] = {}
-        self._textures: list[spy.Texture] = []
         self._layers = 0
+        self._moved = False
+        self._source: spy.Buffer | None = None
 
     def reset(self) -> None:
-        """Drop the history."""
+        """Drop what is known of lights."""
         self._lights = []
-
-    def resize(self, size: Size) -> None:
-        """Work at another size; drops the history."""
-        self._size, self._layers = size, 0
-        self.reset()
-
-    def debug_textures(self) -> dict[str, spy.Texture]:
-        """What the newest frame left behind, by name: see views.py."""
-        assert self._history is not None
-        return {
-            "filtered": self._filtered[0],
-            "moments": self._history.current["moments"],
-            "deviation": self._deviation[0],
-            "filtered deviation": self._deviation[1],
-            "footprints": self._footprints,
-        }
 
     def __call__(
         self,
-        frame: FrameContext,
+        graph: FrameGraph,
         gbuffer: GBuffer,
         scene: SceneView,
         slots: LightSlots,
-        samples: spy.Texture,
-        slopes: spy.Texture,
+        samples: Texture,
+        slopes: Texture,
         reprojection: Reprojection,
-    ) -> spy.Texture:
-        """(width, height, denoised slots, rgba16_float) the share of each slot's light that arrives.
+    ) -> dict[str, Texture]:
+        """filtered: (width, height, denoised slots, rgba16_float) the fraction of each slot's light that arrives; and
+        what views.py shows besides.
 
         `samples` and `slopes`: as shadow_rays.slang writes them.
         """
         layers = len(slots.denoised)
-        history = self._allocate(layers)
-        textures = history.turn(frame)
-        if history.empty:
-            self._lights = []
-        shift = int(self._follow(frame, slots.denoised, slots.svgf))
+        # A history with room for more lights than there are goes on when one has gone.
+        self._layers = max(self._layers, layers)
+        history = graph.history("history", _REMEMBERED, layers=self._layers)
+        deviation = graph.texture("deviation", spy.Format.r16_float, layers=self._layers)
+        shifts = graph.texture("shifts", spy.Format.rg16_float, layers=self._layers)
+        footprints = graph.texture("footprints", spy.Format.rgba16_float, layers=self._layers)
+        state = history.state
+
+        def follow(frame: FrameContext) -> None:
+            if not state.precedes(frame):
+                self._lights = []
+            self._moved = self._follow(frame, slots.denoised, slots.svgf)
+            self._source = self._source_layers(slots.denoised)
+
+        graph.record("follow lights", follow)
         if slots.svgf < layers:
-            self._find_footprints(frame, gbuffer, scene, slots, slopes, shift)
-        self._accumulate(
-            frame,
-            accumulate_grid(self._size, layers),
-            frame=frame,
+            self._find_footprints(graph, gbuffer, scene, slots, slopes, footprints, shifts)
+        else:
+            footprints, shifts = graph.nothing(spy.Format.rgba16_float, 1), graph.nothing(spy.Format.rg16_float, 1)
+        graph.add(
+            self._accumulate,
+            accumulate_grid(graph.size, layers),
+            frame=graph.frame,
             gbuffer=gbuffer,
             reprojection=reprojection,
             samples=samples,
-            deviation=self._deviation[0],
-            footprints=self._footprints,
+            deviation=write(deviation),
+            footprints=footprints,
             firstFootprint=slots.svgf,
-            shifts=self._shifts,
-            shadowsShift=shift,
-            sourceLayers=self._source_layers(slots.denoised),
+            shifts=shifts,
+            shadowsShift=self._shadows_shift,
+            sourceLayers=lambda frame: self._source,
             remembered=float(self._remembered),
-            **textures,
+            **history.swap(),
         )
+        signal, moments = history["signal"], history["moments"]
+        filtered = [graph.texture(f"filtered {i}", spy.Format.rgba16_float, layers=self._layers) for i in range(2)]
+        after = deviation
         if slots.svgf:
-            self._filter_by_variance(frame, gbuffer, history.current["signal"], slots.svgf)
+            after = self._filter_by_variance(graph, gbuffer, signal, deviation, filtered, slots.svgf)
         if slots.svgf < layers:
-            self._filter_by_footprint(frame, gbuffer, history, slots)
-        return self._filtered[0]
+            self._filter_by_footprint(graph, gbuffer, history, deviation, footprints, filtered, slots)
+        return {
+            "filtered": filtered[0],
+            "moments": moments,
+            "deviation": deviation,
+            "filtered deviation": after,
+            "footprints": footprints,
+        }
 
-    def _filter_by_variance(self, frame: FrameContext, gbuffer: GBuffer, source: spy.Texture, layers: int) -> None:
+    def _shadows_shift(self, frame: FrameContext) -> int:
+        return int(self._moved)
+
+    def _filter_by_variance(
+        self,
+        graph: FrameGraph,
+        gbuffer: GBuffer,
+        signal: Texture,
+        deviation: Texture,
+        filtered: list[Texture],
+        layers: int,
+    ) -> Texture:
+        """Fill filtered[0] for the first `layers`. Returns its deviation."""
+        other = graph.texture("filtered deviation", spy.Format.r16_float, layers=self._layers)
+        deviations, source = [deviation, other], signal
         for number, step in enumerate(_STEPS):
-            target = self._filtered[number % 2]
-            self._svgf[number](
-                frame,
-                (*self._size, layers),
-                frame=frame,
+            target, changed = filtered[number % 2], deviations[1 - number % 2]
+            graph.add(
+                self._svgf[number],
+                (*graph.size, layers),
+                frame=graph.frame,
                 gbuffer=gbuffer,
                 signal=source,
-                deviation=self._deviation[number % 2],
-                filtered=target,
-                filteredDeviation=self._deviation[1 - number % 2],
+                deviation=deviations[number % 2],
+                filtered=write(target) if number < 2 else update(target),
+                filteredDeviation=write(changed) if number == 0 else update(changed),
                 step=step,
                 isLast=int(step == _STEPS[-1]),
             )
             source = target
+        return other
 
     def _find_footprints(
         self,
-        frame: FrameContext,
+        graph: FrameGraph,
         gbuffer: GBuffer,
         scene: SceneView,
         slots: LightSlots,
-        slopes: spy.Texture,
-        shift: int,
+        slopes: Texture,
+        footprints: Texture,
+        shifts: Texture,
     ) -> None:
         first, layers = slots.svgf, len(slots.denoised) - slots.svgf
-        grid = (*self._size, layers)
-        self._tiles(frame, grid, frame=frame, slopes=slopes, tiles=self._tile_slopes)
-        self._footprint(
-            frame,
+        grid, count = (*graph.size, layers), _tiles_of(graph.size)
+        tiles = graph.texture("tiles of slopes", spy.Format.rg16_float, count, layers=self._layers)
+        graph.add(self._tiles, grid, frame=graph.frame, slopes=slopes, tiles=write(tiles))
+        graph.add(
+            self._footprint,
             grid,
-            frame=frame,
+            frame=graph.frame,
             gbuffer=gbuffer,
             scene=scene,
             lightSlots=slots,
             slopes=slopes,
-            tiles=self._tile_slopes,
-            footprints=self._footprints,
-            shifts=self._shifts,
-            shadowsShift=shift,
+            tiles=tiles,
+            footprints=write(footprints),
+            shifts=write(shifts),
+            shadowsShift=self._shadows_shift,
             lightMotions=self._motions,
-            tileCount=spy.uint2(*_tiles_of(self._size)),
+            tileCount=spy.uint2(*count),
             firstLayer=first,
         )
 
-    def _filter_by_footprint(self, frame: FrameContext, gbuffer: GBuffer, history: History, slots: LightSlots) -> None:
+    def _filter_by_footprint(
+        self,
+        graph: FrameGraph,
+        gbuffer: GBuffer,
+        history: History,
+        deviation: Texture,
+        footprints: Texture,
+        filtered: list[Texture],
+        slots: LightSlots,
+    ) -> None:
         first, layers = slots.svgf, len(slots.denoised) - slots.svgf
-        grid = (*self._size, layers)
-        chain = history.current["signal"], self._filtered[1], self._filtered[0]
+        chain = history["signal"], filtered[1], filtered[0]
         for axis, (source, target) in enumerate(pairwise(chain)):
-            self._anisotropic[axis](
-                frame,
-                grid,
-                frame=frame,
+            graph.add(
+                self._anisotropic[axis],
+                (*graph.size, layers),
+                frame=graph.frame,
                 gbuffer=gbuffer,
                 signal=source,
-                footprints=self._footprints,
-                moments=history.current["moments"],
-                deviation=self._deviation[0],
-                filtered=target,
+                footprints=footprints,
+                moments=history["moments"],
+                deviation=deviation,
+                filtered=update(target) if slots.svgf else write(target),
                 axis=axis,
                 firstLayer=first,
             )
-
-    def _allocate(self, layers: int) -> History:
-        """The history, with room for so many lights."""
-        if self._history is not None and layers <= self._layers:
-            return self._history
-        self._device.give_back(*self._textures)
-        self._layers, self._lights, self._textures = layers, [], []
-        if self._history is None:
-            self._history = History(self._device, "shadow", _REMEMBERED, self._size, layers)
-        else:
-            self._history.resize(self._size, layers)
-
-        def make(label: str, texture_format: spy.Format, size: Size) -> spy.Texture:
-            self._textures.append(self._device.texture(label, texture_format, size, layers=layers))
-            return self._textures[-1]
-
-        self._deviation = [make("shadow deviation", spy.Format.r16_float, self._size) for _ in range(2)]
-        self._filtered = [make("filtered shadows", spy.Format.rgba16_float, self._size) for _ in range(2)]
-        self._footprints = make("shadow footprints", spy.Format.rgba16_float, self._size)
-        self._tile_slopes = make("tiles of slopes", spy.Format.rg16_float, _tiles_of(self._size))
-        self._shifts = make("shadow shifts", spy.Format.rg16_float, self._size)
-        return self._history
 
     def _follow(self, frame: FrameContext, lights: list[Node], first: int) -> bool:
         """Note how far the lights from `first` on have come since the frame before; whether any has."""

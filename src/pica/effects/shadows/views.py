@@ -4,43 +4,40 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.frame.effect import Aov
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture
 
 Array = NDArray[Any]
 _SPACING = 24
 """Pixels between the drawn footprints."""
 
 
-def shadow_views(textures: Mapping[str, spy.Texture], svgf: int) -> dict[str, Aov]:
-    """Views of a denoiser's textures, with the denoised slots last: (height, width, slots).
+def shadow_views(graph: FrameGraph, textures: Mapping[str, Texture], svgf: int) -> None:
+    """Offer views of a denoiser's textures, with the denoised slots last: (height, width, slots).
 
     raw: this frame's samples, 0 to 1; filtered: what the lighting uses; history: samples in the mean; variance: of the
     mean, after the filter for the first `svgf` slots; footprint: (height, width, 3) the shadow of the first anisotropic
     slot with the ellipses of its filter at some pixels in green (RTG 19, figure 19-5), where there is such a slot.
     """
 
-    def of(read: Callable[..., Array], *names: str) -> Aov:
-        return Aov(tuple(textures[name] for name in names), read)
+    def offer(view: str, read: Callable[..., Array], *names: str) -> None:
+        graph.offer(f"debug.shadows.{view}", tuple(textures[name] for name in names), read)
 
     def variance(before: Array, after: Array) -> Array:
         return _last(np.concatenate([after[:svgf], before[svgf:]])[..., 0] ** 2)
 
-    views = {
-        "raw": of(lambda samples: _last(samples[..., :3].mean(-1) / np.maximum(samples[..., 3], 1e-6)), "samples"),
-        "filtered": of(lambda filtered: _last(filtered[..., :3].mean(-1)), "filtered"),
-        "history": of(lambda moments: _last(moments[..., 1]), "moments"),
-        "variance": of(variance, "deviation", "filtered deviation"),
-    }
-    if svgf < textures["filtered"].array_length:
+    offer("raw", lambda samples: _last(samples[..., :3].mean(-1) / np.maximum(samples[..., 3], 1e-6)), "samples")
+    offer("filtered", lambda filtered: _last(filtered[..., :3].mean(-1)), "filtered")
+    offer("history", lambda moments: _last(moments[..., 1]), "moments")
+    offer("variance", variance, "deviation", "filtered deviation")
+    if svgf < (textures["filtered"].layers or 0):
 
         def footprint(filtered: Array, footprints: Array) -> Array:
             return _ellipses(filtered[svgf, ..., :3].astype(np.float32).mean(-1), footprints[0].astype(np.float32))
 
-        views["footprint"] = of(footprint, "filtered", "footprints")
-    return views
+        offer("footprint", footprint, "filtered", "footprints")
 
 
 def _last(values: Array) -> Array:

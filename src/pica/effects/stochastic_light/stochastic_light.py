@@ -3,16 +3,19 @@
 import slangpy as spy
 
 from pica.effects.stochastic_light.views import stochastic_light_views
-from pica.frame.context import FrameContext, Size
-from pica.frame.effect import Aov, Effect
+from pica.frame.context import FrameContext
+from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
-from pica.frame.history import History, accumulate_grid
+from pica.frame.grids import accumulate_grid
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture, update, write
 from pica.programs.library import programs
 from pica.rhi.device import Device
 
 _FOLDER = "effects/stochastic_light"
+_LIGHT = spy.Format.rgba32_float  # radiance in nits leaves the range of half precision
 _PARTS = 2
 """demodulation.slang: PARTS."""
 _STEPS = (1, 3, 9)
@@ -24,121 +27,91 @@ _KNOWN = 128
 
 
 class StochasticLightDenoiser(Effect):
-    """Filters noisy light: a history in time, then an a-trous filter as wide as its variance asks for.
-
-    Its textures are made when there is such light for the first time.
-    """
+    """Filters noisy light: a history in time, then an a-trous filter as wide as its variance asks for."""
 
     name = "stochastic_light"
 
-    def __init__(self, device: Device, size: Size) -> None:
-        self._device, self._size = device, size
-        self._textures: list[spy.Texture] = []
-        self._history: History | None = None
+    def __init__(self, device: Device) -> None:
         self._accumulate = programs(device).compute(f"{_FOLDER}/stochastic_light_history.slang")
         # A pass whose parameters differ from dispatch to dispatch would be bound anew each time.
         self._passes = [device.compute(f"{_FOLDER}/stochastic_light_filter.slang") for _ in _STEPS]
         self._add = programs(device).compute(f"{_FOLDER}/stochastic_light_add.slang")
+        self._remembers = self._smooths = True
 
-    def samples(self) -> spy.Texture:
-        """(width, height, 2, rgba32_float) what the next call filters: reflected light over albedo, diffuse and
-        specular; alpha 1, or 0 where nothing is reflected."""
-        if not self._textures:
-            self._allocate()
-        return self._samples
-
-    def _allocate(self) -> None:
-        def make(label: str, texture_format: spy.Format) -> spy.Texture:
-            self._textures.append(self._device.texture(label, texture_format, self._size, layers=_PARTS))
-            return self._textures[-1]
-
-        color = spy.Format.rgba32_float  # radiance in nits leaves the range of half precision
-        self._samples = make("noisy light", color)
-        if self._history is None:
-            self._history = History(
-                self._device, "stochastic light", {"history": color, "moments": color}, self._size, _PARTS
-            )
-        else:
-            self._history.resize(self._size, _PARTS)
-        self._filtered = [make("filtered light", spy.Format.rgba32_uint) for _ in range(2)]
-        self._lobes = self._device.texture("mirror lobes", spy.Format.rgba32_uint, self._size)
-        self._textures.append(self._lobes)
-
-    def reset(self) -> None:
-        """Drop the history."""
-        if self._history is not None:
-            self._history.reset()
-
-    def resize(self, size: Size) -> None:
-        """As Effect."""
-        self._device.give_back(*self._textures)
-        self._size, self._textures = size, []
-        self.reset()
-
-    def debug_aovs(self) -> dict[str, Aov]:
-        """See views.py; "filtered" of the newest frame that needed it."""
-        if self._history is None or not self._textures:
-            return {}
-        last = len(_STEPS) % 2
-        textures = {
-            "samples": self._samples,
-            "filtered": self._filtered[last],
-            "moments": self._history.current["moments"],
-        }
-        return stochastic_light_views(textures)
+    def samples(self, graph: FrameGraph) -> Texture:
+        """(width, height, 2, rgba32_float) for others to fill: reflected light over albedo, diffuse and specular;
+        alpha 1, or 0 where nothing is reflected."""
+        with graph.scope(self.name):
+            return graph.texture("samples", _LIGHT, layers=_PARTS)
 
     def __call__(
-        self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, radiance: spy.Texture, reprojection: Reprojection
+        self,
+        graph: FrameGraph,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        samples: Texture,
+        radiance: Texture,
+        reprojection: Reprojection,
     ) -> None:
         """Add the filtered `samples` to `radiance`."""
-        assert self._history is not None, "samples() comes first"
-        if reprojection.unchanged < _KNOWN or not self._history.stays(frame, _KNOWN):
-            self._remember(frame, gbuffer, scene, reprojection)
-        smoothed = reprojection.unchanged < _HANDED_OVER
-        if smoothed:
-            self._smooth(frame, gbuffer, scene)
-        self._add(scene.material_types)(
-            frame,
-            frame.grid,
-            frame=frame,
-            gbuffer=gbuffer,
-            scene=scene,
-            filtered=self._filtered[len(_STEPS) % 2],
-            samples=self._samples,
-            moments=self._history.current["moments"],
-            reprojection=reprojection,
-            smoothed=int(smoothed),
-            radiance=radiance,
-        )
+        with graph.scope(self.name):
+            history = graph.history("history", {"history": _LIGHT, "moments": _LIGHT}, layers=_PARTS)
+            state = history.state
+            filtered = [graph.texture(f"filtered {i}", spy.Format.rgba32_uint, layers=_PARTS) for i in range(2)]
+            lobes = graph.texture("mirror lobes", spy.Format.rgba32_uint)
 
-    def _remember(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView, reprojection: Reprojection) -> None:
-        assert self._history is not None
-        textures = self._history.turn(frame)
-        self._accumulate(scene.material_types)(
-            frame,
-            accumulate_grid(frame.size, _PARTS),
-            frame=frame,
-            gbuffer=gbuffer,
-            scene=scene,
-            reprojection=reprojection,
-            samples=self._samples,
-            signal=self._filtered[0],
-            lobes=self._lobes,
-            known=int(not self._history.empty),
-            **textures,
-        )
+            def decide(frame: FrameContext) -> None:
+                unchanged = reprojection.unchanged
+                self._remembers = unchanged < _KNOWN or not state.stays(frame, _KNOWN)
+                self._smooths = unchanged < _HANDED_OVER
 
-    def _smooth(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView) -> None:
-        for number, (step, smooth) in enumerate(zip(_STEPS, self._passes, strict=True)):
-            source, target = number % 2, 1 - number % 2
-            smooth(
-                frame,
-                frame.grid,
-                frame=frame,
+            graph.record("decide", decide)
+            graph.add(
+                self._accumulate,
+                accumulate_grid(graph.size, _PARTS),
+                when=self._remembering,
+                frame=graph.frame,
                 gbuffer=gbuffer,
                 scene=scene,
-                signal=self._filtered[source],
-                lobes=self._lobes,
-                filtered=self._filtered[target],
-                step=step,
+                reprojection=reprojection,
+                samples=samples,
+                signal=write(filtered[0]),
+                lobes=write(lobes),
+                known=history.known,
+                **history.swap(),
             )
+            for number, (step, smooth) in enumerate(zip(_STEPS, self._passes, strict=True)):
+                source, target = filtered[number % 2], filtered[1 - number % 2]
+                graph.add(
+                    smooth,
+                    graph.grid,
+                    when=self._smoothing,
+                    frame=graph.frame,
+                    gbuffer=gbuffer,
+                    scene=scene,
+                    signal=source,
+                    lobes=lobes,
+                    filtered=update(target) if number else write(target),
+                    step=step,
+                )
+            result = filtered[len(_STEPS) % 2]
+            graph.add(
+                self._add,
+                graph.grid,
+                frame=graph.frame,
+                gbuffer=gbuffer,
+                scene=scene,
+                filtered=result,
+                samples=samples,
+                moments=history["moments"],
+                reprojection=reprojection,
+                smoothed=lambda frame: int(self._smooths),
+                radiance=update(radiance),
+            )
+            stochastic_light_views(graph, samples, result, history["moments"])
+
+    def _remembering(self, frame: FrameContext) -> bool:
+        return self._remembers
+
+    def _smoothing(self, frame: FrameContext) -> bool:
+        return self._smooths

@@ -1,0 +1,262 @@
+"""Declaring a frame: effects add passes in order, and say of each argument whether the pass reads or writes it.
+
+After O'Donnell, "FrameGraph: Extensible Rendering Architecture in Frostbite", GDC 2017. A graph is declared when the
+structure of the frame changes, compiled once (plan.py) and replayed each frame.
+"""
+
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import slangpy as spy
+from numpy.typing import NDArray
+
+from pica.errors import GraphError
+from pica.graph.memory import Memory
+from pica.graph.nodes import BlockNode, Condition, Node, PassNode, RecordNode, Step, Threads
+from pica.graph.offers import Offer, Read
+from pica.graph.resources import (
+    TEXTURE_USAGE,
+    Block,
+    Buffer,
+    History,
+    Lifetime,
+    Previous,
+    Resource,
+    Size,
+    Texture,
+    Update,
+    Write,
+    initial_rows,
+)
+from pica.rhi.binding import ParameterBlock
+from pica.rhi.device import Device
+
+_HERE = str(Path(__file__).parent)
+
+
+class FrameGraph:
+    """A frame that is being declared."""
+
+    def __init__(
+        self,
+        memory: Memory,
+        size: Size,
+        output_size: Size,
+        frame: ParameterBlock | None = None,
+        half_frame: ParameterBlock | None = None,
+    ) -> None:
+        """`size`: at which effects work; `output_size`: of the picture. `frame` and `half_frame`: the constants that
+        shaders read, of a frame and of one of half its size."""
+        self.device: Device = memory.device
+        self.memory = memory
+        self.size, self.output_size = size, output_size
+        self.half_size = (size[0] + 1) // 2, (size[1] + 1) // 2
+        self.frame, self.half_frame = frame, half_frame
+        self.nodes: list[Node] = []
+        self.resources: list[Resource] = []
+        self.histories: list[History] = []
+        self.offers: dict[str, Offer] = {}
+        self._names: dict[tuple[str, str], str] = {}
+        self._scope = "frame"
+
+    @contextmanager
+    def scope(self, name: str) -> Iterator[None]:
+        """What is declared within belongs to this effect."""
+        outer, self._scope = self._scope, name
+        try:
+            yield
+        finally:
+            self._scope = outer
+
+    @property
+    def grid(self) -> Threads:
+        """One thread a pixel."""
+        return (*self.size, 1)
+
+    @property
+    def half_grid(self) -> Threads:
+        """One thread for 2x2 pixels."""
+        return (*self.half_size, 1)
+
+    @property
+    def output_grid(self) -> Threads:
+        """One thread a pixel of the output."""
+        return (*self.output_size, 1)
+
+    def texture(
+        self,
+        name: str,
+        texture_format: spy.Format,
+        size: Size | None = None,
+        layers: int | None = None,
+        lifetime: Lifetime = Lifetime.FRAME,
+        usage: spy.TextureUsage = TEXTURE_USAGE,
+    ) -> Texture:
+        """Declare a texture; `size` None is the size at which effects work."""
+        texture = Texture(
+            name, self._scope, _caller(), lifetime, format=texture_format, size=size or self.size, layers=layers
+        )
+        texture.usage = usage
+        return self._declared(texture)
+
+    def buffer(
+        self,
+        name: str,
+        size: int = 0,
+        struct_size: int = 4,
+        data: NDArray[Any] | None = None,
+        lifetime: Lifetime = Lifetime.KEPT,
+    ) -> Buffer:
+        """Declare a buffer of `size` bytes, or one that begins with a row for each item of `data`."""
+        buffer = Buffer(name, self._scope, _caller(), lifetime, bytes=size, struct_size=struct_size)
+        if data is not None:
+            buffer.data, buffer.struct_size = initial_rows(data)
+            buffer.bytes = len(buffer.data)
+        return self._declared(buffer)
+
+    def history(
+        self,
+        name: str,
+        formats: Mapping[str, spy.Format],
+        size: Size | None = None,
+        layers: int | None = None,
+        usage: Mapping[str, spy.TextureUsage] | None = None,
+    ) -> History:
+        """Declare textures of which the next frame still finds what this one writes, by the names that shaders have."""
+        textures = {
+            each: self.texture(
+                f"{name} {each}",
+                texture_format,
+                size,
+                layers,
+                Lifetime.HISTORY,
+                (usage or {}).get(each, TEXTURE_USAGE),
+            )
+            for each, texture_format in formats.items()
+        }
+        history = History(textures, self.memory.history(self._scope, name))
+        for texture in textures.values():
+            texture.history = history
+        self.histories.append(history)
+        return history
+
+    def nothing(self, texture_format: spy.Format, layers: int | None = None) -> Texture:
+        """A texel that stands in where a pass has an input that is not there; its content is undefined."""
+        name = f"{texture_format.name} {layers or ''}".strip()
+        for resource in self.resources:
+            if resource.key == ("nothing", name) and isinstance(resource, Texture):
+                return resource
+        with self.scope("nothing"):
+            texture = self.texture(name, texture_format, (1, 1), layers, Lifetime.KEPT)
+        return texture
+
+    def block(self, module: str, name: str, **fields: Any) -> Block:
+        """The parameter block `name` of `module`: `fields` follow the frame from here on."""
+        parameters = self.memory.block(module, name, self._scope)
+        node = BlockNode(f"block {name}", self._scope, _caller(), fields, None, parameters=parameters)
+        node.index = len(self.nodes)
+        self.nodes.append(node)
+        node.reads, node.previous = [], []  # read by the passes that are given the block
+        parts = [value for value in fields.values() if isinstance(value, Texture | Buffer | Previous)]
+        return Block(parameters, tuple(parts))
+
+    def add(
+        self,
+        step: Step,
+        threads: Threads | Callable[[Any], Threads],
+        /,
+        *,
+        when: Condition | None = None,
+        **inputs: Any,
+    ) -> None:
+        """Add a pass or ray effect over a grid of threads, with its shader parameters.
+
+        Each is a value; a texture, buffer, history or block that it reads; what it writes, as write(…) or update(…);
+        or a function that takes the frame and gives the value, asked in each frame. `when` takes the frame: in frames
+        where it is false the pass is left out. Raises GraphError where two passes write the same anew.
+        """
+        name = str(getattr(step, "name", "pass"))
+        self._add(PassNode(name, self._scope, _caller(), inputs, when, step=step, threads=threads))
+
+    def record(
+        self, name: str, call: Callable[..., None], /, *, when: Condition | None = None, **inputs: Any
+    ) -> None:
+        """Add anything else: `call(frame, **inputs)` records it, with textures and buffers in place of resources."""
+        self._add(RecordNode(name, self._scope, _caller(), inputs, when, call=call))
+
+    def clear(self, resource: Texture | Buffer, when: Condition | None = None) -> None:
+        """Fill a buffer or an unsigned integer texture with zeros."""
+
+        def fill(frame: Any, target: spy.Texture | spy.Buffer) -> None:
+            if isinstance(target, spy.Buffer):
+                frame.encoder.clear_buffer(target)
+            else:
+                frame.encoder.clear_texture_uint(target)
+
+        self.record(f"clear {resource.name}", fill, when=when, target=Write(resource))
+
+    def offer(
+        self,
+        name: str,
+        sources: tuple[Texture | Buffer, ...],
+        read: Read | None = None,
+        prepare: Callable[[Any], Read] | None = None,
+        on_request: bool = False,
+    ) -> None:
+        """Something that can be looked at: `read` makes an array of what these resources hold here in the frame.
+
+        `prepare` takes the frame, which it then has in view, and gives `read`. `on_request`: only by its name.
+        """
+        assert (read is None) != (prepare is None)
+        self.offers[name] = Offer(name, sources, read, prepare, len(self.nodes) - 1, on_request)
+
+    def requested(self, name: str) -> Condition:
+        """As `when` of passes that make what is offered by this name: whether somebody asks for it."""
+        return lambda frame: name in frame.requested
+
+    def _add(self, node: Node) -> None:
+        node.index = len(self.nodes)
+        self.nodes.append(node)
+        for value in node.inputs.values():
+            if isinstance(value, Write):
+                self._written_anew(value.resource, node)
+            elif isinstance(value, Update):
+                value.resource.writers.append(node)
+        for resource in node.reads:
+            resource.readers.append(node)
+
+    def _written_anew(self, resource: Resource, node: Node) -> None:
+        shared = resource.lifetime is not Lifetime.KEPT
+        if shared and resource.writers and not _alternatives(resource.writers[0], node):
+            raise GraphError(f"{node} writes {resource}, which {resource.writers[0]} has written; use update(...)")
+        resource.writers.append(node)
+
+    def _declared(self, resource: Any) -> Any:
+        before = self._names.setdefault(resource.key, resource.where)
+        if before != resource.where or any(each.key == resource.key for each in self.resources):
+            raise GraphError(f"{resource.scope} declares {resource.name!r} twice, at {before} and at {resource.where}")
+        self.resources.append(resource)
+        return resource
+
+
+def _alternatives(first: Node, second: Node) -> bool:
+    """Two passes that write the same, each under a condition of its own: at most one of them is for a frame."""
+    return first.when is not None and second.when is not None
+
+
+def _caller() -> str:
+    """File and line that declare something."""
+    frame = sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith((_HERE, "<")):
+        frame = frame.f_back
+    path = Path(frame.f_code.co_filename)
+    return f"{'/'.join(path.parts[-2:])}:{frame.f_lineno}"
+
+
+def counted(values: NDArray[Any]) -> int:
+    """How many texels of a buffer are not 0."""
+    return int(np.count_nonzero(values))

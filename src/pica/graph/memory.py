@@ -1,0 +1,175 @@
+"""The memory of a graph: textures and buffers on the device, kept from one compilation to the next."""
+
+from collections import defaultdict
+from collections.abc import Iterable
+from typing import Any
+
+import slangpy as spy
+
+from pica.graph.resources import Buffer, History, Lifetime, Resource, Texture
+from pica.rhi.binding import ParameterBlock
+from pica.rhi.device import Device
+
+
+class HistoryState:
+    """Two sets of textures that swap, and how many frames in a row have written them."""
+
+    def __init__(self) -> None:
+        self.sets: list[dict[str, spy.Texture]] = [{}, {}]
+        """The newest first."""
+        self.description: Any = None
+        self.length = 0
+        """Frames in a row that wrote it, with this one."""
+        self._newest = -1
+        self._swapped_in: Any = None
+
+    @property
+    def empty(self) -> bool:
+        """For the pass that writes it: whether the frame before left nothing."""
+        return self.length <= 1
+
+    def precedes(self, frame: Any) -> bool:
+        """Before this frame has written it: whether the frame before did."""
+        return self.length > 0 and frame.index == self._newest + 1
+
+    def stays(self, frame: Any, length: int) -> bool:
+        """Whether at least `length` frames in a row wrote it up to the one before; then it also counts as this frame's,
+        which need not write it."""
+        if self.length < length or not self.precedes(frame):
+            return False
+        self._newest = frame.index
+        return True
+
+    def swap(self, frame: Any) -> None:
+        """Before the first pass of a frame that writes it."""
+        if self._swapped_in is frame:
+            return
+        self._swapped_in = frame
+        self.sets.reverse()
+        self.length = self.length + 1 if frame.index == self._newest + 1 else 1
+        self._newest = frame.index
+
+    def previous(self, frame: Any, name: str) -> spy.Texture:
+        """What the frame before left."""
+        return self.sets[self._swapped_in is frame][name]
+
+    def reset(self) -> None:
+        """Forget."""
+        self.length, self._newest, self._swapped_in = 0, -1, None
+
+
+class Memory:
+    """What a view's graphs have on the device. Resources keep their content while key and description stay."""
+
+    def __init__(self, device: Device) -> None:
+        self.device = device
+        self._kept: dict[tuple[str, str], tuple[Any, Any]] = {}
+        self._histories: dict[tuple[str, str], HistoryState] = {}
+        self._shared: defaultdict[Any, list[Any]] = defaultdict(list)
+        self._blocks: dict[tuple[str, str], ParameterBlock] = {}
+        self.bytes: dict[str, int] = {}
+        """By effect; "shared" is what effects use one after the other."""
+
+    def history(self, scope: str, name: str) -> HistoryState:
+        """The state of a history."""
+        return self._histories.setdefault((scope, name), HistoryState())
+
+    def block(self, module: str, name: str, scope: str) -> ParameterBlock:
+        """A parameter block, one for each scope."""
+        key = scope, f"{module} {name}"
+        if key not in self._blocks:
+            self._blocks[key] = self.device.parameter_block(module, name)
+        return self._blocks[key]
+
+    def reset(self) -> None:
+        """Forget all histories."""
+        for state in self._histories.values():
+            state.reset()
+
+    def allocate(
+        self, kept: Iterable[Resource], histories: Iterable[History], places: Iterable[tuple[Resource, int]]
+    ) -> None:
+        """Give each resource its memory, and let go of what none has any more.
+
+        `places`: resources that live within a frame; those of equal descriptions and numbers share memory.
+        """
+        self.bytes = {}
+        before, self._kept = self._kept, {}
+        for resource in kept:
+            description = (type(resource), resource.description)  # type: ignore[attr-defined]
+            found = before.pop(resource.key, None)
+            if found is None or found[0] != description:
+                self._let_go(found)
+                found = description, self._make(resource, f"{resource.scope} {resource.name}")
+            self._kept[resource.key] = found
+            resource.physical = found[1]
+            self._book(resource.scope, found[1])
+        for gone in before.values():
+            self._let_go(gone)
+        self._allocate_histories(list(histories))
+        self._share(list(places))
+
+    def _allocate_histories(self, histories: list[History]) -> None:
+        states = {id(history.state) for history in histories}
+        for key, state in list(self._histories.items()):
+            if id(state) not in states:
+                self._drop(state)
+                del self._histories[key]
+        for history in histories:
+            state = history.state
+            description = {name: each.description for name, each in history.textures.items()}
+            if state.description != description:
+                self._drop(state)
+                state.description = description
+                for index in range(2):
+                    state.sets[index] = {
+                        name: self._make(each, f"{each.scope} {each.name} {index}")
+                        for name, each in history.textures.items()
+                    }
+            for name, each in history.textures.items():
+                for textures in state.sets:
+                    self._book(each.scope, textures[name])
+
+    def _share(self, places: list[tuple[Resource, int]]) -> None:
+        wanted: defaultdict[Any, int] = defaultdict(int)
+        for resource, number in places:
+            description = (type(resource), resource.description)  # type: ignore[attr-defined]
+            wanted[description] = max(wanted[description], number + 1)
+        for description, made in list(self._shared.items()):
+            for extra in made[wanted[description] :]:
+                self.device.give_back(extra)
+            del made[wanted[description] :]
+        for resource, number in places:
+            made = self._shared[(type(resource), resource.description)]  # type: ignore[attr-defined]
+            while len(made) <= number:
+                made.append(self._make(resource, f"shared {len(made)}"))
+            resource.physical = made[number]
+        for made in self._shared.values():
+            for each in made:
+                self._book("shared", each)
+
+    def _drop(self, state: HistoryState) -> None:
+        for textures in state.sets:
+            self.device.give_back(*textures.values())
+        state.sets, state.description = [{}, {}], None
+        state.reset()
+
+    def _let_go(self, found: tuple[Any, Any] | None) -> None:
+        if found is not None:
+            self.device.give_back(found[1])
+
+    def _book(self, scope: str, made: spy.Texture | spy.Buffer) -> None:
+        self.bytes[scope] = self.bytes.get(scope, 0) + made.memory_usage.device
+
+    def _make(self, resource: Resource, label: str) -> spy.Texture | spy.Buffer:
+        if isinstance(resource, Texture):
+            return self.device.texture(label, resource.format, resource.size, resource.usage, resource.layers)
+        assert isinstance(resource, Buffer)
+        if resource.data is not None:
+            return self.device.buffer(label, data=resource.data, struct_size=resource.struct_size)
+        return self.device.buffer(label, size=resource.bytes, struct_size=resource.struct_size)
+
+
+def is_history(resource: Resource) -> bool:
+    """Whether its memory is that of a history."""
+    return resource.lifetime is Lifetime.HISTORY

@@ -1,0 +1,166 @@
+"""Steps of a compiled graph: passes, other recorded work, and parameter blocks that follow the frame."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import slangpy as spy
+
+from pica.graph.resources import Block, Buffer, Lifetime, Previous, Resource, Texture, Update, Write
+from pica.rhi.passes import Recording
+
+
+class Frame(Recording, Protocol):
+    """What a graph asks of the frame that it is replayed for."""
+
+    @property
+    def index(self) -> int:
+        """Counts frames since the histories were dropped."""
+
+    @property
+    def requested(self) -> frozenset[str]:
+        """Names of what is to be captured."""
+
+
+Threads = tuple[int, ...]
+Condition = Callable[[Any], bool]
+"""Takes the frame; asked in each."""
+Step = Callable[..., None]
+"""Takes the frame, threads and named values, and records a dispatch."""
+
+
+@dataclass(eq=False)
+class Node:
+    """One entry of the graph, in the order in which they are recorded."""
+
+    name: str
+    scope: str
+    where: str
+    """File and line that added it."""
+    inputs: Mapping[str, Any]
+    when: Condition | None
+    index: int = 0
+    writes: list[Resource] = field(default_factory=list)
+    reads: list[Resource] = field(default_factory=list)
+    previous: list[Texture] = field(default_factory=list)
+    """Histories of which it reads what the frame before left."""
+
+    def __post_init__(self) -> None:
+        self.values: dict[str, Any] = {}
+        self._each_frame: list[tuple[str, Callable[[Any], Any]]] = []
+        for value in self.inputs.values():
+            self._note(value)
+
+    def __str__(self) -> str:
+        return f"pass {self.name!r} of {self.scope} ({self.where})"
+
+    def _note(self, value: Any) -> None:
+        match value:
+            case Write():
+                self.writes.append(value.resource)
+            case Update():
+                self.writes.append(value.resource)
+                self.reads.append(value.resource)
+            case Previous():
+                self.previous.append(value.resource)
+            case Resource():
+                self.reads.append(value)
+            case _ if isinstance(block := getattr(value, "block", None), Block):
+                for each in block.fields:
+                    self._note(each)
+
+    def bind(self) -> None:
+        """The resources have their memory: find all that stays the same from frame to frame."""
+        self.values, self._each_frame = {}, []
+        for name, value in self.inputs.items():
+            resource = value.resource if isinstance(value, Write | Update) else value
+            if isinstance(resource, Previous):
+                self._each_frame.append((name, _previous(resource.resource)))
+            elif isinstance(resource, Texture) and resource.history is not None:
+                self._each_frame.append((name, _newest(resource)))
+            elif isinstance(resource, Texture | Buffer):
+                self.values[name] = resource.physical
+            elif isinstance(block := getattr(value, "block", None), Block):
+                self.values[name] = block.parameters
+            elif callable(resource):
+                self._each_frame.append((name, resource))
+            else:
+                self.values[name] = resource
+
+    def resolve(self, frame: Frame) -> dict[str, Any]:
+        """Its arguments in this frame."""
+        for written in self.writes:
+            if isinstance(written, Texture) and written.history is not None:
+                written.history.state.swap(frame)
+        for name, find in self._each_frame:
+            self.values[name] = find(frame)
+        return self.values
+
+    def record(self, frame: Frame) -> None:
+        """Record it into the frame."""
+        raise NotImplementedError
+
+
+@dataclass(eq=False)
+class PassNode(Node):
+    """A pass, or a ray effect, over a grid of threads."""
+
+    step: Step | None = None
+    threads: Threads | Callable[[Any], Threads] = ()
+
+    def record(self, frame: Frame) -> None:
+        """Dispatch it."""
+        assert self.step is not None
+        threads = self.threads(frame) if callable(self.threads) else self.threads
+        self.step(frame, threads, **self.resolve(frame))
+
+
+@dataclass(eq=False)
+class RecordNode(Node):
+    """Anything else that is recorded, or done on the host, at this place of the frame."""
+
+    call: Callable[..., None] | None = None
+
+    def record(self, frame: Frame) -> None:
+        """Call it."""
+        assert self.call is not None
+        self.call(frame, **self.resolve(frame))
+
+
+@dataclass(eq=False)
+class BlockNode(Node):
+    """Lets a parameter block follow what its fields are in this frame."""
+
+    parameters: Any = None
+
+    def record(self, frame: Frame) -> None:
+        """Bind the fields."""
+        self.parameters.bind(**self.resolve(frame))
+
+
+def _previous(texture: Texture) -> Callable[[Any], spy.Texture]:
+    history, name = texture.history, _name_in(texture)
+    assert history is not None
+    state = history.state
+    return lambda frame: state.previous(frame, name)
+
+
+def _newest(texture: Texture) -> Callable[[Any], spy.Texture]:
+    history, name = texture.history, _name_in(texture)
+    assert history is not None
+    state = history.state
+    return lambda frame: state.sets[0][name]
+
+
+def _name_in(texture: Texture) -> str:
+    assert texture.history is not None
+    return next(name for name, each in texture.history.textures.items() if each is texture)
+
+
+def lives_in_frame(resource: Resource) -> bool:
+    """Whether others may have its memory before and after."""
+    if resource.lifetime is not Lifetime.FRAME:
+        return False
+    # What a pass leaves out in some frames must still be there for those who read it then.
+    users = {id(node.when) if node.when else None for node in (*resource.writers, *resource.readers)}
+    return len(users) == 1 or all(node.when is None for node in resource.writers)

@@ -1,0 +1,27 @@
+"""What can be looked at of a frame: AOVs, views for debugging, numbers of rays."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from pica.graph.resources import Buffer, Texture
+
+Array = NDArray[Any]
+Read = Callable[..., Any]
+"""Takes an array for each source, (height, width[, channels]), with the layers of texture arrays in front; buffers as
+their bytes."""
+
+
+@dataclass(frozen=True)
+class Offer:
+    """What is captured while the frame is recorded, as soon as it is written, as memory may be another's later."""
+
+    name: str
+    sources: tuple[Texture | Buffer, ...]
+    read: Read | None
+    prepare: Callable[[Any], Read] | None
+    after: int
+    """Index of the node after which it is captured."""
+    on_request: bool

@@ -1,0 +1,130 @@
+"""A compiled graph: checked, with memory for each resource, replayed each frame."""
+
+from collections import defaultdict
+from collections.abc import Callable
+from typing import Any
+
+from pica.errors import GraphError
+from pica.graph.graph import FrameGraph
+from pica.graph.nodes import Frame, Node, lives_in_frame
+from pica.graph.offers import Array
+from pica.graph.resources import Buffer, Lifetime, Resource, Texture
+from pica.graph.snapshot import Snapshot
+
+Lazy = Callable[[], Array]
+
+
+class Plan:
+    """The passes of a frame in their order, ready to be recorded."""
+
+    def __init__(self, graph: FrameGraph) -> None:
+        """Raises GraphError for what is read and never written, and for what is read before it is written."""
+        self.nodes = graph.nodes
+        self.resources = [resource for resource in graph.resources if resource.writers or resource.readers]
+        self.offers = graph.offers
+        self._device = graph.device
+        self._captures: dict[frozenset[str], dict[int, list[str]]] = {}
+        for resource in self.resources:
+            _check(resource)
+        self.spans = self._spans()
+        """First and last node that use each resource which shares memory."""
+        self.places = self._place()
+        """Which of the textures and buffers that are alike it has."""
+        kept = [each for each in self.resources if each not in self.spans and each.lifetime is not Lifetime.HISTORY]
+        graph.memory.allocate(kept, graph.histories, self.places.items())
+        for node in self.nodes:
+            node.bind()
+        self.memory = graph.memory
+
+    def replay(self, frame: Frame, only: str | None = None) -> dict[str, Lazy]:
+        """Record the frame. Returns what fetches each offer that `frame.requested` names, once the device is done.
+
+        `only`: nothing but the passes of this effect.
+        """
+        captures = self._captures_of(frame.requested)
+        fetched: dict[str, Lazy] = {}
+        for node in self.nodes:
+            if only is not None and node.scope != only:
+                continue
+            if node.when is None or node.when(frame):
+                node.record(frame)
+            for name in captures.get(node.index, ()):
+                fetched[name] = self._capture(frame, name)
+        return fetched
+
+    def _captures_of(self, names: frozenset[str]) -> dict[int, list[str]]:
+        if names not in self._captures:
+            found: defaultdict[int, list[str]] = defaultdict(list)
+            for name in names & self.offers.keys():
+                found[self.offers[name].after].append(name)
+            self._captures = {names: dict(found)}  # of the newest question alone
+        return self._captures[names]
+
+    def _capture(self, frame: Frame, name: str) -> Lazy:
+        offer, device = self.offers[name], self._device
+        read = offer.read or (offer.prepare and offer.prepare(frame))
+        assert read is not None
+        parts = [Snapshot(device, frame.encoder, newest(source)) for source in offer.sources]
+
+        def fetch() -> Array:
+            with device.turn:
+                return read(*(part.array() for part in parts))
+
+        return fetch
+
+    def _spans(self) -> dict[Resource, tuple[int, int]]:
+        offered: defaultdict[Resource, int] = defaultdict(int)
+        for offer in self.offers.values():
+            for source in offer.sources:
+                offered[source] = max(offered[source], offer.after)
+        spans = {}
+        for resource in filter(lives_in_frame, self.resources):
+            used = [node.index for node in (*resource.writers, *resource.readers)]
+            spans[resource] = min(used), max(*used, offered.get(resource, 0))
+        return spans
+
+    def _place(self) -> dict[Resource, int]:
+        """Textures and buffers that are alike share memory where they are not in use at the same time."""
+        places: dict[Resource, int] = {}
+        free: defaultdict[Any, list[int]] = defaultdict(list)
+        made: defaultdict[Any, int] = defaultdict(int)
+        ends: list[tuple[int, Resource]] = []
+        for resource, (first, last) in sorted(self.spans.items(), key=lambda item: item[1]):
+            for end, done in [entry for entry in ends if entry[0] < first]:
+                ends.remove((end, done))
+                free[_alike(done)].append(places[done])
+            kind = _alike(resource)
+            if free[kind]:
+                places[resource] = free[kind].pop()
+            else:
+                places[resource] = made[kind]
+                made[kind] += 1
+            ends.append((last, resource))
+        return places
+
+
+def newest(resource: Texture | Buffer) -> Any:
+    """What holds it on the device at this moment."""
+    if isinstance(resource, Texture) and resource.history is not None:
+        name = next(name for name, each in resource.history.textures.items() if each is resource)
+        return resource.history.state.sets[0][name]
+    return resource.physical
+
+
+def _alike(resource: Resource) -> tuple[Any, ...]:
+    return type(resource), resource.description  # type: ignore[attr-defined]
+
+
+def _check(resource: Resource) -> None:
+    if resource.lifetime is Lifetime.KEPT:
+        return
+    first: Node | None = resource.writers[0] if resource.writers else None
+    for reader in resource.readers:
+        if first is None:
+            raise GraphError(f"{reader} reads {resource}, which no pass writes")
+        if reader.index < first.index or (reader is first and len(resource.writers) == 1 and _only_updates(reader, resource)):
+            raise GraphError(f"{reader} reads {resource} before {first} writes it: a cycle, or passes in the wrong order")
+
+
+def _only_updates(node: Node, resource: Resource) -> bool:
+    return node.reads.count(resource) > 0 and resource in node.writes
