@@ -28,8 +28,11 @@ class AmbientOcclusion(Effect):
     name = "ambient_occlusion"
     aov_names = ("ambient_occlusion",)
 
-    def __init__(self, device: Device, size: Size, settings: AmbientOcclusionSettings, tracer: Tracer | None) -> None:
-        self._device, self._settings = device, settings
+    def __init__(
+        self, device: Device, size: Size, settings: AmbientOcclusionSettings, tracer: Tracer | None, filters: bool
+    ) -> None:
+        """`filters`: DebugSettings.filters."""
+        self._device, self._settings, self._filters = device, settings, filters
         self._trace = self._search = None
         self._depth: spy.Texture | None = None
         if settings.mode == "ray_traced":
@@ -42,9 +45,9 @@ class AmbientOcclusion(Effect):
         device, settings = self._device, self._settings
         self._raw = device.texture("ambient occlusion raw", spy.Format.rg16_float, size)
         self._filter: RayFilter | HorizonFilter | None = None
-        if settings.filter and settings.mode == "ray_traced":
+        if self._filters and settings.mode == "ray_traced":
             self._filter = RayFilter(device, size, settings.rays, settings.max_distance)
-        elif settings.filter:
+        elif self._filters:
             self._filter = HorizonFilter(device, size)
         self._open = self._raw
 
@@ -92,6 +95,6 @@ class AmbientOcclusion(Effect):
         if self._trace is not None:
             self._trace(frame, frame.size, scene=scene, rayCount=settings.rays, **shared)
         if self._search is not None:
-            self._search(frame, accumulate_grid(frame.size), averaged=int(settings.filter), **shared)
+            self._search(frame, accumulate_grid(frame.size), averaged=int(self._filters), **shared)
         self._open = self._raw if self._filter is None else self._filter(frame, gbuffer, self._raw, reprojection)
         return self._open

@@ -25,7 +25,6 @@ class DirectLighting(Effect):
         self._radiance = device.texture("radiance", spy.Format.rgba32_float, size)
         self._no_shadows = device.texture("no shadows", spy.Format.rg32_uint, (1, 1))
         self._not_filtered = device.texture("no filtered shadows", spy.Format.rgba16_float, (1, 1), layers=1)
-        self._whole_lights = settings.area_lights == "ltc"
         self._ltc_tables = LtcTables(device)
         self._no_noisy = device.texture("no noisy light", spy.Format.rgba32_float, (1, 1), layers=2)
         self._nothing_mirrored = device.texture("no mirrored surroundings", spy.Format.rgba32_float, (1, 1))
@@ -73,7 +72,6 @@ class DirectLighting(Effect):
             filteredShadows=shadows.filtered if shadows else self._not_filtered,
             shadowSamples=(shadows and shadows.samples) or self._not_filtered,
             sampledShadows=int(shadows is not None and shadows.samples is not None),
-            wholeLights=int(self._whole_lights),
             ltcTables=self._ltc_tables,
             occlusion=occlusion or self._no_occlusion,
             occluded=int(occlusion is not None),
