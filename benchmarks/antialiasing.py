@@ -42,7 +42,7 @@ VARIANTS = {
     "temporal, upscaled 1.5": {"antialiasing.upscale": "1.5"},
     "temporal, upscaled 2": {"antialiasing.upscale": "2"},
 }
-UNFILTERED = {"antialiasing.mode": "accumulate", "shadows.denoiser": "off", "lighting.filter": "false"}
+UNFILTERED = {"antialiasing.mode": "accumulate", "shadows.denoiser": "off", "debug.filters": "false"}
 PLAIN = {"shadows.mode": "off", "post.auto_exposure": "false"}
 
 

@@ -50,7 +50,7 @@ def main() -> None:
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE")
     given = parser.parse_args()
     device = open_device()
-    reference = picture(device, [camera(FRAME)] * given.samples, {"lighting.filter": "false", "seed": given.runs})
+    reference = picture(device, [camera(FRAME)] * given.samples, {"debug.filters": "false", "seed": given.runs})
 
     def error(found: NDArray[np.float32]) -> float:
         return float(np.sqrt(((found - reference) ** 2).mean()) / reference.mean())
@@ -61,7 +61,7 @@ def main() -> None:
             picture(
                 device,
                 [camera(frame) for frame in range(FRAME + 1)],
-                {"lighting.filter": filtered, "seed": seed, **values},
+                {"debug.filters": filtered, "seed": seed, **values},
             )
             for seed in range(given.runs)
         ]

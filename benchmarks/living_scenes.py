@@ -10,10 +10,13 @@ import json
 import time
 from collections.abc import Callable, Iterable
 from statistics import median
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
 import pica
+from pica.gpu_scene.deformation import deformation
 from pica.quality.benchmark import benchmark
 from pica.rhi.device import Device
 from pica.scene.light import DirectionalLight, PointLight
@@ -142,20 +145,28 @@ def twisting(cells: int = 400) -> tuple[Scene, Node]:
     return scene, node
 
 
+_REBUILDS: dict[str, dict[str, Any]] = {
+    "refit only": {"_REBUILD_AT": 100.0},
+    "default": {"_REBUILD_AT": 1.5},
+    "build each frame": {"_REBUILD_AT": 0.0, "_CHECK_EVERY": 1},
+}
+
+
 def measure_deforming(device: Device, size: tuple[int, int]) -> list[dict[str, object]]:
     """Refits only, the default, and a build each frame: milliseconds, and rays per second after 100 frames."""
     results: list[dict[str, object]] = []
     camera = pica.Camera.look_at((0.0, 3.0, 4.0), (0.0, 0.0, 0.0), vertical_fov=np.radians(45.0))
-    for name, rebuild_at in (("refit only", "100"), ("default", "1.5"), ("build each frame", "0")):
+    for name, constants in _REBUILDS.items():
         scene, node = twisting()
-        settings = pica.Settings().with_values({"geometry.rebuild_at": rebuild_at, "visibility.primary": "rays"})
+        settings = pica.Settings().with_values({"visibility.primary": "rays"})
         renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
         bottom = []
-        for frame in range(100):
-            node.weights = [frame / 99]
-            renderer.advance(camera)
-            bottom.append(device.profiler.flush().get("bottom level", 0.0))
-        measured = benchmark(renderer, camera, frames=50, warm_up=5)
+        with patch.multiple(deformation, **constants):
+            for frame in range(100):
+                node.weights = [frame / 99]
+                renderer.advance(camera)
+                bottom.append(device.profiler.flush().get("bottom level", 0.0))
+            measured = benchmark(renderer, camera, frames=50, warm_up=5)
         results.append(
             {
                 "mode": name,

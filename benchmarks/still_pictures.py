@@ -43,7 +43,7 @@ def main() -> None:
         truth = exposed(reference, exposure)
         for filtered in ("true", "false"):
             given = dict(value.split("=", 1) for value in arguments.set)
-            values = {**DIRECT, **given, "lighting.filter": filtered}
+            values = {**DIRECT, **given, "debug.filters": filtered}
             renderer = pica.Renderer(
                 scene, size=(width, height), settings=pica.Settings().with_values(values), device=device
             )

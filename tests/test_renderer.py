@@ -127,7 +127,7 @@ def test_hybrid_preset_is_the_default(device):
 
 def test_noise_falls_as_frames_grow(device):
     # Filtered light has little noise to begin with.
-    renderer = pica.Renderer(still_life(), size=SIZE, settings=settings({"lighting.filter": "false"}), device=device)
+    renderer = pica.Renderer(still_life(), size=SIZE, settings=settings({"debug.filters": "false"}), device=device)
     reference = renderer.render(256, camera=CAMERA).color
     errors = []
     for frames in (1, 16, 64):
@@ -174,7 +174,7 @@ def test_two_renderers_make_the_same_bits(renderer, device):
 
 def test_a_moving_camera_starts_the_mean_anew(device):
     # Filters remember what they saw before.
-    unfiltered = settings({"shadows.denoiser": "off", "lighting.filter": "false", "antialiasing.mode": "accumulate"})
+    unfiltered = settings({"shadows.denoiser": "off", "debug.filters": "false", "antialiasing.mode": "accumulate"})
     renderer = pica.Renderer(still_life(), size=SIZE, settings=unfiltered, device=device)
     renderer.render(20, camera=CAMERA)
     moved = renderer.render(1, camera=OTHER).color

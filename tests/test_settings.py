@@ -10,7 +10,7 @@ import pytest
 
 from pica.cli import options
 from pica.errors import SettingsError
-from pica.settings import PRESETS, AmbientOcclusionSettings, PostSettings, Settings, ShadowsSettings
+from pica.settings import PRESETS, AmbientOcclusionSettings, DebugSettings, PostSettings, Settings, ShadowsSettings
 from tools import settings_page
 
 GROUPS = {each.name: getattr(Settings(), each.name) for each in fields(Settings)}
@@ -92,7 +92,7 @@ def test_scalars_of_numpy_become_plain():
         ("shadows.mode.x", "hard", "'mode.x' is not one of"),
         ("shadows", "hard", "setting shadows: 'hard' is not one of low, medium, high; or write shadows.name=value"),
         ("shadows", ShadowsSettings, "is not one of low, medium, high"),
-        ("geometry", "high", "setting geometry: 'high' is not a level, there are none; write geometry.name=value"),
+        ("debug", "high", "setting debug: 'high' is not a level, there are none; write debug.name=value"),
         ("seed.x", "1", "setting 'seed.x' does not exist; write seed=value"),
         ("seed", "-1", "setting seed: -1 is outside 0 to 2147483647"),
         ("", "1", "setting '' does not exist"),
@@ -174,6 +174,12 @@ def test_a_preset_named_as_a_level_is_that_level_of_all_groups(level):
     assert settings == Settings().with_values({name: at for name, at in LEVELS if at == level})
     for path, setting in SCHEMA["settings"].items():
         assert lookup(settings, path) == setting.get("levels", {}).get(level, setting["default"])
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_presets_and_levels_leave_debug_alone(preset):
+    assert Settings.preset(preset).debug == DebugSettings()
+    assert not DebugSettings.levels
 
 
 @pytest.mark.parametrize(("group", "level"), LEVELS)

@@ -39,7 +39,7 @@ def main() -> None:
         )
 
     surfels, detail, paths = rendered(_SURFELS), rendered(_DETAIL), rendered({})
-    unfiltered = rendered({"global_illumination.filter": "false"})
+    unfiltered = rendered({"debug.filters": "false"})
     truth = pica.PathTracer(scene, size=(width, height)).render(arguments.samples, camera=camera).color
     light = quality.exposure_for(surfels.aov("indirect")) / 2
     whole = quality.exposure_for(truth)

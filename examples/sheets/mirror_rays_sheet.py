@@ -54,14 +54,14 @@ def main() -> None:
     width, height = (int(length) for length in arguments.size.split("x"))
     camera = Camera.look_at((0, 1.3, 3.6), (0, 0.5, 0), vertical_fov=np.radians(45.0))
     found: dict[str, NDArray[np.float32]] = {}
-    for way in ("radiance", "ratio"):
+    for way in ("mirror_rays", "ratio_estimator"):
         settings = pica.Settings().with_values({"reflections.reconstruction": way})
         renderer = pica.Renderer(stage(arguments.alpha), size=(width, height), settings=settings)
         measured = MeasuredEffect(renderer, "reflections")
         for _ in range(arguments.frames):
             color = renderer.advance(camera, jittered=False)["color"]
         found[way] = measured.result()["reflections"]
-        if way == "radiance":
+        if way == "mirror_rays":
             exposure = quality.exposure_for(np.asarray(color.to_numpy())[..., :3])
             raw = renderer.reflections.debug_aovs()["raw"].fetch() if renderer.reflections else found[way]
             truth = quality.exposed(np.nan_to_num(measured.reference(arguments.samples)["reflections"]), exposure)
@@ -69,9 +69,9 @@ def main() -> None:
     errors = {way: quality.flip(picture, truth)[0] for way, picture in shown.items()}
     panels = {
         "mirror rays, 1/4 a pixel": np.kron(quality.exposed(raw, exposure), np.ones((2, 2, 1)))[:height, :width],
-        f"lobe drawn from them: FLIP {errors['radiance']:.3f}": shown["radiance"],
+        f"lobe drawn from them: FLIP {errors['mirror_rays']:.3f}": shown["mirror_rays"],
         f"{arguments.samples} sampled rays": truth,
-        f"sampled rays, rebuilt: FLIP {errors['ratio']:.3f}": shown["ratio"],
+        f"sampled rays, rebuilt: FLIP {errors['ratio_estimator']:.3f}": shown["ratio_estimator"],
     }
     print(*panels, sep="\n")
     pictures.write_png(arguments.output, quality.sheet(panels))

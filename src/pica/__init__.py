@@ -78,7 +78,7 @@ if TYPE_CHECKING:  # what checkers of types and editors know; a test holds it ag
     from pica.scene.spline import bend as bend
     from pica.settings import AmbientOcclusionSettings as AmbientOcclusionSettings
     from pica.settings import AntialiasingSettings as AntialiasingSettings
-    from pica.settings import GeometrySettings as GeometrySettings
+    from pica.settings import DebugSettings as DebugSettings
     from pica.settings import GlobalIlluminationSettings as GlobalIlluminationSettings
     from pica.settings import LightingSettings as LightingSettings
     from pica.settings import PostSettings as PostSettings
@@ -143,7 +143,7 @@ _PUBLIC = {
     "pica.settings": (
         "AmbientOcclusionSettings",
         "AntialiasingSettings",
-        "GeometrySettings",
+        "DebugSettings",
         "GlobalIlluminationSettings",
         "LightingSettings",
         "PostSettings",

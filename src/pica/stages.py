@@ -66,6 +66,7 @@ class Stages(Closing):
     def _make(self, changed: Set[str]) -> None:
         """Make the stages that follow these settings; each with a part of the device, to be dropped with it."""
         device, settings, view = self.device, self.settings, self.view
+        filters = settings.debug.filters
         if changed & {"seed", "antialiasing"}:
             self._frames = FrameSequence(device, self.size, settings.seed, settings.antialiasing.upscale)
         size = self.render_size
@@ -77,25 +78,27 @@ class Stages(Closing):
             self.tracer = choose_tracer(device.part(), settings.rays, view)
         if changed & {"rays", "visibility"}:
             self.gbuffer = GBufferEffect(device.part(), size, settings.visibility.primary, self.tracer)
-        if changed & {"shadows", "shadow_maps", "lighting", "reflections"}:
+        if changed & {"shadows", "shadow_maps", "lighting", "reflections", "debug"}:
             self._slots = LightSlots(device.part(), settings)
         if changed & {"rays", "shadows", "shadow_maps"}:
             self.shadows = self._shadows()
-        if changed & {"rays", "ambient_occlusion"}:
+        if changed & {"rays", "ambient_occlusion", "debug"}:
             occlusion = settings.ambient_occlusion
             off = occlusion.mode == "off"
-            self.ambient_occlusion = None if off else AmbientOcclusion(device.part(), size, occlusion, self.tracer)
-        if changed & {"rays", "global_illumination"}:
+            self.ambient_occlusion = (
+                None if off else AmbientOcclusion(device.part(), size, occlusion, self.tracer, filters)
+            )
+        if changed & {"rays", "global_illumination", "debug"}:
             indirect = settings.global_illumination
             off = indirect.mode == "off" or (indirect.mode == "light_map" and self.light_map is None)
             self.global_illumination = (
-                None if off else GlobalIllumination(device.part(), size, indirect, self.tracer, self.light_map)
+                None if off else GlobalIllumination(device.part(), size, indirect, self.tracer, self.light_map, filters)
             )
         cache = self.global_illumination.cache if self.global_illumination else None
-        if changed & {"rays", "reflections"} or cache != self._cache:
+        if changed & {"rays", "reflections", "debug"} or cache != self._cache:
             off, self._cache = settings.reflections.mode == "off", cache
             self.reflections = (
-                None if off else Reflections(device.part(), size, settings.reflections, self.tracer, cache)
+                None if off else Reflections(device.part(), size, settings.reflections, self.tracer, cache, filters)
             )
         by_rays = settings.reflections.mode == "ray_traced"
         self._light_sampler.expect_hits(
@@ -177,10 +180,7 @@ class Stages(Closing):
 
     @alone
     def configure(self, settings: Settings) -> None:
-        """Follow other settings from the next frame on. Stages that these say nothing new about keep their histories.
-
-        Raises SettingsError when other renderers of the scene want another geometry.rebuild_at, which they share.
-        """
+        """Follow other settings from the next frame on. Stages whose settings are the same keep their histories."""
         checked("configure: settings", instance(Settings), settings, SettingsError)
         settings = runnable(self.device, settings)
         with self.device.turn:
@@ -192,5 +192,5 @@ class Stages(Closing):
             self._make(changed)
         if changed & {"seed", "rays", "visibility", "antialiasing"}:
             self.reset()  # the G-buffer or the camera of the frame before is gone
-        elif changed - {"geometry", "post"}:
+        elif changed - {"post"}:
             self.antialiasing.reset()

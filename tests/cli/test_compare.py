@@ -77,12 +77,6 @@ def test_the_reference_has_the_settings_and_the_device_of_the_picture(run, calls
     assert traced.scene is hybrid.scene
 
 
-def test_a_reference_whose_secondary_shadows_are_opaque_says_so(run, calls):
-    asked = "compare", "m.glb", "--size", "8x4", "--set", "rays.opaque_secondary_shadows=true"
-    assert "opaque to shadow rays" in json.loads(run(*asked, "--json")[1])["reference"]
-    assert "opaque to shadow rays" in " ".join(run(*asked)[1].split())
-
-
 def test_nothing_is_rendered_where_the_path_tracer_cannot(run, calls, monkeypatch):
     def refuse(*_, **__):
         raise pica.errors.DeviceError("path tracing: nothing traces rays")

@@ -101,7 +101,7 @@ GOLDENS = [
         flip=0.0065,
         energy=0.0015,
         camera=VIEW,
-        values={"shadows": "high", "lighting.area_shadows": "ratio"},
+        values={"shadows": "high", "lighting.area_shadows": "ratio_estimator"},
     ),
     Golden(
         "occlusion_rays",

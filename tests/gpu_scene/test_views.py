@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pica
-from pica.errors import PicaError, SettingsError
+from pica.errors import PicaError
 from pica.rhi.device import open_device
 from pica.scene.landscape import Landscape
 from pica.scene.material import Image, Material, Texture
@@ -165,20 +165,6 @@ def test_a_scene_is_on_the_device_once_and_goes_with_its_last_view(device):
             tracer.render(1)
     finally:
         gc.enable()
-
-
-def test_settings_of_what_views_share_must_agree(device):
-    scene = scene_of(placed(box(1, lambert())), environment=uniform(1, 1, 1))
-    with pica.Renderer(scene, size=SMALL, settings=settings(), device=device) as first:
-        other = settings({"geometry.rebuild_at": "7"})
-        with pytest.raises(SettingsError, match=r"geometry\.rebuild_at 7: another renderer"):
-            pica.Renderer(scene, size=SMALL, settings=other, device=device)
-        second = pica.Renderer(scene, size=SMALL, settings=settings(), device=device)
-        with pytest.raises(SettingsError, match=r"geometry\.rebuild_at 7"):
-            second.configure(other)
-        first.close()
-        second.configure(other)
-        assert second.view.scene.rebuild_at == 7
 
 
 def test_whether_shadow_rays_go_through_glass_is_for_each_view_to_say(device):

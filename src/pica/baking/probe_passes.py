@@ -63,7 +63,6 @@ class ProbePasses:
                 first=first,
                 probeCount=self._probe_count,
                 maxDepth=0,
-                opaqueSecondaryShadows=int(self._settings.rays.opaque_secondary_shadows),
                 **shared,
             )
             grid = 16, self.probes, 1

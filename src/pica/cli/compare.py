@@ -86,8 +86,6 @@ def compare(
     elif effect is None:
         result["samples"] = samples = samples or _SAMPLES
         result["whole"], page = _path_traced(renderer, camera, frames, samples, max_depth, json)
-        if settings.rays.opaque_secondary_shadows:
-            result["reference"] = "transparent surfaces are opaque to shadow rays from secondary hits"
     else:
         result["samples"] = samples = samples or _SAMPLES
         found, page = _one_effect(renderer, view, camera, frames, samples, effect, sequence or "still", json)

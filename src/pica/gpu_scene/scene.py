@@ -7,7 +7,6 @@ from weakref import WeakSet, WeakValueDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.errors import SettingsError
 from pica.gpu_scene.arrivals import Arrivals
 from pica.gpu_scene.bounds import joined, object_box, world_box
 from pica.gpu_scene.deformation.deformation import Deformation, check_deforming, deform_all, deformation_of
@@ -51,9 +50,9 @@ class GpuScene:
     camera have an instance here, and what shows them is each view's own. It goes with its last view.
     """
 
-    def __init__(self, device: Device, scene: Scene, rebuild_at: float) -> None:
-        """Use GpuScene.of. `rebuild_at`: GeometrySettings.rebuild_at."""
-        self.source, self.rebuild_at = scene, rebuild_at
+    def __init__(self, device: Device, scene: Scene) -> None:
+        """Use GpuScene.of."""
+        self.source = scene
         self._device = device
         self.views: WeakSet[SceneView] = WeakSet()
         self._changes = scene.subscribe()
@@ -106,35 +105,15 @@ class GpuScene:
             self.rt_scene.build(recording)
 
     @staticmethod
-    def of(device: Device, scene: Scene, rebuild_at: float) -> "GpuScene":
-        """The copy that the device has of a scene; made where there is none.
-
-        Raises SettingsError when a view that is there already wants another `rebuild_at`, for they share structures.
-        """
+    def of(device: Device, scene: Scene) -> "GpuScene":
+        """The copy that the device has of a scene; made where there is none."""
         copies = device.shared(_Copies).by_scene
         found = copies.get(id(scene))
         if found is None:
             leftovers.collect()
             leftovers.watch(scene)
-            found = copies[id(scene)] = GpuScene(device.part(), scene, rebuild_at)
-        elif found.rebuild_at != rebuild_at:
-            found.check_rebuild_at(rebuild_at, None)
-            found.set_rebuild_at(rebuild_at)
+            found = copies[id(scene)] = GpuScene(device.part(), scene)
         return found
-
-    def check_rebuild_at(self, rebuild_at: float, view: "SceneView | None") -> None:
-        """Raises SettingsError when another view than this one keeps the structures by another `rebuild_at`."""
-        if rebuild_at != self.rebuild_at and any(other is not view for other in self.views):
-            raise SettingsError(
-                f"setting geometry.rebuild_at {rebuild_at:g}: another renderer of scene {self.source.name!r} keeps the "
-                f"structures that they share at {self.rebuild_at:g}; give both the same, or close the other"
-            )
-
-    def set_rebuild_at(self, rebuild_at: float) -> None:
-        """Keep structures by another GeometrySettings.rebuild_at."""
-        self.rebuild_at = rebuild_at
-        for deformation in self.deformations.values():
-            deformation.rebuild_at = rebuild_at
 
     def record_set(self) -> RecordSet:
         """Records of the scene's for somebody to fill."""
@@ -276,7 +255,7 @@ class GpuScene:
         for node, placement in come.items():
             mesh = placement.mesh
             if mesh is not None and mesh.previous is not None:
-                self.deformations[node] = deformation_of(self._device, node, self.geometry, mesh, self.rebuild_at)
+                self.deformations[node] = deformation_of(self._device, node, self.geometry, mesh)
         bits = self.instance_table.rows["mask_and_channels"][[p.instances.start for p in come.values()]]
         masked = np.isin(bits, [each for each in np.unique(bits).tolist() if is_masked(each)])
         self._masked.update(node for node, is_one in zip(come, masked.tolist(), strict=True) if is_one)

@@ -33,9 +33,8 @@ class SceneView:
     """
 
     def __init__(self, device: Device, scene: Scene, settings: Settings) -> None:
-        """Raises SettingsError when a view that is there wants another geometry.rebuild_at."""
         self._device = device = device.part()
-        self.scene = gpu = GpuScene.of(device, scene, settings.geometry.rebuild_at)
+        self.scene = gpu = GpuScene.of(device, scene)
         self._transparent_shadows = settings.shadows.transparent
         self.own = ViewGeometry(device, gpu)
         self.places = PreviousPlaces(device)
@@ -137,10 +136,7 @@ class SceneView:
         return snapshot(self.source, self.scene.arrivals.numbers, self.scene.materials.numbered())
 
     def configure(self, settings: Settings) -> None:
-        """Follow other settings. Raises SettingsError as when it was made."""
-        rebuild_at = settings.geometry.rebuild_at
-        self.scene.check_rebuild_at(rebuild_at, self)
-        self.scene.set_rebuild_at(rebuild_at)
+        """Follow other settings."""
         self._transparent_shadows = settings.shadows.transparent
         self._bind()
 

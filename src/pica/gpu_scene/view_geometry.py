@@ -118,7 +118,7 @@ class ViewGeometry:
         geometry, facing = scene.geometry, None
         if node.deforms:
             mesh = geometry.acquire(recording.encoder, _mesh(node), self._previous_rows)
-            facing = facing_of(self._device, node, geometry, mesh, scene.rebuild_at, self.previous)
+            facing = facing_of(self._device, node, geometry, mesh, self.previous)
         else:
             mesh = geometry.acquire(recording.encoder, self._patch(node, camera))
         [records] = self.records.add(mesh, [placement.instances])

@@ -46,7 +46,7 @@ class LightSlots:
     @property
     def by_ratio(self) -> bool:
         """Whether filtered shadows are shares of what surfaces reflect."""
-        return self._settings.lighting.area_shadows == "ratio"
+        return self._settings.lighting.area_shadows == "ratio_estimator"
 
     @property
     def has_shared(self) -> bool:
@@ -93,10 +93,9 @@ class LightSlots:
         shared = len(ranges) - 1 if self.has_shared else _NO_SLOT
         self.count = len(ranges)
         steady = len(denoised) + sum(chosen[light] == "off" for light in rest)
-        self.noisy = self.count - steady if self._settings.lighting.filter else 0
+        self.noisy = self.count - steady if self._settings.debug.filters else 0
         by_rays = self._settings.shadows.mode != "off" and self._settings.shadows.method == "rays"
-        whole = self._settings.lighting.area_lights == "ltc"
-        self.first_sampled = len(denoised) if whole and not by_rays else 0
+        self.first_sampled = 0 if by_rays else len(denoised)
         candidates = self._settings.lighting.candidates
         by_reflection_rays = self._settings.reflections.mode == "ray_traced"
         ratio = bool(denoised) and self.by_ratio

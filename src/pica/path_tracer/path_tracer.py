@@ -163,7 +163,6 @@ class PathTracer(Closing):
             scene=self.view,
             accumulated=self._sum,
             maxDepth=self._max_depth,
-            opaqueSecondaryShadows=int(self.settings.rays.opaque_secondary_shadows),
             gathersFeatures=int(denoiser is not None),
             hidesBackground=int(self._transparent),
             **features,

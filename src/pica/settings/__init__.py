@@ -3,7 +3,7 @@
 from pica.settings.groups import (
     AmbientOcclusionSettings,
     AntialiasingSettings,
-    GeometrySettings,
+    DebugSettings,
     LightingSettings,
     PostSettings,
     RaysSettings,
@@ -18,7 +18,7 @@ __all__ = [
     "PRESETS",
     "AmbientOcclusionSettings",
     "AntialiasingSettings",
-    "GeometrySettings",
+    "DebugSettings",
     "GlobalIlluminationSettings",
     "LightingSettings",
     "PostSettings",

@@ -31,29 +31,15 @@ class VisibilitySettings(Group):
 
 
 @dataclass(frozen=True)
-class GeometrySettings(Group):
-    """Meshes that deform."""
-
-    rebuild_at: float = number(
-        1.5,
-        range=(0.0, 100.0),
-        unit="times the cost when built",
-        text="Estimated cost of a refitted bottom-level structure at which it is rebuilt; 0: always.",
-        higher="fewer rebuilds, slower rays in between",
-        lower="faster rays, more rebuilds",
-    )
-
-
-@dataclass(frozen=True)
 class RaysSettings(Group):
     """How rays are traced."""
 
     scheduler: Literal["auto", "pipeline", "buffers"] = choice(
         "auto",
-        "How rays get to the tracer.",
-        auto="Buffers where the tracer is Embree, else pipeline.",
-        pipeline="Ray generation shaders.",
-        buffers="Rays and hits go through buffers, which tracers outside of shaders need.",
+        "How ray effects are scheduled.",
+        auto="buffers where the tracer is Embree, else pipeline.",
+        pipeline="A ray tracing pipeline: ray generation shaders call TraceRay.",
+        buffers="Wavefront: compute kernels write rays to buffers and read hits, as Embree needs.",
     )
     tracer: Literal["auto", "device", "embree"] = choice(
         "auto",
@@ -61,11 +47,6 @@ class RaysSettings(Group):
         auto="Embree where it is installed and the device runs on the processor too or cannot trace, else the device.",
         device="The device's own ray tracing pipeline.",
         embree="Embree on the processor, if embreex and llvmlite are installed.",
-    )
-    opaque_secondary_shadows: bool = switch(
-        False,
-        "Path tracer: secondary shadow rays treat transmissive surfaces as opaque, as those of ray traced effects do:"
-        " to compare with one of these. Light through glass is then missing wherever it is seen indirectly.",
     )
 
 
@@ -113,7 +94,8 @@ class ShadowsSettings(Group):
         "Filter of soft shadows, for lights that choose none themselves (docs/shadows.md compares them).",
         anisotropic="Along the penumbra that light and occluder make, for rays that also find the occluder's distance;"
         " follows the shadows of lights that move.",
-        svgf="As wide as the variance asks for.",
+        svgf="Spatiotemporal variance-guided filtering (Schied et al. 2017): an À-Trous wavelet filter, steered by the"
+        " variance of temporally accumulated visibility.",
         off="None, for light that converges over many frames without any bias.",
     )
     denoised_lights: int = number(
@@ -175,9 +157,6 @@ class AmbientOcclusionSettings(Group):
         higher="rooms are dim as a whole, slower rays",
         lower="only corners are dim, faster rays",
     )
-    filter: bool = switch(
-        True, "Smooth over neighbours and earlier frames; false: this frame's rays or horizons alone."
-    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -237,14 +216,6 @@ class ShadowMapsSettings(Group):
         higher="finer near the camera",
         lower="finer far away",
     )
-    cascade_margin: float = number(
-        0.25,
-        range=(0.0, 1.0),
-        unit="share of the radius",
-        text="By how much a cascade is larger than need be.",
-        higher="drawn more seldom as the camera moves",
-        lower="finer",
-    )
     face_size: int = number(
         512,
         range=(64, 4096),
@@ -292,23 +263,15 @@ class LightingSettings(Group):
         higher="less noise",
         lower="less time",
     )
-    area_lights: Literal["ltc", "sampled"] = choice(
-        "ltc",
-        "Light of slots with filtered shadows.",
-        ltc="All of it at once, by linearly transformed cosines, times the shadow; no noise but that of the shadow.",
-        sampled="From the point that the shadow ray went to.",
-    )
-    area_shadows: Literal["split_sum", "ratio"] = choice(
+    area_shadows: Literal["split_sum", "ratio_estimator"] = choice(
         "split_sum",
-        "What a filtered shadow is the share of.",
-        split_sum="Of the light's irradiance, exact on matte surfaces.",
-        ratio="Of what the surface reflects of it, so that a hidden part of the light leaves the highlight too. For"
-        " noisier shadows on glossy surfaces, and time for the BRDF in the shadow rays.",
-    )
-    filter: bool = switch(
-        True,
-        "Smooth the light that one ray brings of many lights, emissive triangles, the sampled environment and the soft"
-        " lights beyond shadows.denoised_lights, over neighbours and earlier frames; false: this frame's samples.",
+        "How filtered shadows of area lights are applied to their unshadowed light, which linearly transformed cosines"
+        " give without noise.",
+        split_sum="Visibility averaged over the irradiance: exact on diffuse surfaces; highlights of partly hidden"
+        " lights only dim.",
+        ratio_estimator="Shadowed over unshadowed light, both sampled with the BRDF and filtered (Heitz, Hill and"
+        " McGuire 2018): partly hidden lights lose that part of the highlight. Noisier shadows on glossy surfaces; BRDF"
+        " evaluation in the shadow rays costs time.",
     )
 
 
@@ -354,4 +317,16 @@ class PostSettings(Group):
     )
     auto_exposure: bool = switch(
         True, "Choose the exposure from the picture's average luminance; false: post.exposure alone."
+    )
+
+
+@dataclass(frozen=True)
+class DebugSettings(Group):
+    """For tests and measurements; presets and levels leave it alone."""
+
+    filters: bool = switch(
+        True,
+        "Spatial and temporal filters of ambient occlusion, stochastic light (many lights, emissive triangles, the"
+        " sampled environment), reflections and path traced global illumination; false: the unfiltered samples of each"
+        " frame. Shadows have shadows.denoiser.",
     )

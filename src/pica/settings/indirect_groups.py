@@ -28,37 +28,19 @@ class ReflectionsSettings(Group):
         higher="mirrors in mirrors, more rays",
         lower="less time",
     )
-    reconstruction: Literal["ratio", "radiance"] = choice(
-        "ratio",
-        "How a pixel is rebuilt from neighbours' rays, where it is filtered.",
-        ratio="From a few neighbours, whose rays follow the lobe, by what its own surface mirrors of where they ended"
-        " over the chance that they went there (RTG 25, 25.2.2).",
-        radiance="Up to a squared roughness of 0.16 most rays are those of perfect mirrors, and the lobe is drawn over"
-        " the picture of what they brought (RTG 19, 19.3.2.2); wider lobes as ratio.",
-    )
-    mirror_bias: float = number(
-        0.0,
-        range=(0.0, 0.5),
-        unit="share",
-        text="By which the lobe that rays follow is narrower than the one that the surface mirrors; the reconstruction"
-        " weighs them so that its shape stays (RTG 25, 25.2.2).",
-        higher="more rays about the mirrored direction, fewer at the lobe's rim",
-        lower="rays as the lobe has them",
+    reconstruction: Literal["ratio_estimator", "mirror_rays"] = choice(
+        "ratio_estimator",
+        "How filtered reflections are reconstructed from the rays of neighbouring pixels.",
+        ratio_estimator="Rays sample the specular lobe; each pixel weighs those of its neighbours by its own BRDF over"
+        " their density and divides by the sum of the weights (RTG 25, 25.2.2).",
+        mirror_rays="Up to a squared roughness of 0.16 most rays go in the perfect mirror direction, and the lobe is"
+        " applied as a filter to the radiance that they find (RTG 19, 19.3.2.2); wider lobes as ratio_estimator.",
     )
     area_lights: bool = switch(
         False,
         "Rays meet rectangle, disk, sphere and tube lights as shapes that shine, with all that hides them; false:"
         " direct light brings what surfaces mirror of them, without noise, and dims it as a whole where they are hidden"
         " in part.",
-    )
-    screen_space_first: bool = switch(
-        False,
-        "Rays that surely meet what the picture shows are answered from it, over the depth buffer, and not traced; what"
-        " meets mirrors, was hidden on the way or leads out of the picture is, and with area_lights all.",
-    )
-    filter: bool = switch(
-        True,
-        "Rebuild each pixel from neighbours and earlier frames; false: this frame's rays alone, one for four pixels.",
     )
 
 
@@ -99,9 +81,4 @@ class GlobalIlluminationSettings(Group):
         text="Room for so many.",
         higher="larger worlds without gaps",
         lower="less memory and time",
-    )
-    filter: bool = switch(
-        True,
-        "Smooth path_traced light over neighbours' rays and earlier frames; false: this frame's paths alone, one for"
-        " four pixels.",
     )

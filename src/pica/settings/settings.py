@@ -8,7 +8,7 @@ from pica.errors import SettingsError, plain, shown
 from pica.settings.groups import (
     AmbientOcclusionSettings,
     AntialiasingSettings,
-    GeometrySettings,
+    DebugSettings,
     LightingSettings,
     PostSettings,
     RaysSettings,
@@ -28,7 +28,6 @@ class Settings(Group):
     """
 
     visibility: VisibilitySettings = field(default_factory=VisibilitySettings)
-    geometry: GeometrySettings = field(default_factory=GeometrySettings)
     rays: RaysSettings = field(default_factory=RaysSettings)
     shadows: ShadowsSettings = field(default_factory=ShadowsSettings)
     ambient_occlusion: AmbientOcclusionSettings = field(default_factory=AmbientOcclusionSettings)
@@ -38,6 +37,7 @@ class Settings(Group):
     global_illumination: GlobalIlluminationSettings = field(default_factory=GlobalIlluminationSettings)
     antialiasing: AntialiasingSettings = field(default_factory=AntialiasingSettings)
     post: PostSettings = field(default_factory=PostSettings)
+    debug: DebugSettings = field(default_factory=DebugSettings)
     seed: int = number(0, range=(0, 2**31 - 1), unit="", text="Another seed, another noise of the same strength.")
 
     def __post_init__(self) -> None:

@@ -15,6 +15,7 @@ from tests.building import CAMERA, lambert, orthographic, placed, scene_of, sett
 
 SIZE = (64, 48)
 MODES = ("ray_traced", "ground_truth")
+UNFILTERED = {"debug.filters": "false"}
 
 
 def renderer_of(device, scene, size=SIZE, preset="hybrid", values=None, **occlusion):
@@ -40,7 +41,7 @@ def test_under_a_ceiling_a_cone_is_closed(device, nearest, furthest, expected):
     """Rays meet it at 1 / cos: the cosine-weighted share of directions with cos > c is 1 - c^2."""
     scene, camera = under_a_ceiling()
     lengths = {"min_distance": nearest, "max_distance": furthest}
-    found = open_share(device, scene, camera, mode="ray_traced", rays=16, filter=False, **lengths)
+    found = open_share(device, scene, camera, values=UNFILTERED, mode="ray_traced", rays=16, **lengths)
     assert found.shape == SIZE[::-1] and found.dtype == np.float32
     assert found.mean() == pytest.approx(expected, abs=0.01)
 
@@ -143,8 +144,8 @@ def test_both_schedulers_give_the_same_bits(device):
 def test_embree_meets_the_same(device):
     pair = []
     for more in ({"rays.scheduler": "pipeline"}, {"rays.scheduler": "buffers", "rays.tracer": "embree"}):
-        values = {"visibility.primary": "raster", **more}
-        renderer = renderer_of(device, still_life(), values=values, mode="ray_traced", rays=2, filter=False)
+        values = {**UNFILTERED, "visibility.primary": "raster", **more}
+        renderer = renderer_of(device, still_life(), values=values, mode="ray_traced", rays=2)
         pair.append(renderer.render(1, camera=CAMERA).aov("ambient_occlusion"))
     assert (pair[0] == pair[1]).mean() > 0.995
 

@@ -10,7 +10,7 @@ from tests.building import lambert, placed, scene_of, settings
 
 SIZE = (64, 36)
 RESTIR = {"global_illumination.mode": "restir", "global_illumination.bounces": "2"}
-UNFILTERED = RESTIR | {"global_illumination.filter": "false"}
+UNFILTERED = RESTIR | {"debug.filters": "false"}
 PLAIN = UNFILTERED | {"global_illumination.mode": "path_traced"}
 RAW = "debug.global_illumination.raw"
 

@@ -130,12 +130,12 @@ def test_ratio_takes_what_is_hidden_out_of_the_highlight(device, metallic):
 
     expected = trace(device, scene(), 512, camera, SIZE, max_depth=2).color
     errors = {}
-    for shadows in ("split_sum", "ratio"):
+    for shadows in ("split_sum", "ratio_estimator"):
         found = render(device, scene(), 64, camera, SIZE, {"lighting.area_shadows": shadows}).color
         errors[shadows] = np.square(found - expected).mean() / expected.mean() ** 2
         if shadows == "ratio":  # whose bias goes as samples come
             assert found.mean() == pytest.approx(expected.mean(), rel=0.02)
-    assert errors["ratio"] < 0.25 * errors["split_sum"], errors
+    assert errors["ratio_estimator"] < 0.25 * errors["split_sum"], errors
 
 
 def test_ratio_and_split_sum_are_the_same_on_matte_surfaces(device):
@@ -144,7 +144,7 @@ def test_ratio_and_split_sum_are_the_same_on_matte_surfaces(device):
         scene = scene_of(placed(plane(8, 8, lambert(0.5))), placed(sphere(0.3, lambert(0.6)), move(0, 0.4, 0)), lamp)
         return render(device, scene, 8, size=SIZE, values={"lighting.area_shadows": shadows}).color
 
-    np.testing.assert_allclose(picture("ratio"), picture("split_sum"), rtol=0.005)
+    np.testing.assert_allclose(picture("ratio_estimator"), picture("split_sum"), rtol=0.005)
 
 
 def test_the_reference_of_shadows_follows_the_ratio(device):
@@ -153,6 +153,8 @@ def test_the_reference_of_shadows_follows_the_ratio(device):
     floor = Material(base_color=(0.5, 0.5, 0.5, 1), metallic=1.0, roughness=0.3)
     scene = scene_of(placed(plane(8, 8, floor)), placed(sphere(0.3, lambert(0.6)), move(0, 0.55, -0.6)), lamp)
     camera = Camera.look_at((0, 1.1, 3.4), (0, 0.35, 0), vertical_fov=np.radians(38))
-    renderer = pica.Renderer(scene, size=SIZE, settings=settings({"lighting.area_shadows": "ratio"}), device=device)
+    renderer = pica.Renderer(
+        scene, size=SIZE, settings=settings({"lighting.area_shadows": "ratio_estimator"}), device=device
+    )
     errors = compare_effect(renderer, "shadows", "still", 16, 128, camera)
     assert errors.psnr[-1] > 25, errors.psnr

@@ -5,11 +5,10 @@ import pytest
 
 import pica
 from pica.scene.camera import Camera
-from pica.scene.light import DirectionalLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, move, turn
-from tests.building import lambert, placed, scene_of, settings, shining, sky, uniform
+from pica.scenes.placing import move, turn
+from tests.building import lambert, placed, scene_of, settings, sky, uniform
 
 SIZE = (96, 64)
 VIEW = Camera.look_at((0, 1.2, 3.4), (0, 0.5, 0), vertical_fov=np.radians(50))
@@ -102,26 +101,3 @@ def test_what_shines_is_left_to_direct_light_where_lobes_are_wide(device):
     frame = rendered(device, scene, SCREEN)
     floor = frame.aov("instance") == 1
     assert frame.aov("reflections")[floor].mean() < 0.02 * frame.color[floor].mean()
-
-
-def test_what_the_picture_surely_shows_is_not_traced(device):
-    """The light is the same, with fewer rays; what other rays than the camera's do not meet is not answered from it."""
-    sign = placed(box((0.9, 0.7, 0.02), lambert(0.9, 0.0, 0.0)), move(0.7, 0.4, -1.2))
-    sign.visible_to_reflections = False
-    scene = scene_of(
-        placed(plane(6, 6, metal(0.1))),
-        placed(plane(6, 4, lambert(0.7)), move(0, 2, -1.5) @ turn("x", 90)),
-        placed(sphere(0.4, lambert(0.2, 0.6, 0.3)), move(-0.6, 0.4, -0.3)),
-        sign,
-        shining(DirectionalLight(illuminance=3.0), aim((1, 3, 3), (0, 0, 0))),
-    )
-    light, rays = [], []
-    for first in ("false", "true"):
-        values = {"reflections.mode": "ray_traced", "reflections.screen_space_first": first}
-        renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
-        light.append(renderer.render(8, camera=VIEW).aov("reflections"))
-        rays.append(renderer.reflections.ray_counts()["reflection_rays"])
-    assert 0 < rays[1] < 0.6 * rays[0]
-    assert light[1].mean() == pytest.approx(light[0].mean(), rel=0.02)
-    assert light[1][..., 0].mean() == pytest.approx(light[0][..., 0].mean(), rel=0.02)
-    assert np.abs(light[1] - light[0]).mean() < 0.1 * light[0].mean()

@@ -108,8 +108,9 @@ def test_every_frame_has_what_it_needs_from_few_drawings():
     assert np.mean(np.array(at_once) > 1) < 0.03  # all at once where the range takes another step
 
 
-def test_texels_stay_where_they_are_in_the_world():
-    settings = ShadowMapsSettings(cascade_size=512, cascade_margin=0.0)
+def test_texels_stay_where_they_are_in_the_world(monkeypatch):
+    monkeypatch.setattr("pica.effects.shadow_maps.cascades._MARGIN", 0.0)
+    settings = ShadowMapsSettings(cascade_size=512)
     fractions = []
     for _, _, views, stale in walk(settings, 0.01, 30):
         view = views[1]

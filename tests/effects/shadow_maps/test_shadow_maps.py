@@ -225,10 +225,11 @@ def test_what_moves_beyond_the_scene_still_throws_its_shadow(device):
     assert (shaded < 0.5 * np.median(shaded)).mean() > 0.01
 
 
-def test_edges_do_not_shimmer(device):
+def test_edges_do_not_shimmer(device, monkeypatch):
     """A camera that moves by whole pixels sees the same picture, moved, although every frame draws the maps anew."""
     scene = scene_of(*things(), sun())
-    values = {**HARD, "shadow_maps.cascade_margin": "0", "shadow_maps.cascade_size": "256"}
+    monkeypatch.setattr("pica.effects.shadow_maps.cascades._MARGIN", 0.0)
+    values = {**HARD, "shadow_maps.cascade_size": "256"}
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     pixel = 4.0 / SIZE[1]
     pictures = []

@@ -54,8 +54,8 @@ def soft_lights():
     return things(*(shining(SphereLight(radiance=9, radius=0.3), move(x / 2, 1.4, 0.8)) for x in range(-2, 4)))
 
 
-def renderer_of(device, scene, size=SIZE, **lighting):
-    values = {"shadows.max_lights": "8"} | {f"lighting.{name}": str(value).lower() for name, value in lighting.items()}
+def renderer_of(device, scene, size=SIZE, filters=True):
+    values = {"shadows.max_lights": "8", "debug.filters": str(filters)}
     renderer = pica.Renderer(scene, size=size, settings=settings(values), device=device)
     renderer.debug = True
     return renderer
@@ -68,18 +68,18 @@ def relative_error(found, expected):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_few_frames_come_nearer_to_the_mean_of_many(device, name):
-    many = renderer_of(device, SCENES[name](), filter=False).render(400, camera=VIEW)
+    many = renderer_of(device, SCENES[name](), filters=False).render(400, camera=VIEW)
     inside = ~edges(many.aov("instance"))  # elsewhere four frames are too few for antialiasing
     expected = many.color
-    raw = renderer_of(device, SCENES[name](), filter=False).render(4, camera=VIEW).color
-    filtered = renderer_of(device, SCENES[name](), filter=True).render(4, camera=VIEW).color
+    raw = renderer_of(device, SCENES[name](), filters=False).render(4, camera=VIEW).color
+    filtered = renderer_of(device, SCENES[name]()).render(4, camera=VIEW).color
     before, after = (relative_error(picture[inside], expected[inside]) for picture in (raw, filtered))
     assert after < 0.9 * before, f"{before:.3f} as it is, {after:.3f} filtered"
     np.testing.assert_allclose(filtered.mean((0, 1)), raw.mean((0, 1)), rtol=0.02)
 
 
 def test_a_still_picture_converges_to_that_without_filter(device):
-    unfiltered = renderer_of(device, SCENES["emissive triangles"](), filter=False).render(400, camera=VIEW).color
+    unfiltered = renderer_of(device, SCENES["emissive triangles"](), filters=False).render(400, camera=VIEW).color
     errors = []
     for frames in (8, 40, 200):
         found = renderer_of(device, SCENES["emissive triangles"]()).render(frames, camera=VIEW).color
@@ -145,16 +145,15 @@ def test_a_picture_at_rest_leaves_its_history_as_it_is_until_something_moves(dev
 
 
 def test_noise_in_motion_is_less_than_without_filter(device):
-    def flicker(**lighting):
-        scene = SCENES["many lights"]()
-        renderer = renderer_of(device, scene, **lighting)
+    def flicker(filters=True):
+        renderer = renderer_of(device, SCENES["many lights"](), filters=filters)
         pictures = []
         for frame in range(12):
             camera = Camera.look_at((0.3 + 0.005 * frame, 2.2, 3.2), (0, 0.3, 0), vertical_fov=np.radians(40))
             pictures.append(renderer.render(1, camera=camera).color)
         return np.abs(pictures[-1] - pictures[-2]).mean() / pictures[-1].mean()
 
-    raw, filtered = flicker(filter=False), flicker()
+    raw, filtered = flicker(filters=False), flicker()
     assert filtered < 0.35 * raw, f"{raw:.3f} as it is, {filtered:.3f} filtered"
 
 
@@ -165,7 +164,7 @@ def test_highlights_of_mirrors_stay_where_they_are_seen(device):
     lamp = RectangleLight(radiance=20.0, width=0.5, height=0.15)
     lamps = [shining(lamp, move(x, 1.6, z) @ turn("x", -90)) for x in (-0.8, 0, 0.8) for z in (-0.8, 0.6)]
     scene = scene_of(placed(plane(4, 4, lambert(0.3))), *balls, *lamps)
-    renderer = pica.Renderer(scene, size=SIZE, settings=settings({"lighting.filter": "true"}), device=device)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings(), device=device)
     for frame in range(16):
         angle = np.radians(0.4 * frame)
         camera = Camera.look_at((3 * np.sin(angle), 2.2, 3 * np.cos(angle)), (0, 0.3, 0), vertical_fov=np.radians(40))
@@ -175,12 +174,12 @@ def test_highlights_of_mirrors_stay_where_they_are_seen(device):
 
 
 def test_only_noisy_light_is_filtered(device):
-    def passes(scene, **more):
-        return set(renderer_of(device, scene, **more).render(1, camera=VIEW).timings)
+    def passes(scene, filters=True):
+        return set(renderer_of(device, scene, filters=filters).render(1, camera=VIEW).timings)
 
     mine = {"stochastic_light_history", "stochastic_light_filter", "stochastic_light_add"}
     assert mine <= passes(SCENES["many lights"]())
-    assert not mine & passes(SCENES["many lights"](), filter=False)
+    assert not mine & passes(SCENES["many lights"](), filters=False)
     assert not mine & passes(things(shining(PointLight(intensity=3.0), move(0, 2, 0))))
     assert mine <= passes(soft_lights())
     unwanted = settings({"shadows.max_lights": "8", "shadows.denoiser": "off"})

@@ -32,11 +32,13 @@ class GlobalIllumination(Effect):
         settings: GlobalIlluminationSettings,
         tracer: Tracer | None,
         light_map: LightMap | None,
+        filters: bool,
     ) -> None:
+        """`filters`: DebugSettings.filters."""
         self._device, self._bounces = device, settings.bounces
         self._way: PathTracedIndirect | SurfelIndirect | LightMapIndirect
         if settings.mode in ("path_traced", "restir"):
-            self._way = PathTracedIndirect(device, size, settings, tracer, light_map)
+            self._way = PathTracedIndirect(device, size, settings, tracer, light_map, filters)
         elif settings.mode == "surfels":
             self._way = SurfelIndirect(device, size, settings, tracer)
         else:

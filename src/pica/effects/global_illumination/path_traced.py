@@ -36,11 +36,13 @@ class PathTracedIndirect:
         settings: GlobalIlluminationSettings,
         tracer: Tracer | None,
         light_map: LightMap | None,
+        filters: bool,
     ) -> None:
+        """`filters`: DebugSettings.filters."""
         self._device, self._settings = device, settings
-        self.is_smooth = settings.filter
+        self.is_smooth = filters
         """Whether the light in each pixel is the mean of many rays."""
-        self._asks_picture = settings.filter and settings.bounces > 1
+        self._asks_picture = filters and settings.bounces > 1
         self.bounces = ENDLESS if self._asks_picture else settings.bounces
         asks_map = light_map is not None and self._asks_picture
         self.cache = light_map_cache(GpuLightMap(device, light_map)) if light_map and asks_map else None
@@ -111,7 +113,7 @@ class PathTracedIndirect:
             bounces=settings.bounces,
             previousHistory=self._history.current["history"],
             known=int(self._asks_picture and self._history.precedes(frame)),
-            **light.at_hits(regularized=settings.filter),
+            **light.at_hits(regularized=self.is_smooth),
             resampled=int(self._resampling is not None),
             found=textures["found"],
             met=textures["met"],
@@ -119,7 +121,7 @@ class PathTracedIndirect:
         )
         if self._resampling is not None:
             self._resampling(frame, gbuffer, scene, reprojection, textures["found"], textures["met"])
-        if settings.filter:
+        if self.is_smooth:
             self._smooth(frame, gbuffer, reprojection)
         self._filter(scene.material_types)(
             frame,
@@ -130,7 +132,7 @@ class PathTracedIndirect:
             found=textures["found"],
             signal=textures["signal"],
             nearness=textures["nearness"],
-            smooth=int(settings.filter),
+            smooth=int(self.is_smooth),
             **pictures,
         )
 

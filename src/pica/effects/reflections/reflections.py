@@ -31,18 +31,26 @@ class Reflections(Effect):
     aov_names = ("reflections",)
 
     def __init__(
-        self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None, cache: str | None
+        self,
+        device: Device,
+        size: Size,
+        settings: ReflectionsSettings,
+        tracer: Tracer | None,
+        cache: str | None,
+        filters: bool,
     ) -> None:
-        """`cache`: the module of the cache of indirect light that the calls give, where they give one."""
-        self._device, self._settings, self._cache = device, settings, cache
-        self._traced = TracedRays(device, size, settings, tracer, cache) if settings.mode == "ray_traced" else None
+        """`cache`: the module of the cache of indirect light that the calls give, where they give one. `filters`:
+        DebugSettings.filters."""
+        self._device, self._cache, self._filters = device, cache, filters
+        by_rays = settings.mode == "ray_traced"
+        self._traced = TracedRays(device, size, settings, tracer, cache, filters) if by_rays else None
         self._screen = ScreenRays(device, size) if settings.mode == "screen_space" else None
-        self._mirrors = settings.reconstruction == "radiance" and settings.filter
+        self._mirrors = settings.reconstruction == "mirror_rays" and filters
         step = "reconstruct_radiance" if self._mirrors else "reconstruct"
         self._reconstruct = programs(device).compute(f"{_FOLDER}/{step}.slang")
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
-        self._own = OwnRays(device, size) if settings.filter and not self._mirrors else None
+        self._own = OwnRays(device, size) if filters and not self._mirrors else None
         self._allocate(size)
 
     def _allocate(self, size: Size) -> None:
@@ -124,15 +132,15 @@ class Reflections(Effect):
         radiance: spy.Texture,
     ) -> None:
         """Add what this frame's surfaces mirror to `radiance`. `indirect`: what else lights that; None: nothing."""
-        textures, filtered = self._textures, self._settings.filter
-        mirrors, bias = int(self._mirrors), self._settings.mirror_bias
+        textures, filtered = self._textures, self._filters
+        mirrors = int(self._mirrors)
         if self._traced is not None:
-            self._traced(frame, gbuffer, scene, light, indirect, textures["ends"], textures["light"], mirrors, radiance)
+            self._traced(frame, gbuffer, scene, light, indirect, textures["ends"], textures["light"], mirrors)
         if self._screen is not None:
             known = int(filtered and self._history.precedes(frame))
             shown = {"radiance": radiance, "reflected": textures["reflected"]}
             shown |= {"ends": textures["ends"], "light": textures["light"]}
-            self._screen(frame, gbuffer, scene, reprojection, known=known, mirrors=mirrors, mirrorBias=bias, **shown)
+            self._screen(frame, gbuffer, scene, reprojection, known=known, mirrors=mirrors, **shown)
         self._reconstruct(scene.material_types)(
             frame,
             frame.grid,

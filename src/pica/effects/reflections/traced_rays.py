@@ -3,7 +3,6 @@
 import numpy as np
 import slangpy as spy
 
-from pica.effects.reflections.screen_rays import DepthMarch
 from pica.frame.context import FrameContext, Size, half_size
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import IndirectLight
@@ -14,27 +13,27 @@ from pica.settings import ReflectionsSettings
 from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import PATHS, ray_effect
 
-_FROM_PICTURE = 1 << 31
-"""reflected.slang: FROM_PICTURE."""
-
 
 class TracedRays:
     """A ray for 2x2 pixels along the lobe that the surface mirrors, and one from what it meets to a light."""
 
     def __init__(
-        self, device: Device, size: Size, settings: ReflectionsSettings, tracer: Tracer | None, cache: str | None
+        self,
+        device: Device,
+        size: Size,
+        settings: ReflectionsSettings,
+        tracer: Tracer | None,
+        cache: str | None,
+        filters: bool,
     ) -> None:
-        """`cache`: the module of the cache of indirect light that the calls give, where they give one."""
-        self._device, self._settings = device, settings
+        """`cache`, `filters`: as Reflections has them."""
+        self._device, self._filters = device, filters
         self.bounces = {"bounces": settings.bounces, "indirectBounces": 0}
         """Surfaces that paths may meet, by the names that shaders have for these limits."""
         module = "effects/reflections/reflection_rays.slang"
         self._trace = ray_effect(
             device, module, "ReflectionRays", "surface", tracer, simplified=True, with_module=cache, parts=PATHS
         )
-        # The picture does not show lights with a shape.
-        first = settings.screen_space_first and not settings.area_lights
-        self._first = DepthMarch(device, size, "screen_first") if first else None
         self._gather = device.compute("effects/reflections/gather_lighting.slang")
         self._nothing = device.texture("no indirect light", spy.Format.rgba32_float, (1, 1))
         self._allocate(size)
@@ -49,15 +48,10 @@ class TracedRays:
         """Work at another size."""
         self._device.give_back(self._met, self.single)
         self._allocate(size)
-        if self._first is not None:
-            self._first.resize(size)
 
     def count(self, ends: spy.Texture) -> int:
         """Rays of the newest frame that were traced along lobes; `ends` as in the call."""
-        traced = ends.to_numpy()[..., 3] != 0
-        if self._first is not None:
-            traced &= self._met.to_numpy()[..., 1] < _FROM_PICTURE
-        return int(np.count_nonzero(traced))
+        return int(np.count_nonzero(ends.to_numpy()[..., 3]))
 
     def __call__(
         self,
@@ -69,22 +63,18 @@ class TracedRays:
         ends: spy.Texture,
         light: spy.Texture,
         mirrors: int,
-        radiance: spy.Texture,
     ) -> None:
         """Trace, and write `ends` and `light`, textures of half size, as reflected.slang has them; `mirrors` as there.
 
-        `indirect`: None where there is no global illumination. `radiance`: this frame's picture without reflections.
+        `indirect`: None where there is no global illumination.
         """
         self.bounces["indirectBounces"] = indirect.bounces if indirect else 0
-        half, smooth = frame.at_half(), self._settings.filter
+        half, smooth = frame.at_half(), self._filters
         known = {
             "arriving": indirect.arriving if indirect else self._nothing,
             "arrivingKnown": int(indirect is not None and indirect.known),
         }
         written = {"ends": ends, "light": self.single if smooth else light, "met": self._met}
-        drawn = {"mirrors": mirrors, "mirrorBias": self._settings.mirror_bias}
-        if self._first is not None:
-            self._first(frame, gbuffer, scene, radiance=radiance, **drawn, **known, **written)
         self._trace(
             half,
             half.size,
@@ -95,8 +85,7 @@ class TracedRays:
             **known,
             **samples.at_hits(regularized=smooth),
             **written,
-            **drawn,
-            screenFirst=int(self._first is not None),
+            mirrors=mirrors,
             **(indirect.cache.values if indirect and indirect.cache else {}),
         )
         if smooth:

@@ -16,6 +16,8 @@ _STEP = math.sqrt(2.0)
 """Ratio between the distances at which the shadowed part of the view may begin and end."""
 _LEAST_RATIO = 1e-3
 """Of the nearest to the farthest of these distances."""
+_MARGIN = 0.25
+"""Share of its radius by which a cascade is larger than need be, so that it need not be drawn in every frame."""
 _PROACTIVE = 0.75
 """Share of its margin after which a cascade is drawn anew, if no other has to be."""
 
@@ -104,14 +106,14 @@ class Cascades:
 
     def _need(self, drawn: Sphere | None, wanted: Sphere, axes: Vector) -> float:
         """How much of its margin a view has used; infinite where it cannot be kept at all."""
-        largest = wanted.radius * (1 + self._settings.cascade_margin)
+        largest = wanted.radius * (1 + _MARGIN)
         if drawn is None or drawn.radius < wanted.radius or drawn.radius > largest * (1 + 1e-6):
             return math.inf
         moved = float(np.abs((wanted.center - drawn.center) @ axes[:, :2]).max())
         return moved / max(drawn.radius - wanted.radius, 1e-3 * wanted.radius)
 
     def _fit(self, cascade: int, wanted: Sphere, light: Camera, box: Box) -> Camera:
-        axes, radius = light.transform[:3, :3], wanted.radius * (1 + self._settings.cascade_margin)
+        axes, radius = light.transform[:3, :3], wanted.radius * (1 + _MARGIN)
         # In steps of whole texels, so that an edge falls on the same texels wherever the camera goes.
         texel = 2 * radius / self._settings.cascade_size
         place = wanted.center @ axes

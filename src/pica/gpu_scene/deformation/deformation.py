@@ -16,6 +16,8 @@ from pica.scene.model import Node
 from pica.scene.particles import Ribbons, Sprites
 from pica.scene.spline import Spline
 
+_REBUILD_AT = 1.5
+"""Estimated cost of a refitted bottom-level structure, over that when it was built, at which it is rebuilt."""
 _CHECK_EVERY = 8
 """Refits between two looks at how loose the boxes have become."""
 
@@ -23,14 +25,11 @@ _CHECK_EVERY = 8
 class Deformation:
     """Keeps the vertices of a mesh that deforms, and their structures, up to date."""
 
-    def __init__(
-        self, geometry: GeometryBuffers, mesh: GpuMesh, write: VertexWriter, rebuild_at: float, watched: Node | None
-    ) -> None:
-        """`rebuild_at`: GeometrySettings.rebuild_at; `watched`: the node by which to see how loose refits have become,
-        or None where `write` says itself when a refit will not do."""
+    def __init__(self, geometry: GeometryBuffers, mesh: GpuMesh, write: VertexWriter, watched: Node | None) -> None:
+        """`watched`: the node by which to see how loose refits have become, or None where `write` says itself when a
+        refit will not do."""
         self.mesh = mesh
         self.write = write
-        self.rebuild_at = rebuild_at
         self._geometry = geometry
         self._structures = [part.geometry for part in mesh.parts]
         sections = [placed.section for placed in mesh.sections]
@@ -52,19 +51,17 @@ class Deformation:
 
     def update_structures(self, recording: Recording) -> None:
         """Record the refit or rebuild of the bottom level, after every node's vertices are in place."""
-        rebuild = (
-            self._refits is None or not self.rebuild_at or self.write.needs_rebuild or self._is_loose(self._refits)
-        )
+        rebuild = self._refits is None or self.write.needs_rebuild or self._is_loose(self._refits)
         for structure in self._structures:
             update = structure.build if rebuild else structure.refit
             update(recording.encoder, self._geometry.positions, self._geometry.indices)
-        if rebuild and self.rebuild_at and self._refit_quality is not None:
+        if rebuild and self._refit_quality is not None:
             self._refit_quality.reset()
         self._refits = 0 if rebuild else (self._refits or 0) + 1
 
     def _is_loose(self, refits: int) -> bool:
         look = self._refit_quality is not None and refits % _CHECK_EVERY == _CHECK_EVERY - 1
-        return look and self._refit_quality is not None and self._refit_quality.now() > self.rebuild_at
+        return look and self._refit_quality is not None and self._refit_quality.now() > _REBUILD_AT
 
 
 def deform_all(recording: Recording, deformations: list[Deformation]) -> None:
@@ -78,11 +75,9 @@ def deform_all(recording: Recording, deformations: list[Deformation]) -> None:
         recording.profiler.end(recording.encoder)
 
 
-def deformation_of(
-    device: Device, node: Node, geometry: GeometryBuffers, mesh: GpuMesh, rebuild_at: float
-) -> Deformation:
+def deformation_of(device: Device, node: Node, geometry: GeometryBuffers, mesh: GpuMesh) -> Deformation:
     """What deforms a node's mesh for all views."""
-    return Deformation(geometry, mesh, _writer(device, node, mesh.sections), rebuild_at, node)
+    return Deformation(geometry, mesh, _writer(device, node, mesh.sections), node)
 
 
 def _writer(device: Device, node: Node, sections: list[PlacedSection]) -> VertexWriter:
@@ -106,7 +101,7 @@ def check_deforming(node: Node) -> None:
 
 
 def facing_of(
-    device: Device, node: Node, geometry: GeometryBuffers, mesh: GpuMesh, rebuild_at: float, previous: GrowingBuffer
+    device: Device, node: Node, geometry: GeometryBuffers, mesh: GpuMesh, previous: GrowingBuffer
 ) -> tuple[Deformation, FacingWriter]:
     """What turns a node's mesh towards the camera of one view, whose own previous positions are `previous`."""
     write: FacingWriter
@@ -115,4 +110,4 @@ def facing_of(
     else:
         assert isinstance(node.deformer, Ribbons)
         write = RibbonWriter(device, node.deformer, mesh.sections, previous)
-    return Deformation(geometry, mesh, write, rebuild_at, None), write
+    return Deformation(geometry, mesh, write, None), write
