@@ -11,6 +11,9 @@ from pica.errors import PicaError, shown
 from pica.frame.context import FrameContext, Size
 from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.nodes import Condition
+from pica.graph.resources import Lifetime, Texture, write
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
 from pica.scene.values import UnfitError, checked, flag
@@ -43,7 +46,6 @@ class Denoiser:
         self._device = device
         self.sums = {name: device.texture(name, spy.Format.rgba32_float, size) for name in ("albedos", "normals")}
         """(width, height, rgba32f) that shaders add to, and in alpha how many they added (surface_features.slang)."""
-        self._picture = device.texture("denoised", spy.Format.rgba32_float, size)
         with device.record() as recording:
             for texture in self.sums.values():
                 recording.encoder.clear_texture_float(texture)
@@ -52,19 +54,28 @@ class Denoiser:
     def _gather(self) -> ComputePass:
         return self._device.compute("denoising/gather_features.slang")
 
-    def gather(self, frame: FrameContext, gbuffer: GBuffer, scene: SceneView) -> None:
+    def gather(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView) -> None:
         """Add what a G-buffer shows."""
-        self._gather(frame, frame.output_grid, frame=frame, gbuffer=gbuffer, scene=scene, **self.sums)
+        with graph.scope("denoising"):
+            step = self._gather
+            graph.add(step, graph.output_grid, frame=graph.frame, gbuffer=gbuffer, scene=scene, **self.sums)
 
-    def __call__(self, frame: FrameContext, picture: spy.Texture) -> spy.Texture:
-        """Linear radiance (width, height, rgba) without its noise. Submits what is recorded and waits for it."""
+    def finish(self, graph: FrameGraph, picture: Texture, when: Condition | None = None) -> Texture:
+        """Linear radiance (width, height, rgba) without its noise."""
+        with graph.scope("denoising"):
+            light = spy.Format.rgba32_float
+            clean = graph.texture("denoised", light, graph.output_size, lifetime=Lifetime.KEPT)
+            graph.record("denoise", self._denoise, when=when, picture=picture, clean=write(clean))
+        return clean
+
+    def _denoise(self, frame: FrameContext, picture: spy.Texture, clean: spy.Texture) -> None:
+        """Submit what is recorded and wait for it."""
         self._device.handle.submit_command_buffer(frame.encoder.finish())
         color = np.asarray(picture.to_numpy(), np.float32)[..., :3]
         albedo, normal = (_mean(texture) for texture in self.sums.values())
-        clean = denoised(color, albedo, normal, self._fast)
-        self._picture.copy_from_numpy(np.dstack([clean, np.ones(clean.shape[:2], np.float32)]))
+        found = denoised(color, albedo, normal, self._fast)
+        clean.copy_from_numpy(np.dstack([found, np.ones(found.shape[:2], np.float32)]))
         frame.encoder = self._device.handle.create_command_encoder()
-        return self._picture
 
 
 def _mean(texture: spy.Texture) -> Picture:

@@ -1,9 +1,9 @@
-"""What global illumination tells other effects of a frame."""
+"""What global illumination gives to other effects of a frame."""
 
 from dataclasses import dataclass
 from typing import Any
 
-import slangpy as spy
+from pica.graph.resources import Texture, update, write
 
 ENDLESS = 32
 """Surfaces on the way of light that is reflected without a limit, for references: more bring next to nothing."""
@@ -23,7 +23,7 @@ class IndirectCache:
 class IndirectLight:
     """Diffuse indirect light of a frame."""
 
-    arriving: spy.Texture
+    arriving: Texture
     """(width, height, rgba32_float) light that arrives in each pixel, over albedo in nits; alpha 0: not known."""
     known: bool
     """Whether `arriving` may be asked: without filters it holds single rays."""
@@ -31,3 +31,23 @@ class IndirectLight:
     """Surfaces that light may meet on its way where neither picture nor cache have it."""
     cache: IndirectCache | None
     """What may be asked beside `arriving`."""
+
+
+@dataclass(frozen=True)
+class IndirectPictures:
+    """What each way to indirect light fills."""
+
+    arriving: Texture
+    """As IndirectLight's."""
+    indirect: Texture
+    """(width, height, rgba32_float) light that surfaces reflect diffusely of others, nits."""
+    radiance: Texture
+    """To which that is added."""
+
+    def arguments(self) -> dict[str, Any]:
+        """For the pass that fills them."""
+        return {
+            "arriving": write(self.arriving),
+            "indirect": write(self.indirect),
+            "radiance": update(self.radiance),
+        }

@@ -62,6 +62,16 @@ class FrameGraph:
         self.offers: dict[str, Offer] = {}
         self._names: dict[tuple[str, str], str] = {}
         self._scope = "frame"
+        self._when: Condition | None = None
+
+    @contextmanager
+    def when(self, condition: Condition) -> Iterator[None]:
+        """What is added within is left out in frames for which this is false, unless it has a `when` of its own."""
+        outer, self._when = self._when, condition
+        try:
+            yield
+        finally:
+            self._when = outer
 
     @contextmanager
     def scope(self, name: str) -> Iterator[None]:
@@ -170,7 +180,7 @@ class FrameGraph:
         threads: Threads | Callable[[Any], Threads],
         /,
         *,
-        when: Condition | None = None,
+        when: Condition | Any = None,
         **inputs: Any,
     ) -> None:
         """Add a pass or ray effect over a grid of threads, with its shader parameters.
@@ -180,13 +190,11 @@ class FrameGraph:
         where it is false the pass is left out. Raises GraphError where two passes write the same anew.
         """
         name = str(getattr(step, "name", "pass"))
-        self._add(PassNode(name, self._scope, _caller(), inputs, when, step=step, threads=threads))
+        self._add(PassNode(name, self._scope, _caller(), inputs, when or self._when, step=step, threads=threads))
 
-    def record(
-        self, name: str, call: Callable[..., None], /, *, when: Condition | None = None, **inputs: Any
-    ) -> None:
+    def record(self, name: str, call: Callable[..., None], /, *, when: Condition | Any = None, **inputs: Any) -> None:
         """Add anything else: `call(frame, **inputs)` records it, with textures and buffers in place of resources."""
-        self._add(RecordNode(name, self._scope, _caller(), inputs, when, call=call))
+        self._add(RecordNode(name, self._scope, _caller(), inputs, when or self._when, call=call))
 
     def clear(self, resource: Texture | Buffer, when: Condition | None = None) -> None:
         """Fill a buffer or an unsigned integer texture with zeros."""
@@ -212,7 +220,7 @@ class FrameGraph:
         `prepare` takes the frame, which it then has in view, and gives `read`. `on_request`: only by its name.
         """
         assert (read is None) != (prepare is None)
-        self.offers[name] = Offer(name, sources, read, prepare, len(self.nodes) - 1, on_request)
+        self.offers[name] = Offer(name, self._scope, sources, read, prepare, len(self.nodes) - 1, on_request)
 
     def requested(self, name: str) -> Condition:
         """As `when` of passes that make what is offered by this name: whether somebody asks for it."""

@@ -81,10 +81,12 @@ class Memory:
             self._blocks[key] = self.device.parameter_block(module, name)
         return self._blocks[key]
 
-    def reset(self) -> None:
-        """Forget all histories."""
-        for state in self._histories.values():
-            state.reset()
+    def reset(self, scopes: Iterable[str] | None = None) -> None:
+        """Forget the histories of these effects; None: all."""
+        names = None if scopes is None else set(scopes)
+        for (scope, _), state in self._histories.items():
+            if names is None or scope in names:
+                state.reset()
 
     def allocate(
         self, kept: Iterable[Resource], histories: Iterable[History], places: Iterable[tuple[Resource, int]]
@@ -161,7 +163,7 @@ class Memory:
     def _book(self, scope: str, made: spy.Texture | spy.Buffer) -> None:
         self.bytes[scope] = self.bytes.get(scope, 0) + made.memory_usage.device
 
-    def _make(self, resource: Resource, label: str) -> spy.Texture | spy.Buffer:
+    def _make(self, resource: Resource, label: str) -> Any:
         if isinstance(resource, Texture):
             return self.device.texture(label, resource.format, resource.size, resource.usage, resource.layers)
         assert isinstance(resource, Buffer)

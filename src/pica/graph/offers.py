@@ -19,9 +19,16 @@ class Offer:
     """What is captured while the frame is recorded, as soon as it is written, as memory may be another's later."""
 
     name: str
+    scope: str
+    """The effect that offers it."""
     sources: tuple[Texture | Buffer, ...]
     read: Read | None
     prepare: Callable[[Any], Read] | None
     after: int
     """Index of the node after which it is captured."""
     on_request: bool
+
+    @property
+    def is_aov(self) -> bool:
+        """Whether it is one of the frame's AOVs: names with a dot in them are for debugging and measurements."""
+        return "." not in self.name

@@ -1,13 +1,13 @@
 """A compiled graph: checked, with memory for each resource, replayed each frame."""
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 from pica.errors import GraphError
 from pica.graph.graph import FrameGraph
 from pica.graph.nodes import Frame, Node, lives_in_frame
-from pica.graph.offers import Array
+from pica.graph.offers import Array, Offer
 from pica.graph.resources import Buffer, Lifetime, Resource, Texture
 from pica.graph.snapshot import Snapshot
 
@@ -52,11 +52,32 @@ class Plan:
                 fetched[name] = self._capture(frame, name)
         return fetched
 
+    def names(self, scope: str, wanted: Collection[str] | None) -> set[str]:
+        """AOVs of one effect: those wanted, None for all that are not on request."""
+        return {each.name for each in self._wanted(wanted, debug=False) if each.scope == scope}
+
+    def names_but(self, scope: str, wanted: Collection[str] | None, debug: bool) -> set[str]:
+        """The same of all other effects; `debug`: views for debugging too."""
+        return {each.name for each in self._wanted(wanted, debug) if each.scope != scope}
+
+    def names_of(self, kind: str) -> frozenset[str]:
+        """All offers whose names begin with this and a dot."""
+        return frozenset(name for name in self.offers if name.startswith(f"{kind}."))
+
+    def _wanted(self, wanted: Collection[str] | None, debug: bool) -> list[Offer]:
+        pictures = ("color", "display")
+        offered = [each for each in self.offers.values() if each.name not in pictures]
+        if wanted is not None:
+            return [each for each in offered if each.name in wanted]
+        shown = [each for each in offered if each.is_aov or (debug and each.name.startswith("debug."))]
+        return [each for each in shown if not each.on_request]
+
     def _captures_of(self, names: frozenset[str]) -> dict[int, list[str]]:
         if names not in self._captures:
             found: defaultdict[int, list[str]] = defaultdict(list)
-            for name in names & self.offers.keys():
-                found[self.offers[name].after].append(name)
+            for name, offer in self.offers.items():  # in the order of the frame
+                if name in names:
+                    found[offer.after].append(name)
             self._captures = {names: dict(found)}  # of the newest question alone
         return self._captures[names]
 
@@ -122,9 +143,8 @@ def _check(resource: Resource) -> None:
     for reader in resource.readers:
         if first is None:
             raise GraphError(f"{reader} reads {resource}, which no pass writes")
-        if reader.index < first.index or (reader is first and len(resource.writers) == 1 and _only_updates(reader, resource)):
-            raise GraphError(f"{reader} reads {resource} before {first} writes it: a cycle, or passes in the wrong order")
-
-
-def _only_updates(node: Node, resource: Resource) -> bool:
-    return node.reads.count(resource) > 0 and resource in node.writes
+        if reader is first:
+            raise GraphError(f"{reader} updates {resource}, which no pass before it writes")
+        if reader.index < first.index:
+            order = "a cycle, or passes in the wrong order"
+            raise GraphError(f"{reader} reads {resource} before {first} writes it: {order}")

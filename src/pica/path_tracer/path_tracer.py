@@ -1,6 +1,8 @@
 """The reference path tracer: slow, unbiased, progressive."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection
+from functools import partial
+from typing import Any
 
 import slangpy as spy
 
@@ -8,7 +10,7 @@ from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError, plain, shown
-from pica.frame.aovs import alpha_aov
+from pica.frame.aovs import alpha_of
 from pica.frame.arguments import (
     Progress,
     check_made_with,
@@ -16,12 +18,16 @@ from pica.frame.arguments import (
     checked_aovs,
     checked_camera,
     checked_count,
+    checked_size,
 )
 from pica.frame.black_pictures import BlackPictures
 from pica.frame.closing import Closing, alone
 from pica.frame.context import FrameContext, FrameSequence, Size
-from pica.frame.effect import Aov, chosen, kept, picture_aov
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.memory import Memory
+from pica.graph.plan import Plan
+from pica.graph.resources import Lifetime, Texture, update, write
 from pica.labels import NUMBERED, Labels
 from pica.output import Frame, Lazy
 from pica.programs.preparation import expect as expect_programs
@@ -34,6 +40,7 @@ from pica.tracing.ray_effect import PATHS, ray_effect
 from pica.tracing.tracers import choose_tracer
 
 NO_LIMIT = 0
+_LIGHT = spy.Format.rgba32_float
 
 
 class PathTracer(Closing):
@@ -66,22 +73,19 @@ class PathTracer(Closing):
         self._max_depth = max_depth or NO_LIMIT
         self._black_pictures = BlackPictures()
         with device.turn:
-            self._make(device)
-
-    def _make(self, device: Device) -> None:
-        """What it has on a part of the device."""
-        scene, size, settings = self.scene, self.size, self.settings
-        self.view = SceneView(device, scene, settings)
-        tracer = choose_tracer(device, settings.rays, self.view)
-        self._frames = FrameSequence(device, size, settings.seed)
-        self._sum = device.texture("radiance sum", spy.Format.rgba32_float, size)
-        self._mean = device.texture("radiance", spy.Format.rgba32_float, size)
-        self._no_features = device.texture("no features", spy.Format.rgba32_float, (1, 1))
-        self._trace = ray_effect(device, "path_tracer/path_tracer.slang", "PathTracer", "surface", tracer, parts=PATHS)
-        self._average = device.compute("path_tracer/average.slang")
-        self._gbuffer = GBufferEffect(device, size, settings.visibility.primary, tracer)
-        self._transparent = settings.visibility.background == "transparent"
-        self._post = Post(device, size, settings.post)
+            self.view = SceneView(device, scene, self.settings)
+            tracer = choose_tracer(device, self.settings.rays, self.view)
+            self._frames = FrameSequence(device, self.size, self.settings.seed)
+            self._trace = ray_effect(
+                device, "path_tracer/path_tracer.slang", "PathTracer", "surface", tracer, parts=PATHS
+            )
+            self._average = device.compute("path_tracer/average.slang")
+            self._gbuffer = GBufferEffect(device, self.settings.visibility.primary, tracer)
+            self._transparent = self.settings.visibility.background == "transparent"
+            self._post = Post(device, self.settings.post)
+            self._memory = Memory(device)
+        self._first = self._last = False
+        """Whether the sample that is being recorded is the first or the last of its picture."""
 
     def __repr__(self) -> str:
         limited = not self.closed and self._max_depth != NO_LIMIT
@@ -116,16 +120,21 @@ class PathTracer(Closing):
             camera = self.scene.default_camera(self.size[0] / self.size[1])
         camera = checked_camera("render", camera)
         self._frames.rewind()
+        plan: Plan | None = None
         found: dict[str, Lazy] = {}
         labels: Labels | None = None
         timings: dict[str, float] = {}
-
-        def keep(frame: FrameContext, aovs: Mapping[str, Aov]) -> None:
-            found.update(kept(self.device, frame.encoder, aovs if "color" in aovs else chosen(aovs, wanted)))
-
         for done in range(1, samples + 1):
+            self._first, self._last = done == 1, done == samples
             with self.device.turn:
-                self._sample(camera, done == 1, done == samples, denoiser, keep)
+                frame = self._begin(camera)
+                plan = plan or self._declare(denoiser)
+                captured = plan.names("gbuffer", wanted) if self._first else set()
+                if self._last:
+                    captured |= {"color", "display"} | ({"alpha"} if self._transparent else set())
+                frame.requested = frozenset(captured)
+                found |= plan.replay(frame)
+                self._frames.end(frame)
                 if done == 1 and found.keys() & NUMBERED:
                     labels = self.view.name_labels()
                 if done == samples:
@@ -136,41 +145,61 @@ class PathTracer(Closing):
         pixels = {name: fetch for name, fetch in found.items() if name not in ("color", "display")}
         return Frame(self.size, color, display, pixels, timings, labels, self.device_name)
 
-    def _sample(
-        self,
-        camera: Camera,
-        first: bool,
-        last: bool,
-        denoiser: Denoiser | None,
-        keep: Callable[[FrameContext, Mapping[str, Aov]], None],
-    ) -> None:
-        """Record and submit a path a pixel. `keep` records copies: of the G-buffer with the first, of the picture with
-        the last."""
+    def _begin(self, camera: Camera) -> FrameContext:
         self.check_open()  # what is called after each sample may close it
         self.view.admit()
         frame = self._frames.begin(camera, jittered=False)
         self.view.update(frame, frame.camera)
-        if first:
+        return frame
+
+    def _declare(self, denoiser: Denoiser | None) -> Plan:
+        """A sample, and what only the first and the last of a picture do."""
+        while True:
+            types, graph = self.view.material_types, self._graph()
+            with graph.when(lambda frame: self._first):
+                gbuffer = self._gbuffer(graph, self.view)
+            with graph.scope("path_tracer"):
+                total = graph.texture("sum of samples", _LIGHT, lifetime=Lifetime.KEPT)
+                with graph.when(lambda frame: self._first):
+                    graph.record(
+                        "clear", lambda frame, total: frame.encoder.clear_texture_float(total), total=write(total)
+                    )
+                self._add_sample(graph, total, denoiser)
+                with graph.when(lambda frame: self._last):
+                    self._finish(graph, total, denoiser)
+            assert gbuffer is not None
+            plan = Plan(graph)
             self.view.make_programs()
-            frame.encoder.clear_texture_float(self._sum)
-            self._gbuffer(frame, self.view)
-            keep(frame, self._gbuffer.aovs())
-        features = {"albedos": self._no_features, "normals": self._no_features} if denoiser is None else denoiser.sums
-        self._trace(
-            frame,
-            frame.size,
-            frame=frame,
+            if self.view.material_types == types:  # else some were found that are made for more features
+                return plan
+
+    def _graph(self) -> FrameGraph:
+        return FrameGraph(self._memory, self.size, self.size, self._frames.block, self._frames.half_block)
+
+    def _add_sample(self, graph: FrameGraph, total: Texture, denoiser: Denoiser | None) -> None:
+        """Add a path a pixel to `total`."""
+        nothing = graph.nothing(_LIGHT)
+        features: dict[str, Any] = {"albedos": nothing, "normals": nothing} if denoiser is None else denoiser.sums
+        graph.add(
+            self._trace,
+            graph.size,
+            frame=graph.frame,
             scene=self.view,
-            accumulated=self._sum,
+            accumulated=update(total),
             maxDepth=self._max_depth,
             gathersFeatures=int(denoiser is not None),
             hidesBackground=int(self._transparent),
             **features,
         )
-        if last:
-            self._average(frame, frame.grid, frame=frame, accumulated=self._sum, radiance=self._mean)
-            picture = self._mean if denoiser is None else denoiser(frame, self._mean)
-            display = self._post(frame, picture, self._mean if self._transparent else None, channel=3)
-            pictures = {"color": picture_aov(picture), "display": picture_aov(display)}
-            keep(frame, pictures | ({"alpha": alpha_aov(self._mean, 3)} if self._transparent else {}))
-        self._frames.end(frame)
+
+    def _finish(self, graph: FrameGraph, total: Texture, denoiser: Denoiser | None) -> None:
+        """The mean of all samples, and the display."""
+        mean = graph.texture("radiance", _LIGHT)
+        graph.add(self._average, graph.grid, frame=graph.frame, accumulated=total, radiance=write(mean))
+        picture = mean if denoiser is None else denoiser.finish(graph, mean)
+        alpha = mean if self._transparent else None
+        display = self._post(graph, picture, self._post.exposure(graph), alpha, channel=3)
+        graph.offer("color", (picture,), lambda values: values[..., :3])
+        graph.offer("display", (display,), lambda values: values[..., :3])
+        if alpha is not None:
+            graph.offer("alpha", (alpha,), partial(alpha_of, 3))

@@ -47,7 +47,7 @@ def benchmark(
     measured = list(profiler.finished)
     gpu = {name: median(times[name] for times in measured if name in times) for name in measured[-1]}
     gpu["frame"] = median(sum(times.values()) for times in measured)
-    rays = {name: count for effect in renderer.effects for name, count in effect.ray_counts().items()}
+    rays = renderer.count_rays(camera)
     return {
         "frames": frames,
         "warm_up": warm_up,

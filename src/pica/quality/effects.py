@@ -40,7 +40,13 @@ class MeasuredEffect:
 
     def result(self) -> Layers:
         """What the effect gave in the newest frame."""
-        return {name: layer.result.fetch() for name, layer in self._reference().layers.items()}
+        captured = self._renderer.captured
+        return {name: captured[layer.offer]() for name, layer in self._reference().layers.items()}
+
+    def offers(self) -> frozenset[str]:
+        """What a frame has to capture for `result`; asked once it is known what the frame consists of."""
+        reference = self._effect.reference()
+        return frozenset(layer.offer for layer in reference.layers.values()) if reference else frozenset()
 
     def reference(self, samples: int) -> Layers:
         """The same from `samples` rays a pixel; NaN where there is nothing to compare."""
@@ -116,7 +122,7 @@ def compare_effect(
     play = sequence(motion, renderer.scene, camera, start, animation)
     errors, before, exposure = EffectErrors(), None, 0.0
     for frame in range(frames):
-        color = renderer.advance(play(frame), jittered=jittered)["color"]
+        color = renderer.advance(play(frame), jittered=jittered, capture=measured.offers)["color"]
         # No frame is skipped: flicker counts every one.
         result, expected = measured.result(), measured.reference(samples)
         if measured.is_light:

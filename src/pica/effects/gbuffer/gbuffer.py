@@ -151,9 +151,7 @@ class GBufferEffect(Effect):
                 graph.add(self._rays, graph.size, scene=scene, frame=graph.frame, **seen)
             rest = gbuffer.written(*(name for name in gbuffer.textures if name != "visibility"))
             visibility = gbuffer.textures["visibility"]
-            graph.add(
-                self._resolve, graph.grid, scene=scene, frame=graph.frame, visibility=visibility, **rest
-            )
+            graph.add(self._resolve, graph.grid, scene=scene, frame=graph.frame, visibility=visibility, **rest)
             gbuffer.filled(graph)
             self._offer(graph, scene, gbuffer)
         return gbuffer

@@ -1,14 +1,12 @@
 """Indirect light from a volumetric light map that was baked before (RTG 19, 19.3.3.2)."""
 
-from collections.abc import Mapping
-
 import slangpy as spy
 
-from pica.frame.context import FrameContext, Size
-from pica.frame.effect import Aov
 from pica.frame.gbuffer import GBuffer
-from pica.frame.indirect import ENDLESS
+from pica.frame.indirect import ENDLESS, IndirectPictures
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture
 from pica.light_map.gpu_light_map import GpuLightMap, light_map_cache
 from pica.light_map.light_map import LightMap
 from pica.programs.library import programs
@@ -24,39 +22,27 @@ class LightMapIndirect:
         self._light_map = GpuLightMap(device, light_map)
         self.cache = light_map_cache(self._light_map)
         self._apply = programs(device).compute("effects/global_illumination/light_map_apply.slang")
-        self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
-
-    def resize(self, size: Size) -> None:
-        """Nothing depends on it."""
 
     def reset(self) -> None:
         """There is no history."""
 
-    def debug_aovs(self) -> dict[str, Aov]:
-        """None but what each pixel gets."""
-        return {}
-
-    def ray_counts(self) -> dict[str, int]:
-        """None."""
-        return {}
-
     def __call__(
         self,
-        frame: FrameContext,
+        graph: FrameGraph,
         gbuffer: GBuffer,
         scene: SceneView,
-        occlusion: spy.Texture | None,
-        pictures: Mapping[str, spy.Texture],
+        occlusion: Texture | None,
+        pictures: IndirectPictures,
     ) -> None:
-        """Write this frame's to the pictures `arriving` and `indirect` and add it to `radiance`."""
-        self._apply(scene.material_types)(
-            frame,
-            frame.grid,
-            frame=frame,
+        """Fill the pictures."""
+        graph.add(
+            self._apply,
+            graph.grid,
+            frame=graph.frame,
             gbuffer=gbuffer,
             scene=scene,
             lightMap=self._light_map,
-            occlusion=occlusion or self._no_occlusion,
+            occlusion=occlusion or graph.nothing(spy.Format.r16_float),
             occluded=int(occlusion is not None),
-            **pictures,
+            **pictures.arguments(),
         )

@@ -1,19 +1,17 @@
 """Indirect light by paths from the pixels, a quarter a pixel, and a filter (RTG 19, 19.3.3.3 and 19.3.3.4)."""
 
-from collections.abc import Mapping
-
 import numpy as np
 import slangpy as spy
 
 from pica.effects.global_illumination.path_resampling import PathResampling
 from pica.effects.global_illumination.views import indirect_views
-from pica.frame.context import FrameContext, Size, half_size
-from pica.frame.effect import Aov
 from pica.frame.gbuffer import GBuffer
-from pica.frame.history import History, accumulate_grid
-from pica.frame.indirect import ENDLESS
+from pica.frame.grids import accumulate_grid
+from pica.frame.indirect import ENDLESS, IndirectPictures
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import History, Texture, write
 from pica.light_map.gpu_light_map import GpuLightMap, light_map_cache
 from pica.light_map.light_map import LightMap
 from pica.light_sampling.light_sampler import LightSamples
@@ -24,6 +22,7 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import PATHS, ray_effect
 
 _FOLDER = "effects/global_illumination"
+_LIGHT = spy.Format.rgba32_float
 
 
 class PathTracedIndirect:
@@ -32,14 +31,13 @@ class PathTracedIndirect:
     def __init__(
         self,
         device: Device,
-        size: Size,
         settings: GlobalIlluminationSettings,
         tracer: Tracer | None,
         light_map: LightMap | None,
         filters: bool,
     ) -> None:
         """`filters`: DebugSettings.filters."""
-        self._device, self._settings = device, settings
+        self._settings = settings
         self.is_smooth = filters
         """Whether the light in each pixel is the mean of many rays."""
         self._asks_picture = filters and settings.bounces > 1
@@ -53,118 +51,98 @@ class PathTracedIndirect:
         self._widen = device.compute(f"{_FOLDER}/irradiance_atrous.slang")
         self._accumulate = device.compute(f"{_FOLDER}/irradiance_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/irradiance_filter.slang")
-        self._resampling = PathResampling(device, size, tracer) if settings.mode == "restir" else None
-        self._allocate(size)
-
-    def _allocate(self, size: Size) -> None:
-        light, half = spy.Format.rgba32_float, half_size(size)
-        make = self._device.texture
-        self._textures = {
-            "found": make("indirect light of rays", light, half),
-            "met": make("what indirect rays met", spy.Format.rg32_uint, half if self._resampling else (1, 1)),
-            "gathered": make("indirect light gathered", light, half),
-            "widened": make("indirect light gathered widely", light, half),
-            "nearness": make("nearness of indirect light", spy.Format.r32_float, half),
-            "signal": make("indirect light accumulated", light, size),
-        }
-        formats = {"history": light, "moments": light}
-        self._history = History(self._device, "indirect light", formats, size, layers=1)
-
-    def resize(self, size: Size) -> None:
-        """Work at another size."""
-        self._device.give_back(*self._textures.values())
-        self._history.give_back()
-        if self._resampling is not None:
-            self._resampling.resize(size)
-        self._allocate(size)
+        self._resampling = PathResampling(device, tracer) if settings.mode == "restir" else None
 
     def reset(self) -> None:
-        """Drop the history."""
-        self._history.reset()
-        if self._resampling is not None:
-            self._resampling.reset()
-
-    def debug_aovs(self) -> dict[str, Aov]:
-        """See views.py."""
-        return indirect_views({**self._textures, **self._history.current})
-
-    def ray_counts(self) -> dict[str, int]:
-        """First rays of the paths; those to lights and further on are as many at most, for each bounce."""
-        return {"indirect_rays": int(np.count_nonzero(self._textures["found"].to_numpy()[..., 3]))}
+        """Nothing is kept on the host."""
 
     def __call__(
         self,
-        frame: FrameContext,
+        graph: FrameGraph,
         gbuffer: GBuffer,
         scene: SceneView,
         light: LightSamples,
         reprojection: Reprojection,
-        pictures: Mapping[str, spy.Texture],
+        pictures: IndirectPictures,
     ) -> None:
-        """Write this frame's to the pictures `arriving` and `indirect` and add it to `radiance`."""
-        textures, settings, half = self._textures, self._settings, frame.at_half()
-        self._trace(
-            half,
-            half.size,
-            frame=half,
-            gbuffer=gbuffer.at_half(frame),
+        """Fill the pictures."""
+        history = graph.history("indirect light", {"history": _LIGHT, "moments": _LIGHT}, layers=1)
+        found = self._found(graph, gbuffer, scene, light, reprojection, history)
+        signal, nearness = graph.nothing(_LIGHT), graph.nothing(spy.Format.r32_float)
+        if self.is_smooth:
+            signal, nearness = self._smooth(graph, gbuffer, reprojection, found, history)
+        graph.add(
+            self._filter,
+            graph.grid,
+            frame=graph.frame,
+            gbuffer=gbuffer,
+            scene=scene,
+            found=found,
+            signal=signal,
+            nearness=nearness,
+            smooth=int(self.is_smooth),
+            **pictures.arguments(),
+        )
+
+    def _found(
+        self,
+        graph: FrameGraph,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        light: LightSamples,
+        reprojection: Reprojection,
+        history: History,
+    ) -> Texture:
+        """Of half size, as indirect_rays.slang has it: the light that a path for 2x2 pixels brings."""
+        half, state, resamples = gbuffer.at_half(graph), history.state, self._resampling is not None
+        found = graph.texture("found", _LIGHT, graph.half_size)
+        met = graph.texture("met", spy.Format.rg32_uint, graph.half_size if resamples else (1, 1))
+        asks = self._asks_picture
+        graph.add(
+            self._trace,
+            graph.half_size,
+            frame=graph.half_frame,
+            gbuffer=half,
             scene=scene,
             reprojection=reprojection,
-            bounces=settings.bounces,
-            previousHistory=self._history.current["history"],
-            known=int(self._asks_picture and self._history.precedes(frame)),
+            bounces=self._settings.bounces,
+            previousHistory=history["history"].previous if self.is_smooth else graph.nothing(_LIGHT, 1),
+            known=lambda frame: int(asks and state.precedes(frame)),
             **light.at_hits(regularized=self.is_smooth),
-            resampled=int(self._resampling is not None),
-            found=textures["found"],
-            met=textures["met"],
+            resampled=int(resamples),
+            found=write(found),
+            met=write(met),
             **(self.cache.values if self.cache else {}),
         )
         if self._resampling is not None:
-            self._resampling(frame, gbuffer, scene, reprojection, textures["found"], textures["met"])
-        if self.is_smooth:
-            self._smooth(frame, gbuffer, reprojection)
-        self._filter(scene.material_types)(
-            frame,
-            frame.grid,
-            frame=frame,
-            gbuffer=gbuffer,
-            scene=scene,
-            found=textures["found"],
-            signal=textures["signal"],
-            nearness=textures["nearness"],
-            smooth=int(self.is_smooth),
-            **pictures,
+            self._resampling(graph, gbuffer, scene, reprojection, found, met)
+        graph.offer(
+            "rays.indirect_rays", (found,), lambda values: int(np.count_nonzero(values[..., 3])), on_request=True
         )
+        return found
 
-    def _smooth(self, frame: FrameContext, gbuffer: GBuffer, reprojection: Reprojection) -> None:
-        """Over neighbours' rays and earlier frames."""
-        textures, half = self._textures, frame.at_half()
-        self._gather(
-            half,
-            half.grid,
-            frame=half,
-            gbuffer=gbuffer.at_half(frame),
-            found=textures["found"],
-            gathered=textures["gathered"],
-            nearness=textures["nearness"],
-        )
-        self._widen(
-            half,
-            half.grid,
-            frame=half,
-            gbuffer=gbuffer.at_half(frame),
-            gathered=textures["gathered"],
-            nearness=textures["nearness"],
-            widened=textures["widened"],
-        )
-        self._accumulate(
-            frame,
-            accumulate_grid(frame.size),
-            frame=frame,
+    def _smooth(
+        self, graph: FrameGraph, gbuffer: GBuffer, reprojection: Reprojection, found: Texture, history: History
+    ) -> tuple[Texture, Texture]:
+        """Over neighbours' rays and earlier frames: the signal, and how near what lights the surface is."""
+        half = {"frame": graph.half_frame, "gbuffer": gbuffer.at_half(graph)}
+        gathered = graph.texture("gathered", _LIGHT, graph.half_size)
+        widened = graph.texture("widened", _LIGHT, graph.half_size)
+        nearness = graph.texture("nearness", spy.Format.r32_float, graph.half_size)
+        signal = graph.texture("signal", _LIGHT)
+        written = {"gathered": write(gathered), "nearness": write(nearness)}
+        graph.add(self._gather, graph.half_grid, found=found, **half, **written)
+        graph.add(self._widen, graph.half_grid, gathered=gathered, nearness=nearness, widened=write(widened), **half)
+        graph.add(
+            self._accumulate,
+            accumulate_grid(graph.size),
+            frame=graph.frame,
             gbuffer=gbuffer,
             reprojection=reprojection,
-            gathered=textures["widened"],
-            signal=textures["signal"],
-            **self._history.turn(frame),
-            known=int(not self._history.empty),
+            gathered=widened,
+            signal=write(signal),
+            known=history.known,
+            **history.swap(),
         )
+        indirect_views(graph, found, gathered, nearness, signal, history["moments"])
+        return signal, nearness

@@ -1,19 +1,20 @@
 """Indirect light from surfels: discs on surfaces that remember it (RTG 25, 25.2.6)."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import slangpy as spy
 
-from pica.effects.global_illumination.views import surfel_views
-from pica.frame.context import FrameContext, Size, camera_constants, half_size
-from pica.frame.effect import Aov
+from pica.effects.global_illumination.views import SURFEL_VIEWS, surfel_views
+from pica.frame.context import FrameContext, camera_constants
 from pica.frame.gbuffer import GBuffer
-from pica.frame.indirect import ENDLESS, IndirectCache
+from pica.frame.indirect import ENDLESS, IndirectCache, IndirectPictures
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Buffer, Texture, write
 from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
+from pica.rhi.binding import ParameterBlock
 from pica.rhi.device import Device
 from pica.settings import GlobalIlluminationSettings
 from pica.tracing.ray_buffers import Tracer
@@ -77,7 +78,7 @@ class SurfelIndirect:
 
     bounces, is_smooth = ENDLESS, True
 
-    def __init__(self, device: Device, size: Size, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
+    def __init__(self, device: Device, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
         self._device = device
         self._pool = SurfelPool(device, settings.surfels)
         compute = device.compute
@@ -90,53 +91,13 @@ class SurfelIndirect:
         self._update = compute(f"{_FOLDER}/surfel_update.slang")
         self._lookup = compute(f"{_FOLDER}/surfel_lookup.slang")
         self._apply = programs(device).compute(f"{_FOLDER}/surfel_apply.slang")
-        self._no_occlusion = device.texture("no occlusion", spy.Format.r16_float, (1, 1))
-        self._newest: tuple[Size, dict[str, Any]] | None = None
         self._scene, self._unchanged = -1, 0
-        self._allocate(size)
         self.cache = IndirectCache(f"{_FOLDER}/surfel_cache.slang", {"surfels": self._pool})
-
-    def _allocate(self, size: Size) -> None:
-        self._half_known = self._device.texture("light of surfels", spy.Format.rgba32_float, half_size(size))
-
-    def resize(self, size: Size) -> None:
-        """Work at another size; the surfels stay."""
-        self._device.give_back(self._half_known)
-        self._allocate(size)
 
     def reset(self) -> None:
         """Forget all surfels."""
         self._pool.clear()
         self._unchanged = 0
-
-    def debug_aovs(self) -> dict[str, Aov]:
-        """See views.py; made by a pass of its own, which nothing compiles before."""
-        if self._newest is None:
-            return {}
-        size, newest = self._newest
-        device, pool = self._device, self._pool
-        shown = {
-            "nearest": device.texture("nearest surfels", spy.Format.rgba32_uint, size),
-            "cells": device.texture("cells of surfels", spy.Format.rg32_uint, size),
-        }
-        with device.record() as recording:
-            device.compute(f"{_FOLDER}/surfel_views.slang")(
-                recording,
-                (*size, 1),
-                surfels=pool,
-                anchors=pool.anchors,
-                taken=pool.taken,
-                turns=pool.turns,
-                **newest,
-                **shown,
-            )
-        device.give_back(*shown.values())
-        return surfel_views(shown)
-
-    def ray_counts(self) -> dict[str, int]:
-        """Rays from surfels; those to lights are as many at most."""
-        wanted = int(self._pool.ray_count.to_numpy().view(np.uint32)[0])
-        return {"surfel_rays": min(wanted, self._pool.rays)}
 
     def count(self) -> int:
         """Surfels in use. Waits for the device."""
@@ -144,34 +105,34 @@ class SurfelIndirect:
 
     def __call__(
         self,
-        frame: FrameContext,
+        graph: FrameGraph,
         gbuffer: GBuffer,
         scene: SceneView,
         light: LightSamples,
-        occlusion: spy.Texture | None,
-        exposure: spy.Buffer,
-        pictures: Mapping[str, spy.Texture],
+        occlusion: Texture | None,
+        exposure: Buffer,
+        pictures: IndirectPictures,
     ) -> None:
-        """Write this frame's to the pictures `arriving` and `indirect` and add it to `radiance`."""
-        self._newest = frame.size, {"frame": frame.block, "gbuffer": gbuffer, "scene": scene}
-        self._unchanged = self._unchanged + 1 if scene.revision == self._scene else 0
-        self._scene = scene.revision
+        """Fill the pictures."""
         pool = self._pool
-        pixel = camera_constants(frame.camera, frame.size, frame.output_size[0] / frame.output_size[1])["pixelSize"]
-        pool.block.bind(size=max(_SIZE, _LEAST_PIXELS * pixel))
         each = (pool.capacity, 1, 1)
         slots = {"freeSlots": pool.free_slots, "freeCount": pool.free_count}
-        for buffer in (pool.shared["keys"], pool.shared["counts"], pool.ray_count):
-            frame.encoder.clear_buffer(buffer)
-        self._place(
-            frame, each, frame=frame, scene=scene, surfels=pool, anchors=pool.anchors, capacity=pool.capacity, **slots
+        graph.record("begin surfels", self._begin, scene=scene)
+        graph.add(
+            self._place,
+            each,
+            frame=graph.frame,
+            scene=scene,
+            surfels=pool,
+            anchors=pool.anchors,
+            capacity=pool.capacity,
+            **slots,
         )
-        half = frame.at_half()
-        self._spawn(
-            half,
-            half.grid,
-            frame=half,
-            gbuffer=gbuffer.at_half(frame),
+        graph.add(
+            self._spawn,
+            graph.half_grid,
+            frame=graph.half_frame,
+            gbuffer=gbuffer.at_half(graph),
             scene=scene,
             surfels=pool,
             anchors=pool.anchors,
@@ -180,10 +141,10 @@ class SurfelIndirect:
             drifts=pool.drifts,
             **slots,
         )
-        self._queue(
-            frame,
+        graph.add(
+            self._queue,
             each,
-            frame=frame,
+            frame=graph.frame,
             surfels=pool,
             estimators=pool.estimators,
             surfelOfRay=pool.surfel_of_ray,
@@ -193,10 +154,10 @@ class SurfelIndirect:
             capacity=pool.capacity,
             budget=pool.rays,
         )
-        self._trace(
-            frame,
+        graph.add(
+            self._trace,
             (_RAYS_ACROSS, pool.rays // _RAYS_ACROSS),
-            frame=frame,
+            frame=graph.frame,
             scene=scene,
             bounces=_BOUNCES,
             **light.at_hits(regularized=True),
@@ -208,10 +169,10 @@ class SurfelIndirect:
             arrived=pool.arrived,
             width=_RAYS_ACROSS,
         )
-        self._update(
-            frame,
+        graph.add(
+            self._update,
             each,
-            frame=frame,
+            frame=graph.frame,
             surfels=pool,
             turns=pool.turns,
             taken=pool.taken,
@@ -220,19 +181,59 @@ class SurfelIndirect:
             drifts=pool.drifts,
             estimators=pool.estimators,
             capacity=pool.capacity,
-            settled=int(self._unchanged > _SETTLED),
+            settled=lambda frame: int(self._unchanged > _SETTLED),
             **slots,
         )
-        self._lookup(frame, half.grid, frame=frame, gbuffer=gbuffer, surfels=pool, halfKnown=self._half_known)
-        self._apply(scene.material_types)(
-            frame,
-            frame.grid,
-            frame=frame,
+        half_known = graph.texture("light of surfels", spy.Format.rgba32_float, graph.half_size)
+        shown = {"frame": graph.frame, "gbuffer": gbuffer, "surfels": pool}
+        graph.add(self._lookup, graph.half_grid, halfKnown=write(half_known), **shown)
+        graph.add(
+            self._apply,
+            graph.grid,
+            scene=scene,
+            halfKnown=half_known,
+            occlusion=occlusion or graph.nothing(spy.Format.r16_float),
+            occluded=int(occlusion is not None),
+            **shown,
+            **pictures.arguments(),
+        )
+        self._offer(graph, gbuffer, scene)
+
+    def _begin(self, frame: FrameContext, scene: SceneView) -> None:
+        self._unchanged = self._unchanged + 1 if scene.revision == self._scene else 0
+        self._scene = scene.revision
+        pool = self._pool
+        pixel = camera_constants(frame.camera, frame.size, frame.output_size[0] / frame.output_size[1])["pixelSize"]
+        pool.block.bind(size=max(_SIZE, _LEAST_PIXELS * pixel))
+        for buffer in (pool.shared["keys"], pool.shared["counts"], pool.ray_count):
+            frame.encoder.clear_buffer(buffer)
+
+    def _offer(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView) -> None:
+        """Views are made by a pass of their own, which nothing compiles before."""
+        pool = self._pool
+        nearest = graph.texture("nearest surfels", spy.Format.rgba32_uint)
+        cells = graph.texture("cells of surfels", spy.Format.rg32_uint)
+        asked = {f"debug.global_illumination.{name}" for name in SURFEL_VIEWS}
+
+        def show(frame: FrameContext, constants: ParameterBlock, **inputs: Any) -> None:
+            step = self._device.compute(f"{_FOLDER}/surfel_views.slang")
+            step(frame, frame.grid, frame=constants, **inputs)
+
+        graph.record(
+            "surfel_views",
+            show,
+            when=lambda frame: not asked.isdisjoint(frame.requested),
+            constants=graph.frame,
             gbuffer=gbuffer,
             scene=scene,
             surfels=pool,
-            halfKnown=self._half_known,
-            occlusion=occlusion or self._no_occlusion,
-            occluded=int(occlusion is not None),
-            **pictures,
+            anchors=pool.anchors,
+            taken=pool.taken,
+            turns=pool.turns,
+            nearest=write(nearest),
+            cells=write(cells),
         )
+        surfel_views(graph, nearest, cells)
+        wanted = lambda: min(int(pool.ray_count.to_numpy().view(np.uint32)[0]), pool.rays)  # noqa: E731
+        graph.offer("rays.surfel_rays", (), wanted, on_request=True)
+        graph.offer("count.surfels", (), self.count, on_request=True)

@@ -1,63 +1,60 @@
 """Indirect light and the work of its filters as arrays for people."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.frame.effect import Aov
+from pica.frame.effect import rgb
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture
 
 Array = NDArray[Any]
+_OF = "debug.global_illumination"
 
 
-def color(values: Array) -> Array:
-    """(height, width, 3) of a texture with an alpha channel."""
-    return values[..., :3].astype(np.float32)
-
-
-def indirect_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
-    """Views of the textures; light is in nits over diffuse albedo, which is irradiance over pi.
+def indirect_views(
+    graph: FrameGraph, found: Texture, gathered: Texture, nearness: Texture, signal: Texture, moments: Texture
+) -> None:
+    """Offer views of the textures; light is in nits over diffuse albedo, which is irradiance over pi.
 
     Of half size raw: what each ray brought; distance: metres to what it met, below 0 where that was nothing; gathered:
     from neighbours' rays of this frame; nearness: 1 / metres to what lights the surface. Of full size accumulated: with
     earlier frames; variance: of that; history: how many frames these are.
     """
-    return {
-        "raw": Aov((textures["found"],), color),
-        "distance": Aov((textures["found"],), lambda values: values[..., 3]),
-        "gathered": Aov((textures["gathered"],), color),
-        "nearness": Aov((textures["nearness"],), lambda values: values),
-        "accumulated": Aov((textures["signal"],), color),
-        "variance": Aov((textures["signal"],), lambda values: values[..., 3]),
-        "history": Aov((textures["moments"],), lambda layers: layers[0, ..., 1]),
-    }
+    graph.offer(f"{_OF}.raw", (found,), rgb)
+    graph.offer(f"{_OF}.distance", (found,), lambda values: values[..., 3])
+    graph.offer(f"{_OF}.gathered", (gathered,), rgb)
+    graph.offer(f"{_OF}.nearness", (nearness,), lambda values: values)
+    graph.offer(f"{_OF}.accumulated", (signal,), rgb)
+    graph.offer(f"{_OF}.variance", (signal,), lambda values: values[..., 3])
+    graph.offer(f"{_OF}.history", (moments,), lambda layers: layers[0, ..., 1])
 
 
-def arriving_views(arriving: spy.Texture) -> dict[str, Aov]:
-    """What each pixel gets, (height, width[, 3]).
+def arriving_views(graph: FrameGraph, arriving: Texture) -> None:
+    """Offer what each pixel gets, (height, width[, 3]).
 
     arriving: the light over diffuse albedo, in nits; coverage: the sum of the weights of surfels' discs, else 1 where
     that is known.
     """
-    return {"arriving": Aov((arriving,), color), "coverage": Aov((arriving,), lambda values: values[..., 3])}
+    graph.offer(f"{_OF}.arriving", (arriving,), rgb)
+    graph.offer(f"{_OF}.coverage", (arriving,), lambda values: values[..., 3])
 
 
-def surfel_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
-    """Views of surfels, (height, width[, 3]); 0 where there is none.
+SURFEL_VIEWS = "discs", "age", "samples", "rays", "cells"
+
+
+def surfel_views(graph: FrameGraph, nearest: Texture, cells: Texture) -> None:
+    """Offer views of surfels, (height, width[, 3]); 0 where there is none.
 
     discs: number of the surfel whose disc is nearest, from 1; age: its frames, with this one; samples: its rays so far;
     rays: those of this frame. cells: a colour for each cell of the grid, in the hue of the grid's level.
     """
-    nearest, cells = textures["nearest"], textures["cells"]
-    return {
-        "discs": Aov((nearest,), lambda values: values[..., 0]),
-        "age": Aov((nearest,), lambda values: values[..., 1].astype(np.float32)),
-        "samples": Aov((nearest,), lambda values: values[..., 2].astype(np.float32)),
-        "rays": Aov((nearest,), lambda values: values[..., 3].astype(np.float32)),
-        "cells": Aov((cells,), _cell_colors),
-    }
+    graph.offer(f"{_OF}.discs", (nearest,), lambda values: values[..., 0])
+    graph.offer(f"{_OF}.age", (nearest,), lambda values: values[..., 1].astype(np.float32))
+    graph.offer(f"{_OF}.samples", (nearest,), lambda values: values[..., 2].astype(np.float32))
+    graph.offer(f"{_OF}.rays", (nearest,), lambda values: values[..., 3].astype(np.float32))
+    graph.offer(f"{_OF}.cells", (cells,), _cell_colors)
 
 
 _HUES = np.array([(1, 0.2, 0.2), (1, 1, 0.2), (0.2, 1, 0.2), (0.2, 1, 1), (0.2, 0.2, 1), (1, 0.2, 1)], np.float32)

@@ -2,9 +2,12 @@
 
 import slangpy as spy
 
-from pica.frame.context import FrameContext, Size, half_size
+from pica.frame.context import FrameContext
 from pica.frame.gbuffer import GBuffer
+from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Lifetime, Texture, update
 from pica.programs.library import programs
 from pica.rhi.device import Device
 
@@ -16,24 +19,10 @@ _FROM = 32
 class OwnRays:
     """Turns what is rebuilt from neighbours' rays into the mean of a pixel's own, while nothing changes."""
 
-    def __init__(self, device: Device, size: Size) -> None:
-        self._device = device
+    def __init__(self, device: Device) -> None:
         self._collect = programs(device).compute(f"{_FOLDER}/own_rays.slang")
         self._add = device.compute(f"{_FOLDER}/own_light.slang")
         self._newest = -1
-        self._allocate(size)
-
-    def _allocate(self, size: Size) -> None:
-        self._textures = {
-            "missing": self._device.texture("light of own reflection rays", spy.Format.rgba32_float, size),
-            "squares": self._device.texture("squares of own reflection rays", spy.Format.r32_float, size),
-        }
-
-    def resize(self, size: Size) -> None:
-        """Work at another size."""
-        self._device.give_back(*self._textures.values())
-        self._allocate(size)
-        self.reset()
 
     def reset(self) -> None:
         """Forget."""
@@ -41,27 +30,51 @@ class OwnRays:
 
     def __call__(
         self,
-        frame: FrameContext,
+        graph: FrameGraph,
         gbuffer: GBuffer,
         scene: SceneView,
-        unchanged: int,
-        ends: spy.Texture,
-        light: spy.Texture,
-        reflected: spy.Texture,
-        radiance: spy.Texture,
+        reprojection: Reprojection,
+        ends: Texture,
+        light: Texture,
+        reflected: Texture,
+        radiance: Texture,
     ) -> None:
         """Mend `reflected`, and `radiance`, which it is a part of.
 
-        `unchanged`: frames since anything has changed. `ends` and `light`: of this frame's rays, as reflected.slang has
-        them.
+        `ends` and `light`: of this frame's rays, as reflected.slang has them.
         """
-        if unchanged < _FROM:
-            return
-        half = half_size(frame.size)
-        shown = {"frame": frame, "gbuffer": gbuffer, "reflected": reflected, **self._textures}
-        known = int(unchanged > _FROM and self._newest + 1 == frame.index)
-        self._collect(scene.material_types)(
-            frame, (*half, 1), scene=scene, ends=ends, light=light, known=known, **shown
+        missing = graph.texture("missing light", spy.Format.rgba32_float, lifetime=Lifetime.KEPT)
+        squares = graph.texture("missing squares", spy.Format.r32_float, lifetime=Lifetime.KEPT)
+        shared = {"frame": graph.frame, "gbuffer": gbuffer}
+
+        def resting(frame: FrameContext) -> bool:
+            return reprojection.unchanged >= _FROM
+
+        def known(frame: FrameContext) -> int:
+            goes_on = reprojection.unchanged > _FROM and self._newest + 1 == frame.index
+            self._newest = frame.index
+            return int(goes_on)
+
+        graph.add(
+            self._collect,
+            graph.half_grid,
+            when=resting,
+            scene=scene,
+            ends=ends,
+            light=light,
+            reflected=reflected,
+            missing=update(missing),
+            squares=update(squares),
+            known=known,
+            **shared,
         )
-        self._add(frame, frame.grid, radiance=radiance, **shown)
-        self._newest = frame.index
+        graph.add(
+            self._add,
+            graph.grid,
+            when=resting,
+            missing=missing,
+            squares=squares,
+            reflected=update(reflected),
+            radiance=update(radiance),
+            **shared,
+        )

@@ -7,21 +7,24 @@ import slangpy as spy
 from pica.effects.reflections.own_rays import OwnRays
 from pica.effects.reflections.screen_rays import ScreenRays
 from pica.effects.reflections.traced_rays import TracedRays
-from pica.effects.reflections.views import color, reflection_views
-from pica.frame.context import FrameContext, Size, half_size
-from pica.frame.effect import Aov, Effect, Reference, ReferenceLayer
+from pica.effects.reflections.views import PAST_VIEWS, past_views, reflection_views
+from pica.frame.context import FrameContext
+from pica.frame.effect import Effect, Reference, ReferenceLayer, rgb
 from pica.frame.gbuffer import GBuffer
-from pica.frame.history import History
 from pica.frame.indirect import ENDLESS, IndirectLight
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import History, Lifetime, Texture, update, write
 from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
+from pica.rhi.binding import ParameterBlock
 from pica.rhi.device import Device
 from pica.settings import ReflectionsSettings
 from pica.tracing.ray_buffers import Tracer
 
 _FOLDER = "effects/reflections"
+_LIGHT = spy.Format.rgba32_float
 
 
 class Reflections(Effect):
@@ -33,7 +36,6 @@ class Reflections(Effect):
     def __init__(
         self,
         device: Device,
-        size: Size,
         settings: ReflectionsSettings,
         tracer: Tracer | None,
         cache: str | None,
@@ -43,54 +45,25 @@ class Reflections(Effect):
         DebugSettings.filters."""
         self._device, self._cache, self._filters = device, cache, filters
         by_rays = settings.mode == "ray_traced"
-        self._traced = TracedRays(device, size, settings, tracer, cache, filters) if by_rays else None
-        self._screen = ScreenRays(device, size) if settings.mode == "screen_space" else None
+        self._traced = TracedRays(device, settings, tracer, cache, filters) if by_rays else None
+        self._screen = ScreenRays(device) if settings.mode == "screen_space" else None
         self._mirrors = settings.reconstruction == "mirror_rays" and filters
         step = "reconstruct_radiance" if self._mirrors else "reconstruct"
         self._reconstruct = programs(device).compute(f"{_FOLDER}/{step}.slang")
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
-        self._own = OwnRays(device, size) if filters and not self._mirrors else None
-        self._allocate(size)
-
-    def _allocate(self, size: Size) -> None:
-        light, half = spy.Format.rgba32_float, half_size(size)
-        make = self._device.texture
-        self._textures = {
-            "ends": make("reflection ray ends", light, half),
-            "light": make("reflected light", spy.Format.rgba32_uint, half),
-            "reconstructed": make("reconstructed reflections", light, size),
-            "distances": make("reflection distances", spy.Format.rg32_float, size),
-            "signal": make("reflection signal", light, size),
-            "reflected": make("reflections", light, size),
-        }
-        self._history = History(self._device, "reflections", {"history": light}, size, 1)
-        self._newest: tuple[Size, dict[str, Any]] | None = None
-
-    def resize(self, size: Size) -> None:
-        """As Effect."""
-        self._device.give_back(*self._textures.values())
-        self._history.give_back()
-        self._allocate(size)
-        for rays in (self._traced, self._screen, self._own):
-            if rays is not None:
-                rays.resize(size)
-
-    def surroundings(self) -> spy.Texture | None:
-        """Where the next call looks for what surfaces mirror of the prefiltered environment, (width, height,
-        rgba32_float) over albedo; None: that is not for reflections to bring."""
-        return None if self._screen is None else self._screen.surroundings
+        self._own = OwnRays(device) if filters and not self._mirrors else None
 
     def reset(self) -> None:
-        """Drop the history."""
-        self._history.reset()
-        self._newest = None
+        """Drop what rays of earlier frames brought."""
         if self._own is not None:
             self._own.reset()
 
-    def aovs(self) -> dict[str, Aov]:
-        """reflections: (height, width, 3) the light that surfaces mirror, in nits."""
-        return {"reflections": Aov((self._textures["reflected"],), color)}
+    def surroundings(self, graph: FrameGraph) -> Texture | None:
+        """Where the next call looks for what surfaces mirror of the prefiltered environment, (width, height,
+        rgba32_float) over albedo; None: that is not for reflections to bring."""
+        with graph.scope(self.name):
+            return None if self._screen is None else graph.texture("mirrored surroundings", _LIGHT)
 
     def reference(self) -> Reference | None:
         """The same by many rays; None where the picture alone is mirrored."""
@@ -98,79 +71,118 @@ class Reflections(Effect):
             return None
         inputs = "frame", "gbuffer", "scene", "lightSlots"
         bounces = self._traced.bounces | ({"indirectBounces": ENDLESS} if self._cache else {})
-        layers = {"reflections": ReferenceLayer(self.aovs()["reflections"], bounces)}
+        layers = {"reflections": ReferenceLayer("reflections", bounces)}
         return Reference("path_tracer/mirrored_light.slang", "MirroredLight", "surface", inputs, layers, is_light=True)
-
-    def debug_aovs(self) -> dict[str, Aov]:
-        """See views.py; what is of the frame before is made by a pass of its own, which nothing compiles before."""
-        found = {**self._textures, **self._history.current}
-        if self._newest is None:
-            return reflection_views(found)
-        size, newest = self._newest
-        light = spy.Format.rgba32_float
-        formats = {"ofSurface": light, "ofImage": light, "choice": spy.Format.rg32_float}
-        past = {name: self._device.texture(f"reflections {name}", kind, size) for name, kind in formats.items()}
-        with self._device.record() as recording:
-            self._device.compute(f"{_FOLDER}/reflection_views.slang")(recording, (*size, 1), **newest, **past)
-        self._device.give_back(*past.values())
-        return reflection_views({**found, **past})
-
-    def ray_counts(self) -> dict[str, int]:
-        """Rays that followed a surface's lobe; those from what they met to a light are as many at most."""
-        if self._traced is None:
-            return {}
-        return {"reflection_rays": self._traced.count(self._textures["ends"])}
 
     def __call__(
         self,
-        frame: FrameContext,
+        graph: FrameGraph,
         gbuffer: GBuffer,
         scene: SceneView,
         light: LightSamples,
         reprojection: Reprojection,
         indirect: IndirectLight | None,
-        radiance: spy.Texture,
+        surroundings: Texture | None,
+        radiance: Texture,
     ) -> None:
-        """Add what this frame's surfaces mirror to `radiance`. `indirect`: what else lights that; None: nothing."""
-        textures, filtered = self._textures, self._filters
-        mirrors = int(self._mirrors)
-        if self._traced is not None:
-            self._traced(frame, gbuffer, scene, light, indirect, textures["ends"], textures["light"], mirrors)
-        if self._screen is not None:
-            known = int(filtered and self._history.precedes(frame))
-            shown = {"radiance": radiance, "reflected": textures["reflected"]}
-            shown |= {"ends": textures["ends"], "light": textures["light"]}
-            self._screen(frame, gbuffer, scene, reprojection, known=known, mirrors=mirrors, **shown)
-        self._reconstruct(scene.material_types)(
-            frame,
-            frame.grid,
-            frame=frame,
+        """Add what this frame's surfaces mirror to `radiance`. `indirect`: what else lights that; None: nothing.
+
+        `surroundings`: as the function of that name gave it, filled.
+        """
+        with graph.scope(self.name):
+            history = graph.history("history", {"history": _LIGHT}, layers=1)
+            # Rays over the depth buffer find what was mirrored in the frame before.
+            lifetime = Lifetime.FRAME if self._screen is None else Lifetime.KEPT
+            reflected = graph.texture("reflected", _LIGHT, lifetime=lifetime)
+            ends = graph.texture("ends", _LIGHT, graph.half_size)
+            brought = single = graph.texture("light", spy.Format.rgba32_uint, graph.half_size)
+            if self._traced is not None:
+                mirrors = int(self._mirrors)
+                single = self._traced(graph, gbuffer, scene, light, indirect, ends, brought, mirrors)
+            if self._screen is not None:
+                assert surroundings is not None
+                state = history.state
+                self._screen(
+                    graph,
+                    gbuffer,
+                    scene,
+                    reprojection,
+                    surroundings,
+                    known=lambda frame: int(self._filters and state.precedes(frame)),
+                    mirrors=int(self._mirrors),
+                    radiance=radiance,
+                    reflected=reflected,
+                    ends=write(ends),
+                    light=write(brought),
+                )
+            signal = self._rebuild(graph, gbuffer, scene, reprojection, history, ends, brought)
+            graph.add(
+                self._filter,
+                graph.grid,
+                frame=graph.frame,
+                gbuffer=gbuffer,
+                scene=scene,
+                signal=signal,
+                reflected=write(reflected),
+                radiance=update(radiance),
+            )
+            if self._own is not None:
+                self._own(graph, gbuffer, scene, reprojection, ends, single, reflected, radiance)
+            graph.offer("reflections", (reflected,), rgb)
+
+    def _rebuild(
+        self,
+        graph: FrameGraph,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        reprojection: Reprojection,
+        history: History,
+        ends: Texture,
+        light: Texture,
+    ) -> Texture:
+        """(width, height, rgba32_float) mirrored light over albedo from half as many rays, and its variance."""
+        reconstructed = graph.texture("reconstructed", _LIGHT)
+        distances = graph.texture("distances", spy.Format.rg32_float)
+        graph.add(
+            self._reconstruct,
+            graph.grid,
+            frame=graph.frame,
             gbuffer=gbuffer,
             scene=scene,
-            ends=textures["ends"],
-            light=textures["light"],
-            reconstructed=textures["reconstructed"],
-            distances=textures["distances"],
-            **({} if self._mirrors else {"filtered": int(filtered)}),
+            ends=ends,
+            light=light,
+            reconstructed=write(reconstructed),
+            distances=write(distances),
+            **({} if self._mirrors else {"filtered": int(self._filters)}),
         )
-        if filtered:
-            history = self._history.turn(frame)
-            found: dict[str, Any] = {name: textures[name] for name in ("reconstructed", "distances", "signal")}
-            found |= {"gbuffer": gbuffer, "reprojection": reprojection, "previousHistory": history["previousHistory"]}
-            known = int(not self._history.empty)
-            self._newest = (frame.size, {"frame": frame.block, **found}) if known else None
-            self._accumulate(frame, frame.grid, frame=frame, history=history["history"], known=known, **found)
-        self._filter(scene.material_types)(
-            frame,
-            frame.grid,
-            frame=frame,
-            gbuffer=gbuffer,
-            scene=scene,
-            signal=textures["signal" if filtered else "reconstructed"],
-            reflected=textures["reflected"],
-            radiance=radiance,
+        reflection_views(graph, light, reconstructed, distances)
+        if not self._filters:
+            return reconstructed
+        signal = graph.texture("signal", _LIGHT)
+        past: dict[str, Any] = {"frame": graph.frame, "gbuffer": gbuffer, "reprojection": reprojection}
+        past |= {"reconstructed": reconstructed, "distances": distances}
+        graph.add(self._accumulate, graph.grid, known=history.known, signal=write(signal), **history.swap(), **past)
+        self._show_past(graph, signal, history, past)
+        return signal
+
+    def _show_past(self, graph: FrameGraph, signal: Texture, history: History, past: dict[str, Any]) -> None:
+        """Views of the frame before are made by a pass of their own, which nothing compiles before."""
+        formats = {"ofSurface": _LIGHT, "ofImage": _LIGHT, "choice": spy.Format.rg32_float}
+        shown = {name: graph.texture(name, kind) for name, kind in formats.items()}
+        asked = {f"debug.reflections.{name}" for name in PAST_VIEWS}
+
+        def show(frame: FrameContext, constants: ParameterBlock, **inputs: Any) -> None:
+            step = self._device.compute(f"{_FOLDER}/reflection_views.slang")
+            step(frame, frame.grid, frame=constants, **inputs)
+
+        past = {"constants" if name == "frame" else name: value for name, value in past.items()}
+        graph.record(
+            "reflection_views",
+            show,
+            when=lambda frame: not asked.isdisjoint(frame.requested),
+            signal=signal,
+            previousHistory=history["history"].previous,
+            **past,
+            **{name: write(texture) for name, texture in shown.items()},
         )
-        if self._own is not None:
-            single = textures["light"] if self._traced is None else self._traced.single
-            shown = {"reflected": textures["reflected"], "radiance": radiance}
-            self._own(frame, gbuffer, scene, reprojection.unchanged, textures["ends"], single, **shown)
+        past_views(graph, signal, history["history"], shown)

@@ -1,11 +1,14 @@
 """Reflections' rays over the depth buffer, where nothing traces them."""
 
+from typing import Any
+
 import slangpy as spy
 
-from pica.frame.context import FrameContext, Size, half_size
 from pica.frame.gbuffer import GBuffer
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture, write
 from pica.programs.library import programs
 from pica.rhi.device import Device
 
@@ -17,43 +20,33 @@ _GROUP = 16
 class ScreenRays:
     """A ray for 2x2 pixels over the depth buffer; beyond it is the prefiltered environment."""
 
-    def __init__(self, device: Device, size: Size) -> None:
-        self._device = device
+    def __init__(self, device: Device) -> None:
         self._build = device.compute(f"{_FOLDER}/depth_pyramid.slang")
         self._march = programs(device).compute(f"{_FOLDER}/screen_space.slang")
-        self._allocate(size)
-
-    def _allocate(self, size: Size) -> None:
-        width, height = (-(-length // _GROUP) * _GROUP for length in size)
-        self._levels = self._device.texture("depth pyramid", spy.Format.rg32_float, (width // 2, height))
-        self.surroundings = self._device.texture("mirrored surroundings", spy.Format.rgba32_float, size)
-        """(width, height) what each pixel mirrors of the prefiltered environment, over albedo."""
-
-    def resize(self, size: Size) -> None:
-        """Work at another size."""
-        self._device.give_back(self._levels, self.surroundings)
-        self._allocate(size)
 
     def __call__(
         self,
-        frame: FrameContext,
+        graph: FrameGraph,
         gbuffer: GBuffer,
         scene: SceneView,
         reprojection: Reprojection,
-        **pictures: object,
+        surroundings: Texture,
+        **pictures: Any,
     ) -> None:
-        """March. `pictures`: the parameters of screen_space.slang beyond that."""
-        width, height = half_size(frame.size)
-        threads = (-(-width // 8) * 8, -(-height // 8) * 8, 1)
-        self._build(frame, threads, frame=frame, gbuffer=gbuffer, pyramid=self._levels)
-        self._march(scene.material_types)(
-            frame,
-            (width, height, 1),
-            frame=frame,
+        """March. `surroundings`: (width, height) what each pixel mirrors of the prefiltered environment, over albedo.
+        `pictures`: the parameters of screen_space.slang beyond that."""
+        width, height = (-(-length // _GROUP) * _GROUP for length in graph.size)
+        pyramid = graph.texture("depth pyramid", spy.Format.rg32_float, (width // 2, height))
+        threads = (-(-graph.half_size[0] // 8) * 8, -(-graph.half_size[1] // 8) * 8, 1)
+        graph.add(self._build, threads, frame=graph.frame, gbuffer=gbuffer, pyramid=write(pyramid))
+        graph.add(
+            self._march,
+            graph.half_grid,
+            frame=graph.frame,
             gbuffer=gbuffer,
             scene=scene,
             reprojection=reprojection,
-            pyramid=self._levels,
-            surroundings=self.surroundings,
+            pyramid=pyramid,
+            surroundings=surroundings,
             **pictures,
         )

@@ -1,12 +1,15 @@
-"""Reflections' rays through the scene, and what lights what they meet."""
+"""Reflections' rays through the scene, and the lighting of their hits."""
+
+from typing import Any
 
 import numpy as np
 import slangpy as spy
 
-from pica.frame.context import FrameContext, Size, half_size
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import IndirectLight
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture, write
 from pica.light_sampling.light_sampler import LightSamples
 from pica.rhi.device import Device
 from pica.settings import ReflectionsSettings
@@ -20,14 +23,13 @@ class TracedRays:
     def __init__(
         self,
         device: Device,
-        size: Size,
         settings: ReflectionsSettings,
         tracer: Tracer | None,
         cache: str | None,
         filters: bool,
     ) -> None:
         """`cache`, `filters`: as Reflections has them."""
-        self._device, self._filters = device, filters
+        self._filters = filters
         self.bounces = {"bounces": settings.bounces, "indirectBounces": 0}
         """Surfaces that paths may meet, by the names that shaders have for these limits."""
         module = "effects/reflections/reflection_rays.slang"
@@ -35,67 +37,57 @@ class TracedRays:
             device, module, "ReflectionRays", "surface", tracer, simplified=True, with_module=cache, parts=PATHS
         )
         self._gather = device.compute("effects/reflections/gather_lighting.slang")
-        self._nothing = device.texture("no indirect light", spy.Format.rgba32_float, (1, 1))
-        self._allocate(size)
-
-    def _allocate(self, size: Size) -> None:
-        half = half_size(size)
-        self._met = self._device.texture("what reflection rays met", spy.Format.rg32_uint, half)
-        self.single = self._device.texture("light of single reflection rays", spy.Format.rgba32_uint, half)
-        """What each ray brought, as `light` in the call, before neighbours lend theirs; only with filters."""
-
-    def resize(self, size: Size) -> None:
-        """Work at another size."""
-        self._device.give_back(self._met, self.single)
-        self._allocate(size)
-
-    def count(self, ends: spy.Texture) -> int:
-        """Rays of the newest frame that were traced along lobes; `ends` as in the call."""
-        return int(np.count_nonzero(ends.to_numpy()[..., 3]))
 
     def __call__(
         self,
-        frame: FrameContext,
+        graph: FrameGraph,
         gbuffer: GBuffer,
         scene: SceneView,
         samples: LightSamples,
         indirect: IndirectLight | None,
-        ends: spy.Texture,
-        light: spy.Texture,
+        ends: Texture,
+        light: Texture,
         mirrors: int,
-    ) -> None:
-        """Trace, and write `ends` and `light`, textures of half size, as reflected.slang has them; `mirrors` as there.
+    ) -> Texture:
+        """Trace, and fill `ends` and `light`, textures of half size, as reflected.slang has them; `mirrors` as there.
 
-        `indirect`: None where there is no global illumination.
+        `indirect`: None where there is no global illumination. Returns what each ray brought, as `light`, before
+        neighbours lend theirs.
         """
         self.bounces["indirectBounces"] = indirect.bounces if indirect else 0
-        half, smooth = frame.at_half(), self._filters
-        known = {
-            "arriving": indirect.arriving if indirect else self._nothing,
+        smooth, half = self._filters, gbuffer.at_half(graph)
+        met = graph.texture("met", spy.Format.rg32_uint, graph.half_size)
+        single = graph.texture("light of single rays", spy.Format.rgba32_uint, graph.half_size) if smooth else light
+        known: dict[str, Any] = {
+            "arriving": indirect.arriving if indirect else graph.nothing(spy.Format.rgba32_float),
             "arrivingKnown": int(indirect is not None and indirect.known),
         }
-        written = {"ends": ends, "light": self.single if smooth else light, "met": self._met}
-        self._trace(
-            half,
-            half.size,
-            frame=half,
-            gbuffer=gbuffer.at_half(frame),
+        graph.add(
+            self._trace,
+            graph.half_size,
+            frame=graph.half_frame,
+            gbuffer=half,
             scene=scene,
             **self.bounces,
             **known,
             **samples.at_hits(regularized=smooth),
-            **written,
+            ends=write(ends),
+            light=write(single),
+            met=write(met),
             mirrors=mirrors,
             **(indirect.cache.values if indirect and indirect.cache else {}),
         )
+        graph.offer(
+            "rays.reflection_rays", (ends,), lambda values: int(np.count_nonzero(values[..., 3])), on_request=True
+        )
         if smooth:
-            self._gather(
-                half,
-                half.grid,
-                frame=half,
-                gbuffer=gbuffer.at_half(frame),
-                ends=ends,
-                met=self._met,
-                light=self.single,
-                gathered=light,
+            rays = {"ends": ends, "met": met, "light": single}
+            graph.add(
+                self._gather,
+                graph.half_grid,
+                frame=graph.half_frame,
+                gbuffer=half,
+                gathered=write(light),
+                **rays,
             )
+        return single

@@ -1,47 +1,38 @@
 """Reflections and the work of their filters as arrays for people."""
 
 from collections.abc import Mapping
-from typing import Any
-
-import numpy as np
-import slangpy as spy
-from numpy.typing import NDArray
 
 from pica.frame.aovs import light_of
-from pica.frame.effect import Aov
+from pica.frame.effect import rgb
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture
 
-Array = NDArray[Any]
-
-
-def color(values: Array) -> Array:
-    """(height, width, 3) of a texture with an alpha channel."""
-    return values[..., :3].astype(np.float32)
+_OF = "debug.reflections"
+PAST_VIEWS = "of_surface", "of_image", "image_share", "kernel"
 
 
-def reflection_views(textures: Mapping[str, spy.Texture]) -> dict[str, Aov]:
-    """Views of the reflections' textures; light is in nits over specular albedo.
+def reflection_views(graph: FrameGraph, light: Texture, reconstructed: Texture, distances: Texture) -> None:
+    """Offer views of the reflections' textures; light is in nits over specular albedo.
 
     raw: (height / 2, width / 2, 3) what each ray brought. reconstructed: (height, width, 3) from neighbours' rays of
-    this frame; variance: of that, (height, width); distance: metres to what is mirrored; accumulated: with earlier
-    frames; history: how many these are, times the rays that each tells as much as.
-
-    Where the textures are given, what the newest frame found of the one before: of_surface and of_image, light where
-    the surface was and where the image of what it mirrors was; image_share: how much the latter counts; kernel: pixels
-    that the filter reaches.
+    this frame; variance: of that, (height, width); distance: metres to what is mirrored.
     """
-    past = {}
-    if "choice" in textures:
-        past = {
-            "of_surface": Aov((textures["ofSurface"],), color),
-            "of_image": Aov((textures["ofImage"],), color),
-            "image_share": Aov((textures["choice"],), lambda values: values[..., 0]),
-            "kernel": Aov((textures["choice"],), lambda values: values[..., 1]),
-        }
-    return past | {
-        "raw": Aov((textures["light"],), lambda light: light_of(light[..., :2]) + light_of(light[..., 2:])),
-        "reconstructed": Aov((textures["reconstructed"],), color),
-        "variance": Aov((textures["reconstructed"],), lambda values: values[..., 3]),
-        "distance": Aov((textures["distances"],), lambda values: values[..., 0]),
-        "accumulated": Aov((textures["signal"],), color),
-        "history": Aov((textures["history"],), lambda layers: layers[0, ..., 3]),
-    }
+    graph.offer(f"{_OF}.raw", (light,), lambda light: light_of(light[..., :2]) + light_of(light[..., 2:]))
+    graph.offer(f"{_OF}.reconstructed", (reconstructed,), rgb)
+    graph.offer(f"{_OF}.variance", (reconstructed,), lambda values: values[..., 3])
+    graph.offer(f"{_OF}.distance", (distances,), lambda values: values[..., 0])
+
+
+def past_views(graph: FrameGraph, signal: Texture, history: Texture, past: Mapping[str, Texture]) -> None:
+    """Offer views of the history, where there is one.
+
+    accumulated: with earlier frames; history: how many these are, times the rays that each tells as much as. What the
+    newest frame found of the one before: of_surface and of_image, light where the surface was and where the image of
+    what it mirrors was; image_share: how much the latter counts; kernel: pixels that the filter reaches.
+    """
+    graph.offer(f"{_OF}.accumulated", (signal,), rgb)
+    graph.offer(f"{_OF}.history", (history,), lambda layers: layers[0, ..., 3])
+    graph.offer(f"{_OF}.of_surface", (past["ofSurface"],), rgb)
+    graph.offer(f"{_OF}.of_image", (past["ofImage"],), rgb)
+    graph.offer(f"{_OF}.image_share", (past["choice"],), lambda values: values[..., 0])
+    graph.offer(f"{_OF}.kernel", (past["choice"],), lambda values: values[..., 1])

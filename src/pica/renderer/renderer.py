@@ -1,30 +1,44 @@
-"""The whole frame, top to bottom."""
+"""The hybrid renderer, as users have it."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from typing import Any
 
 import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
-from pica.errors import PicaError
+from pica.errors import PicaError, SettingsError
 from pica.frame.aovs import at_size
-from pica.frame.arguments import Progress, check_progress, checked_aovs, checked_camera, checked_count
+from pica.frame.arguments import (
+    Progress,
+    check_made_with,
+    check_progress,
+    checked_aovs,
+    checked_camera,
+    checked_count,
+    checked_size,
+)
 from pica.frame.black_pictures import BlackPictures
-from pica.frame.closing import alone
-from pica.frame.context import FrameContext, Size
-from pica.frame.effect import Aov, chosen, kept, picture_aov
+from pica.frame.closing import Closing, alone
+from pica.frame.context import FrameContext, FrameSequence, Size
+from pica.frame.effect import Effect
+from pica.gpu_scene.view import SceneView
+from pica.graph.plan import Plan, newest
 from pica.labels import NUMBERED, Labels
 from pica.light_map.light_map import LightMap
 from pica.output import Frame, Lazy
-from pica.rhi.device import Device
+from pica.programs.preparation import expect as expect_programs
+from pica.renderer.frame_plan import FramePlan
+from pica.renderer.stages import EVERY_GROUP, Stages
+from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
-from pica.scene.values import checked, flag
+from pica.scene.values import checked, flag, instance, optional
 from pica.settings import Settings
-from pica.stages import Stages
+from pica.tracing.fallbacks import runnable
+from pica.tracing.ray_buffers import Tracer
 
 
-class Renderer(Stages):
+class Renderer(Closing):
     """The hybrid renderer: one frame a call from about one ray per pixel and effect.
 
     `size`: (width, height) in pixels. `device`: a Device, part of a device's name, or None for the best there is. On
@@ -43,12 +57,28 @@ class Renderer(Stages):
         device: Device | str | None = None,
         light_map: LightMap | None = None,
     ) -> None:
-        super().__init__(scene, size, settings, device, light_map)
+        check_made_with(type(self).__name__, scene, settings, device)
+        checked(f"{type(self).__name__}: light_map", optional(instance(LightMap)), light_map)
+        if light_map is not None:
+            light_map.check_scene(scene)
+        self.light_map = light_map
+        self.size = checked_size(size)
+        super().__init__(open_device(device))
+        expect_programs(self.device)
+        self.settings = runnable(self.device, settings or Settings())
+        self.scene = scene
+        with self.device.turn:
+            self.view = SceneView(self.device, scene, self.settings)
+            self._frames = self._make_frames()
+            self._stages = Stages(self.device, self.settings, self.view, light_map)
+        self._frame_plan = FramePlan(self.device)
         self.effect_inputs: dict[str, Any] = {}
         """What the effects of the newest frame were given, by the names that shaders have for it."""
         self.debug = False
         """Whether `render` also keeps what effects have in between, as AOVs of the last frame whose names begin with
         "debug.": `[name for name in frame.aov_names if name.startswith("debug.")]` (docs/gbuffer.md)."""
+        self.captured: dict[str, Lazy] = {}
+        """Functions that fetch what the newest `advance` was asked for, by name."""
         self._running = False
         self._black_pictures = BlackPictures()
 
@@ -65,12 +95,74 @@ class Renderer(Stages):
     @property
     def single_lights(self) -> list[str]:
         """Names of the lights that have a shadow ray of their own, strongest first."""
-        return self._slots.single_lights
+        return self._stages.slots.single_lights
 
     @property
     def host_seconds(self) -> float:
         """What the newest frame took the host to record and submit."""
         return self._frames.host_seconds
+
+    @property
+    def render_size(self) -> Size:
+        """At which all up to antialiasing works; `size` is that of the pictures."""
+        return self._frames.size
+
+    @property
+    def effects(self) -> list[Effect]:
+        """The stages that the settings ask for, in the order of the frame."""
+        return self._stages.effects
+
+    @property
+    def tracer(self) -> Tracer | None:
+        """What traces ray buffers; None where ray tracing pipelines trace."""
+        return self._stages.tracer
+
+    @property
+    def missing_aovs(self) -> dict[str, str]:
+        """AOVs of effects that are off, with the effect's name."""
+        return self._stages.missing_aovs
+
+    @alone
+    def reset(self) -> None:
+        """Drop all history: the next frame is frame 0 again, as a new renderer's."""
+        self._frames.reset()
+        self._drop_histories()
+
+    def _drop_histories(self) -> None:
+        self._frame_plan.memory.reset()
+        self._stages.reset()
+
+    @alone
+    def resize(self, size: Size) -> None:
+        """Render at another (width, height) from the next frame on, without history. Raises PicaError."""
+        self.size = checked_size(size)
+        with self.device.turn:
+            self._frames.resize(self.size)
+            self._drop_histories()
+
+    @alone
+    def configure(self, settings: Settings) -> None:
+        """Follow other settings from the next frame on. Stages that these say nothing new about keep their histories."""
+        checked("configure: settings", instance(Settings), settings, SettingsError)
+        settings = runnable(self.device, settings)
+        with self.device.turn:
+            self.view.configure(settings)
+            before, self.settings = self.settings, settings
+            changed = before.changed_groups(settings)
+            if before.antialiasing.upscale != settings.antialiasing.upscale:
+                changed = EVERY_GROUP  # all works at another size
+            if changed & {"seed", "antialiasing"}:
+                self._frames = self._make_frames()
+            self._frame_plan.memory.reset(self._stages.follow(settings, changed))
+            self._frame_plan.outdate()
+        if changed & {"seed", "rays", "visibility", "antialiasing"}:
+            self.reset()  # the G-buffer or the camera of the frame before is gone
+        elif changed - {"geometry", "post"}:
+            self._stages.antialiasing.restart()
+
+    def _make_frames(self) -> FrameSequence:
+        settings = self.settings
+        return FrameSequence(self.device, self.size, settings.seed, settings.antialiasing.upscale)
 
     @alone
     def prepare(self) -> None:
@@ -84,16 +176,36 @@ class Renderer(Stages):
         self._running = False
 
     @alone
-    def advance(self, camera: Camera, *, jittered: bool = True) -> dict[str, spy.Texture]:
-        """Record and submit one frame. Returns its buffers, which the next frame overwrites.
+    def advance(
+        self,
+        camera: Camera,
+        *,
+        jittered: bool = True,
+        capture: Collection[str] | Callable[[], Collection[str]] = (),
+    ) -> dict[str, spy.Texture]:
+        """Record and submit one frame. Returns its G-buffer and pictures, which the next frame overwrites.
 
         `jittered`: False looks through the pixels' centres in every frame, which tells effects and antialiasing apart.
+        `capture`: names of AOVs and views, of which `captured` then has functions that fetch them; or what gives such
+        names once the frame's structure is known.
         After the first frame, material types that come or are replaced are compiled in the background: until they are
         ready, objects of new types are not shown, and those of replaced ones as they were. Raises MaterialTypeError,
-        once, for a type with a fault; the next call goes on without it.
+        once, for a type with a fault; the next call goes on without it. Raises PicaError for an unknown name.
         """
+
+        def wanted(plan: Plan) -> frozenset[str]:
+            names = capture() if callable(capture) else capture
+            return checked_aovs("advance", names, plan.offers) or frozenset()
+
         with self.device.turn:
-            return self._advance(camera, not self._running, jittered)
+            return self._advance(camera, not self._running, jittered, wanted=wanted)
+
+    @alone
+    def count_rays(self, camera: Camera) -> dict[str, int]:
+        """Rays by pass of one more frame. Waits for the device."""
+        with self.device.turn:
+            self._advance(camera, not self._running, wanted=lambda plan: plan.names_of("rays"))
+        return {name.removeprefix("rays."): int(fetch()) for name, fetch in self.captured.items()}
 
     def _advance(
         self,
@@ -102,44 +214,26 @@ class Renderer(Stages):
         jittered: bool = True,
         denoiser: Denoiser | None = None,
         last: bool = False,
-        keep: Callable[[FrameContext, Mapping[str, spy.Texture]], None] | None = None,
+        wanted: Callable[[Plan], frozenset[str]] | None = None,
     ) -> dict[str, spy.Texture]:
-        """`keep` may record copies of what the frame gives."""
-        scene, slots = self.view, self._slots
+        """`wanted` tells what to capture of what the frame offers."""
         frame = self._begin(camera, wait, jittered)
         self._running = True
-        slots.update(scene.lights)
-        if not self._prepared:
-            self._prepare()
-        gbuffer = self.gbuffer(frame, scene)
-        if denoiser is not None:
-            denoiser.gather(frame, gbuffer, scene)
-        reprojection = self.reprojection(frame, gbuffer)
-        light = self._light_sampler(frame, gbuffer, scene, slots)
-        self.effect_inputs = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "lightSlots": slots}
-        shadows = self.shadows(frame, gbuffer, scene, light, reprojection) if self.shadows else None
-        occlusion = self.ambient_occlusion(frame, gbuffer, scene, reprojection) if self.ambient_occlusion else None
-        noisy = self.stochastic_light.samples() if slots.noisy else None
-        mirrored = self.reflections.surroundings() if self.reflections else None
-        radiance = self.lighting(frame, gbuffer, scene, light, shadows, occlusion, noisy, mirrored)
-        if noisy is not None:
-            self.stochastic_light(frame, gbuffer, scene, radiance, reprojection)
-        indirect = None
-        if self.global_illumination is not None:
-            exposure = self.post.exposure
-            inputs = light, reprojection, occlusion, exposure
-            indirect = self.global_illumination(frame, gbuffer, scene, *inputs, radiance)
-        if self.reflections is not None:
-            self.reflections(frame, gbuffer, scene, light, reprojection, indirect, radiance)
-        picture = self.antialiasing(frame, gbuffer, radiance, self.post.exposure)
-        if denoiser is not None and last:
-            picture = denoiser(frame, picture)
-        display = self.post(frame, picture, self.antialiasing.alpha)
-        buffers = {**gbuffer.textures, "color": picture, "display": display}
-        if keep is not None:
-            keep(frame, buffers)
+        self._stages.slots.update(self.view.lights)
+        plan = self._frame_plan.of(self._stages, self._frames, self.view, denoiser, last)
+        if wanted is not None:
+            frame.requested = wanted(plan)
+        self.captured = plan.replay(frame)
         self._frames.end(frame)
-        return buffers
+        signals = self._frame_plan.signals
+        self.effect_inputs = {
+            "frame": self._frames.block,
+            "gbuffer": signals.gbuffer.block.parameters,
+            "scene": self.view,
+            "lightSlots": self._stages.slots,
+        }
+        buffers = {**signals.gbuffer.textures, "color": signals.picture, "display": signals.display}
+        return {name: newest(texture) for name, texture in buffers.items()}
 
     def _begin(self, camera: Camera, wait: bool, jittered: bool) -> FrameContext:
         """A frame in which the scene is up to date."""
@@ -187,25 +281,19 @@ class Renderer(Stages):
         labels: Labels | None = None
         timings: dict[str, float] = {}
 
-        def keep(frame: FrameContext, buffers: Mapping[str, spy.Texture]) -> None:
-            keeping = self.gbuffer.aovs() if done == 1 else {}
+        def capture(plan: Plan) -> frozenset[str]:
+            names = plan.names("gbuffer", wanted) if done == 1 else set()
             if done == frames:
-                for effect in self.effects[1:]:
-                    keeping |= effect.aovs()
-            keeping = chosen(keeping, wanted)
-            if done == frames:
-                keeping |= {name: picture_aov(buffers[name]) for name in ("color", "display")}
-            found.update(kept(self.device, frame.encoder, keeping))
+                names |= {"color", "display", *plan.names_but("gbuffer", wanted, self.debug)}
+            return frozenset(names)
 
         for done in range(1, frames + 1):
             with self.device.turn:
-                self._advance(camera, wait=True, denoiser=denoiser, last=done == frames, keep=keep)
+                self._advance(camera, wait=True, denoiser=denoiser, last=done == frames, wanted=capture)
+                found |= self.captured
                 if done == 1 and found.keys() & NUMBERED:
                     labels = self.view.name_labels()
                 if done == frames:
-                    if self.debug:
-                        with self.device.record() as recording:
-                            found |= kept(self.device, recording.encoder, chosen(self._debug_aovs(), wanted))
                     timings = self.device.profiler.flush()
             if progress is not None:
                 progress(done, frames)
@@ -224,13 +312,14 @@ class Renderer(Stages):
         before. Its colour and display raise PicaError. The next `render` begins a new picture, as after `reset`.
         `camera`, `aovs` and errors as in `render`; PicaError too for AOVs that only a picture has.
         """
-        wanted = checked_aovs("labels", aovs, self.gbuffer.aov_names)
+        wanted = checked_aovs("labels", aovs, self._stages.gbuffer.aov_names)
         camera = self._default_camera() if camera is None else camera
         with self.device.turn:
             self._frames.rewind()
             frame = self._begin(camera, wait=True, jittered=False)
-            self.gbuffer(frame, self.view)
-            found = kept(self.device, frame.encoder, chosen(self.gbuffer.aovs(), wanted))
+            plan = self._frame_plan.of_gbuffer(self._stages, self._frames, self.view)
+            frame.requested = frozenset(plan.names("gbuffer", wanted))
+            found = plan.replay(frame, only="gbuffer")
             self._frames.end(frame)
             self._frames.rewind()
             self._drop_histories()
@@ -248,11 +337,3 @@ class Renderer(Stages):
 
     def _default_camera(self) -> Camera:
         return self.scene.default_camera(self.size[0] / self.size[1])
-
-    def _debug_aovs(self) -> dict[str, Aov]:
-        """What effects have in between, once the newest frame is submitted: some of it takes passes of its own."""
-        return {
-            f"debug.{effect.name}.{name}": aov
-            for effect in self.effects[1:]
-            for name, aov in effect.debug_aovs().items()
-        }

@@ -1,0 +1,77 @@
+"""The frame's graph: declared when its structure changes, else replayed as it is."""
+
+from typing import Any
+
+from pica.denoising.denoiser import Denoiser
+from pica.frame.context import FrameSequence
+from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.memory import Memory
+from pica.graph.plan import Plan
+from pica.programs.scene_features import COATS, LOBES, known_features
+from pica.renderer.frame import Signals, declare
+from pica.renderer.stages import Stages
+from pica.rhi.device import Device
+
+
+class FramePlan:
+    """What one renderer has recorded each frame, and the memory that it works in."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self.memory = Memory(device.part())
+        self._label_memory: Memory | None = None
+        self._plan: Plan | None = None
+        self._labels: Plan | None = None
+        self._structure: Any = None
+        self._label_structure: Any = None
+        self.signals: Signals
+        """What the stages of the newest plan gave."""
+
+    def outdate(self) -> None:
+        """Stages are others: declare the frame again."""
+        self._structure = self._label_structure = None
+
+    def of(self, stages: Stages, frames: FrameSequence, view: SceneView, denoiser: Denoiser | None, last: bool) -> Plan:
+        """The plan for a frame of the scene as it is now. All its programs are made before its first frame."""
+        while self._plan is None or self._structure != self._structure_of(stages, frames, view, denoiser, last):
+            self._structure = self._structure_of(stages, frames, view, denoiser, last)
+            self._plan = self._declare(stages, frames, view, denoiser, last)
+            self._labels = self._label_memory = None
+            view.make_programs()  # which may find some that are made for more features
+        return self._plan
+
+    def of_gbuffer(self, stages: Stages, frames: FrameSequence, view: SceneView) -> Plan:
+        """A plan whose passes of the effect "gbuffer" fill the G-buffer; only these programs need be made."""
+        structure = self._gbuffer_structure(frames, view)
+        if self._plan is not None and self._structure is not None and self._structure[0] == structure:
+            return self._plan
+        if self._labels is None or self._label_structure != structure:
+            self._label_structure = structure
+            self._label_memory = self._label_memory or Memory(self._device.part())
+            graph = FrameGraph(self._label_memory, frames.size, frames.output_size, frames.block, frames.half_block)
+            stages.gbuffer(graph, view)
+            self._labels = Plan(graph)
+        return self._labels
+
+    def _structure_of(
+        self, stages: Stages, frames: FrameSequence, view: SceneView, denoiser: Denoiser | None, last: bool
+    ) -> tuple[Any, ...]:
+        """What decides which passes there are and how large their textures."""
+        gathers = denoiser, last and denoiser is not None
+        return self._gbuffer_structure(frames, view), stages.slots.layout, view.transparent, gathers
+
+    def _gbuffer_structure(self, frames: FrameSequence, view: SceneView) -> tuple[Any, ...]:
+        features = known_features(view.material_types)
+        return frames, frames.size, frames.output_size, COATS in features, LOBES in features
+
+    def _declare(
+        self, stages: Stages, frames: FrameSequence, view: SceneView, denoiser: Denoiser | None, last: bool
+    ) -> Plan:
+        graph = FrameGraph(self.memory, frames.size, frames.output_size, frames.block, frames.half_block)
+        self.signals = signals = Signals(view, stages.slots)
+        for _ in declare(stages, graph, signals, denoiser, last):
+            pass
+        graph.offer("color", (signals.picture,), lambda values: values[..., :3])
+        graph.offer("display", (signals.display,), lambda values: values[..., :3])
+        return Plan(graph)

@@ -1,0 +1,118 @@
+"""The stages of the frame: made as the settings ask for, and made anew where these change."""
+
+from collections.abc import Set
+from dataclasses import fields
+
+from pica.effects.ambient_occlusion.ambient_occlusion import AmbientOcclusion
+from pica.effects.antialiasing.antialiasing import Antialiasing
+from pica.effects.gbuffer.gbuffer import GBufferEffect
+from pica.effects.global_illumination.global_illumination import GlobalIllumination
+from pica.effects.lighting.lighting import DirectLighting
+from pica.effects.post.post import Post
+from pica.effects.reflections.reflections import Reflections
+from pica.effects.shadow_maps.shadow_maps import ShadowMaps
+from pica.effects.shadows.shadows import Shadows
+from pica.effects.stochastic_light.stochastic_light import StochasticLightDenoiser
+from pica.frame.effect import Effect
+from pica.frame.reprojection import Reprojection
+from pica.gpu_scene.view import SceneView
+from pica.light_map.light_map import LightMap
+from pica.light_sampling.light_sampler import LightSampler
+from pica.light_sampling.light_slots import LightSlots
+from pica.rhi.device import Device
+from pica.settings import Settings
+from pica.tracing.tracers import choose_tracer
+
+_OPTIONAL: tuple[type[Effect], ...] = Shadows, AmbientOcclusion, GlobalIllumination, Reflections
+"""Effects that settings may leave out; ShadowMaps has the name and the AOVs of Shadows."""
+EVERY_GROUP = frozenset(field.name for field in fields(Settings))
+
+
+class Stages:
+    """All that a frame is made by. Which textures they need, they tell the graph; passes and pipelines are their own."""
+
+    def __init__(self, device: Device, settings: Settings, view: SceneView, light_map: LightMap | None) -> None:
+        self._device, self._view, self._light_map = device, view, light_map
+        self._cache: str | None = None
+        self.reprojection = Reprojection(device)
+        self.light_sampler = LightSampler(device)
+        self.stochastic_light = StochasticLightDenoiser(device)
+        self.shadows: Shadows | ShadowMaps | None = None
+        self.ambient_occlusion: AmbientOcclusion | None = None
+        self.global_illumination: GlobalIllumination | None = None
+        self.reflections: Reflections | None = None
+        self.follow(settings, EVERY_GROUP)
+
+    def follow(self, settings: Settings, changed: Set[str]) -> list[str]:
+        """Make anew what these settings say something new about, `changed` being their groups. Returns the names of the
+        effects that are new."""
+        device, filters = self._device, settings.debug.filters
+        before = self.effects if changed != EVERY_GROUP else []
+        if "rays" in changed:
+            self.tracer = choose_tracer(device.part(), settings.rays, self._view)
+        if changed & {"rays", "visibility"}:
+            self.gbuffer = GBufferEffect(device.part(), settings.visibility.primary, self.tracer)
+        if changed & {"shadows", "shadow_maps", "lighting", "reflections", "debug"}:
+            self.slots = LightSlots(device.part(), settings)
+        if changed & {"rays", "shadows", "shadow_maps"}:
+            self.shadows = self._shadows(settings)
+        if changed & {"rays", "ambient_occlusion", "debug"}:
+            occlusion = settings.ambient_occlusion
+            off = occlusion.mode == "off"
+            self.ambient_occlusion = None if off else AmbientOcclusion(device.part(), occlusion, self.tracer, filters)
+        if changed & {"rays", "global_illumination", "debug"}:
+            indirect, light_map = settings.global_illumination, self._light_map
+            off = indirect.mode == "off" or (indirect.mode == "light_map" and light_map is None)
+            inputs = indirect, self.tracer, light_map, filters
+            self.global_illumination = None if off else GlobalIllumination(device.part(), *inputs)
+        cache = self.global_illumination.cache if self.global_illumination else None
+        if changed & {"rays", "reflections", "debug"} or cache != self._cache:
+            off, self._cache = settings.reflections.mode == "off", cache
+            mirrors = settings.reflections, self.tracer, cache, filters
+            self.reflections = None if off else Reflections(device.part(), *mirrors)
+        by_rays = settings.reflections.mode == "ray_traced"
+        self.light_sampler.expect_hits(
+            by_rays or settings.global_illumination.mode in ("path_traced", "restir", "surfels")
+        )
+        if "lighting" in changed:
+            self.lighting = DirectLighting(device.part(), settings.lighting)
+        if changed & {"antialiasing", "visibility"}:
+            transparent = settings.visibility.background == "transparent"
+            self.antialiasing = Antialiasing(device.part(), settings.antialiasing, transparent)
+        if "post" in changed:
+            self.post = Post(device.part(), settings.post)
+        return [effect.name for effect in self.effects if effect not in before]
+
+    def _shadows(self, settings: Settings) -> Shadows | ShadowMaps | None:
+        if settings.shadows.mode == "off":
+            return None
+        if settings.shadows.method == "maps":
+            return ShadowMaps(self._device.part(), settings)
+        return Shadows(self._device.part(), settings.shadows, self.tracer)
+
+    @property
+    def effects(self) -> list[Effect]:
+        """Those that the settings ask for, in the order of the frame."""
+        every = (
+            self.gbuffer,
+            self.shadows,
+            self.ambient_occlusion,
+            self.lighting,
+            self.stochastic_light,
+            self.global_illumination,
+            self.reflections,
+            self.antialiasing,
+            self.post,
+        )
+        return [effect for effect in every if effect is not None]
+
+    @property
+    def missing_aovs(self) -> dict[str, str]:
+        """AOVs of effects that are off, with the effect's name."""
+        there = {effect.name for effect in self.effects}
+        return {name: effect.name for effect in _OPTIONAL if effect.name not in there for name in effect.aov_names}
+
+    def reset(self) -> None:
+        """Drop what effects keep on the host of earlier frames."""
+        for effect in self.effects:
+            effect.reset()
