@@ -25,8 +25,8 @@ class ReferenceLayer:
 
 @dataclass(frozen=True)
 class Reference:
-    """What an effect should give: the fraction of many rays that arrive, or the light that they bring, by a ray effect of
-    the path tracer's."""
+    """What an effect should give: the fraction of many rays that arrive, or the light that they bring, by a ray effect
+    of the path tracer's."""
 
     module: str
     """Path below the package."""

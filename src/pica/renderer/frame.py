@@ -40,7 +40,7 @@ class Signals:
 def declare(
     stages: Stages, graph: FrameGraph, s: Signals, denoiser: Denoiser | None = None, last: bool = False
 ) -> Iterator[str]:
-    """Declare a frame, stage by stage; gives the name of each as it is done. `last`: `denoiser` finishes the picture."""
+    """Declare a frame; gives the name of each as it is done. `last`: `denoiser` finishes the picture."""
     s.exposure = stages.post.exposure(graph)
     s.gbuffer = stages.gbuffer(graph, s.scene)
     if denoiser is not None:

@@ -142,7 +142,7 @@ class Renderer(Closing):
 
     @alone
     def configure(self, settings: Settings) -> None:
-        """Follow other settings from the next frame on. Stages that these say nothing new about keep their histories."""
+        """Follow other settings from the next frame on. Stages that these leave alone keep their histories."""
         checked("configure: settings", instance(Settings), settings, SettingsError)
         settings = runnable(self.device, settings)
         with self.device.turn:

@@ -29,7 +29,7 @@ EVERY_GROUP = frozenset(field.name for field in fields(Settings))
 
 
 class Stages:
-    """All that a frame is made by. Which textures they need, they tell the graph; passes and pipelines are their own."""
+    """All that a frame is made by. They own passes and pipelines; textures they declare to the graph."""
 
     def __init__(self, device: Device, settings: Settings, view: SceneView, light_map: LightMap | None) -> None:
         self._device, self._view, self._light_map = device, view, light_map
