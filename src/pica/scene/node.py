@@ -65,8 +65,9 @@ class Node:
     lighting_channels: TrackedField[frozenset[int]] = TrackedField(checked_channels, ALL_CHANNELS)
     """Of 0 to 5: lights reach meshes in one of their channels, and these alone hide them. The mesh's own emission
     reaches those in one of its channels. SceneError for other numbers."""
-    pose: CheckedField[Pose | None] = CheckedField(optional(instance(Pose)), None)
-    """What a file or an animation made `transform` from; None: a matrix, and animations cannot place the node."""
+    pose: TrackedField[Pose | None] = TrackedField(optional(instance(Pose)), None)
+    """What a file or an animation made `transform` from; assign one to place the node. None: a matrix, and animations
+    cannot place the node."""
     detail: TrackedField["Landscape | None"] = TrackedField(_as_it_is, None)
     """What gives the meshes that the node shows to each camera instead of its own."""
     identities: TrackedField[NDArray[np.int64] | None] = TrackedField(_IDENTITIES, None)
@@ -83,6 +84,10 @@ class Node:
     _bent: "tuple[Node, ...]" = field(default=(), repr=False)
     """The skinned nodes that this one deforms, as a link of their skin."""
     _listeners: Listeners | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.pose is not None and np.array_equal(self._transform, _IN_PLACE):
+            self.place(self.pose.matrix())
 
     @property
     def children(self) -> tuple["Node", ...]:
@@ -104,8 +109,11 @@ class Node:
     def transform(self, matrix: ArrayLike) -> None:
         self.place(fitting(self, "transform", affine, matrix))
 
-    def place(self, matrix: NDArray[np.float64]) -> None:
-        """Set `transform` to a matrix that is known to fit and that nobody writes into."""
+    def place(self, matrix: NDArray[np.float64], pose: Pose | None = None) -> None:
+        """Set `transform` to a matrix that is known to fit and that nobody writes into, and `pose` to what it was made
+        from, if anything."""
+        if pose is not None:
+            vars(self)["pose"] = pose
         matrix.setflags(write=False)
         self._transform = matrix
         for node in self.walk() if self._children else (self,):
@@ -195,6 +203,10 @@ class Node:
 
     def _written(self, field: str, before: Any) -> None:
         """As tracked_field.Holder."""
+        if field == "pose":
+            if self.pose is not None and "_transform" in vars(self):  # which it has once it is made
+                self.place(self.pose.matrix())
+            return
         for listener in self._listeners or ():
             if field in ("mesh", "detail") or (field == "instances" and _count(self.instances) != _count(before)):
                 listener.show_anew(self)
