@@ -16,7 +16,7 @@ from pica.scene.arrays import affine, affines, doubles, integers
 from pica.scene.camera import Camera
 from pica.scene.changes import Listeners
 from pica.scene.channels import ALL_CHANNELS, checked_channels
-from pica.scene.checked_field import CheckedField, described, fitting, read_only
+from pica.scene.checked_field import CheckedField, ReadOnlyCopies, described, fitting, read_only
 from pica.scene.deformer import CameraFacing, Deformer
 from pica.scene.light import WIDEST, Light, extent
 from pica.scene.mesh import Mesh
@@ -38,10 +38,11 @@ _WEIGHTS = doubles("targets")
 _IDENTITIES = optional(integers(np.int64, "count"))
 _FARTHEST = LARGEST**2
 _IN_PLACE = np.eye(4)
+_IN_PLACE.setflags(write=False)
 
 
 @dataclass(eq=False)
-class Node:
+class Node(ReadOnlyCopies):
     """A place in the world and what stands there. Set `transform` to move it with its children.
 
     Whatever is assigned to a field is in the next picture. Arrays that fields give are read-only.
@@ -74,7 +75,7 @@ class Node:
     """(count,) which thing each instance shows: where that changes, it has come, not moved. None: always the same."""
     _children: list["Node"] = field(default_factory=list, init=False, repr=False)
     _parent: "Node | None" = field(default=None, init=False, repr=False)
-    _transform: NDArray[np.float64] = field(default_factory=_IN_PLACE.copy)
+    _transform: NDArray[np.float64] = field(default_factory=lambda: _IN_PLACE)
     _world: NDArray[np.float64] | None = field(default=None, repr=False)
     _weights: NDArray[np.float64] | None = field(default=None, repr=False)
     _skin: Skin | None = field(default=None, repr=False)
