@@ -5,9 +5,11 @@ Ends with 1 where a picture is outside its limits.
 """
 
 import argparse
+import os
 
 from pica.rhi.device import open_device
 from tests.golden.table import HEADER, SHEETS, chosen, compared
+from tests.golden.whole_frames import THREADS
 
 
 def main() -> int:
@@ -16,6 +18,7 @@ def main() -> int:
     parser.add_argument("--device", default=None)
     arguments = parser.parse_args()
     goldens = chosen(arguments.names)
+    os.environ.setdefault(THREADS, "1")
     device = open_device(arguments.device)
     print(device.name)
     print(HEADER)

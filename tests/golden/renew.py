@@ -4,15 +4,18 @@ Sheets of before and after come to out/golden/NAME/. A picture within its limits
 pictures change on purpose, look at the sheets, and commit what is meant. Always by lavapipe, whatever else there is.
 """
 
+import os
 import sys
 
 from pica.rhi.device import open_device
 from tests.golden.comparison import save_picture
 from tests.golden.table import HEADER, chosen, compared
+from tests.golden.whole_frames import THREADS
 
 
 def main() -> None:
     goldens = chosen(sys.argv[1:])
+    os.environ.setdefault(THREADS, "1")
     device = open_device("llvmpipe")
     print(HEADER)
     for golden in goldens:
