@@ -16,7 +16,7 @@ _FOLDER = "effects/stochastic_light"
 _PARTS = 2
 """demodulation.slang: PARTS."""
 _STEPS = (1, 3, 9)
-"""Pixels between the taps of the filter's passes; docs/stochastic-light.md compares others."""
+"""Pixels between the taps of the filter's passes; docs/measurements/tried.md compares others."""
 _HANDED_OVER = 56
 """Frames without any change after which no pixel shows filtered light (stochastic_light_add.slang)."""
 _KNOWN = 128
