@@ -43,7 +43,7 @@ class Renderer(Closing):
 
     `size`: (width, height) in pixels. `device`: a Device, a SlangPy device that is
     open already, part of a device's name, or None for the best there is. On
-    one without ray tracing, stages that need it fall back, each with a warning (docs/tiers.md); `settings` tells how.
+    one without ray tracing, stages that need it fall back, each with a warning (docs/guide/devices.md); `settings` tells how.
     `light_map`: for global_illumination.mode "light_map", which the preset "raster" has; paths end in it too.
     Raises DeviceError without a usable device, SceneError for a scene that cannot be shown or that is not the light
     map's, and PicaError for an impossible size.
@@ -77,7 +77,7 @@ class Renderer(Closing):
         """What the effects of the newest frame were given, by the names that shaders have for it."""
         self.debug = False
         """Whether `render` also keeps what effects have in between, as AOVs of the last frame whose names begin with
-        "debug.": `[name for name in frame.aov_names if name.startswith("debug.")]` (docs/gbuffer.md)."""
+        "debug.": `[name for name in frame.aov_names if name.startswith("debug.")]` (docs/guide/labels.md)."""
         self.captured: dict[str, Lazy] = {}
         """Functions that fetch what the newest `advance` was asked for, by name."""
         self._running = False

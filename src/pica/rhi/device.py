@@ -63,7 +63,7 @@ class _Memory:
 
 class Device:
     """A graphics device; `open_device` shares one in a process. One without ray tracing pipelines rasterizes
-    (docs/tiers.md).
+    (docs/guide/devices.md).
 
     `name`: part of the adapter's name; None takes hardware before software. Raises DeviceError when there
     is no such device or it lacks what pica needs.

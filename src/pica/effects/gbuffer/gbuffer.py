@@ -125,7 +125,7 @@ class GBufferEffect(Effect):
         primary: Literal["auto", "raster", "rays"],
         tracer: Tracer | None = None,
     ) -> None:
-        """`primary`: "auto" rasterizes on the CPU and traces on GPUs that can, as measured in docs/performance.md."""
+        """`primary`: "auto" rasterizes on the CPU and traces on GPUs that can (docs/measurements/performance.md)."""
         self._device = device
         self.primary = primary
         if primary == "auto":

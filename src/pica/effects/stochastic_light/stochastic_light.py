@@ -19,7 +19,7 @@ _LIGHT = spy.Format.rgba32_float  # radiance in nits leaves the range of half pr
 _PARTS = 2
 """demodulation.slang: PARTS."""
 _STEPS = (1, 3, 9)
-"""Pixels between the taps of the filter's passes; docs/stochastic-light.md compares others."""
+"""Pixels between the taps of the filter's passes; docs/measurements/tried.md compares others."""
 _HANDED_OVER = 56
 """Frames without any change after which no pixel shows filtered light (stochastic_light_add.slang)."""
 _KNOWN = 128
