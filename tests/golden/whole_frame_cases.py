@@ -58,11 +58,10 @@ REFLECTIONS = [
         on_cards=NOISY,
         always=True,
     ),
-    WholeFrame("reflections_screen_space_first", corridor, {"reflections.screen_space_first": "true"}),
     WholeFrame(
-        "reflections_two_bounces_radiance",
+        "reflections_two_bounces_mirror_rays",
         corridor,
-        {"reflections.bounces": "2", "reflections.reconstruction": "radiance", "reflections.mirror_bias": "0.25"},
+        {"reflections.bounces": "2", "reflections.reconstruction": "mirror_rays"},
     ),
 ]
 
@@ -101,9 +100,9 @@ SHADOWS = [
     WholeFrame("shadows_maps_orbit", machine_world, {"shadows.method": "maps"}, orbit, on_cards=NOISY),
     WholeFrame("shadows_maps_lamps", scenes.under_lamps, {"shadows.method": "maps"}, camera=VIEW),
     WholeFrame(
-        "lamps_sampled_ratio",
+        "lamps_ratio_estimator",
         scenes.under_lamps,
-        {"shadows": "high", "lighting.area_lights": "sampled", "lighting.area_shadows": "ratio"},
+        {"shadows": "high", "lighting.area_shadows": "ratio_estimator"},
         camera=VIEW,
         on_cards=NOISY,
     ),
