@@ -117,7 +117,7 @@ def test_motion_vectors_of_a_skinned_mesh_are_those_of_its_vertices(device):
 
 
 def gpu_visibility(renderer):
-    return renderer.gbuffer._buffer.textures["visibility"].to_numpy()
+    return held(renderer, "gbuffer", "shapes visibility").to_numpy()
 
 
 def frame_jitter(index):

@@ -150,8 +150,8 @@ def test_surfels_of_a_scene_at_rest_are_quiet(device):
     camera = scene.default_camera(1.5)
 
     def following():
-        renderer.advance(camera, jittered=False)
-        return renderer.global_illumination.aovs()["indirect"].fetch()
+        renderer.advance(camera, jittered=False, capture=("indirect",))
+        return renderer.captured["indirect"]()
 
     means = [following() for _ in range(140)][-1]
     later = following()
@@ -184,8 +184,10 @@ def test_the_pool_of_surfels_never_runs_over(device):
     for frame in range(40):
         angle = frame * 0.7
         target = (np.cos(angle), 1.2, np.sin(angle))
-        picture = renderer.render(1, camera=pica.Camera.look_at((0, 1.5, 0), target, vertical_fov=np.radians(70)))
-        assert renderer.global_illumination.ray_counts()["surfel_rays"] <= 1024 and np.isfinite(picture.color).all()
+        camera = pica.Camera.look_at((0, 1.5, 0), target, vertical_fov=np.radians(70))
+        assert renderer.count_rays(camera)["surfel_rays"] <= 1024
+        picture = renderer.render(1, camera=camera)
+        assert np.isfinite(picture.color).all()
     assert reflected(picture).mean() > 0.05
 
 
@@ -197,7 +199,8 @@ def test_surfels_lie_evenly(device):
     picture = renderer.render(1)
     coverage = picture.aov("debug.global_illumination.coverage")[picture.aov("instance") > 0]
     assert coverage.mean() > 1 and coverage.std() / coverage.mean() < 0.3
-    assert 0 < renderer.global_illumination.surfel_count() < 20_000
+    renderer.advance(renderer.scene.default_camera(SIZE[0] / SIZE[1]), capture=("count.surfels",))
+    assert 0 < renderer.captured["count.surfels"]() < 20_000
 
 
 def test_what_is_known_of_surfels_can_be_seen(device):
