@@ -5,6 +5,7 @@ Tracing", has them: 1000 rays a pixel, one ray, one ray filtered, and GTAO; with
 """
 
 import argparse
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +27,12 @@ def main() -> None:
     width, height = (int(length) for length in arguments.size.split("x"))
     scene = pica.scenes.machine_world()
 
-    def rendered(mode: str, filtered: bool) -> tuple[pica.Renderer, NDArray[np.float32]]:
-        values = {"mode": mode, "filter": str(filtered), "max_distance": str(arguments.distance)}
-        chosen = {f"ambient_occlusion.{name}": value for name, value in values.items()}
-        settings = pica.Settings().with_values({**chosen, "shadows.mode": "off", "lighting.environment": "off"})
+    def rendered(
+        mode: Literal["ray_traced", "ground_truth"], filtered: bool
+    ) -> tuple[pica.Renderer, NDArray[np.float32]]:
+        occlusion = pica.AmbientOcclusionSettings(mode=mode, max_distance=arguments.distance)
+        settings = pica.Settings(ambient_occlusion=occlusion, debug=pica.DebugSettings(filters=filtered))
+        settings = settings.with_values({"shadows.mode": "off", "lighting.environment": "off"})
         renderer = pica.Renderer(scene, size=(width, height), settings=settings)
         return renderer, renderer.render(FRAMES).aov("ambient_occlusion")
 

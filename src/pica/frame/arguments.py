@@ -4,6 +4,8 @@ from collections.abc import Callable, Collection, Mapping
 from operator import index
 from typing import Any
 
+import slangpy as spy
+
 from pica.errors import DeviceError, PicaError, SettingsError, shown
 from pica.frame.context import Size
 from pica.rhi.device import Device
@@ -23,7 +25,7 @@ def check_made_with(who: str, scene: Any, settings: Any, device: Any) -> None:
     """Raises PicaError for what no renderer can be made with."""
     checked(f"{who}: scene", instance(Scene), scene)
     checked(f"{who}: settings", optional(instance(Settings)), settings, SettingsError)
-    checked(f"{who}: device", optional(instance(Device, str)), device, DeviceError)
+    checked(f"{who}: device", optional(instance(Device, spy.Device, str)), device, DeviceError)
 
 
 def checked_size(size: Size) -> Size:

@@ -57,7 +57,7 @@ class PathTracer(Closing):
         size: Size = (1280, 720),
         max_depth: int | None = None,
         settings: Settings | None = None,
-        device: Device | str | None = None,
+        device: Device | spy.Device | str | None = None,
     ) -> None:
         check_made_with(type(self).__name__, scene, settings, device)
         max_depth = plain(max_depth)

@@ -41,7 +41,8 @@ from pica.tracing.ray_buffers import Tracer
 class Renderer(Closing):
     """The hybrid renderer: one frame a call from about one ray per pixel and effect.
 
-    `size`: (width, height) in pixels. `device`: a Device, part of a device's name, or None for the best there is. On
+    `size`: (width, height) in pixels. `device`: a Device, a SlangPy device that is
+    open already, part of a device's name, or None for the best there is. On
     one without ray tracing, stages that need it fall back, each with a warning (docs/tiers.md); `settings` tells how.
     `light_map`: for global_illumination.mode "light_map", which the preset "raster" has; paths end in it too.
     Raises DeviceError without a usable device, SceneError for a scene that cannot be shown or that is not the light
@@ -54,7 +55,7 @@ class Renderer(Closing):
         *,
         size: Size = (1280, 720),
         settings: Settings | None = None,
-        device: Device | str | None = None,
+        device: Device | spy.Device | str | None = None,
         light_map: LightMap | None = None,
     ) -> None:
         check_made_with(type(self).__name__, scene, settings, device)

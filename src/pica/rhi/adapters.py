@@ -115,6 +115,13 @@ def choose(name: str | None) -> spy.AdapterInfo:
     return min(known, key=is_software)
 
 
+def adapter_of(device: spy.Device) -> spy.AdapterInfo:
+    """The adapter that an open device is on. Raises DeviceError where it is no Vulkan device."""
+    if device.info.type != spy.DeviceType.vulkan:
+        raise DeviceError(f"device {device.info.adapter_name!r} is a {device.info.api_name} device: pica needs Vulkan")
+    return next(adapter for adapter in adapters() if adapter.name == device.info.adapter_name)
+
+
 def is_software(adapter: spy.AdapterInfo) -> bool:
     """Whether an adapter is Mesa's software rasterizer, by name: to open it and ask takes seconds."""
     return "llvmpipe" in adapter.name.lower()

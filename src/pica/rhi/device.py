@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pica.caches.places import LONGEST, MODULES, SHADERS, caches, longest_file
 from pica.errors import DeviceError
 from pica.rhi import forked, validation
-from pica.rhi.adapters import HELP, TRACES, DeviceInfo, choose, describe
+from pica.rhi.adapters import HELP, TRACES, DeviceInfo, adapter_of, choose, describe
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
@@ -29,6 +29,7 @@ from pica.rhi.turns import Turns
 T = TypeVar("T")
 P = TypeVar("P", ComputePass, RasterPass)
 PACKAGE = Path(__file__).resolve().parents[1]
+_COMPILER: Any = {"include_paths": [PACKAGE], "warnings_as_errors": []}
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 _BUILD_INPUT = spy.BufferUsage.acceleration_structure_build_input
 _SHARE_OF_FILE = 0.4
@@ -68,35 +69,27 @@ class Device:
     is no such device or it lacks what pica needs.
     """
 
-    def __init__(self, name: str | None = None) -> None:
+    def __init__(self, name: str | None = None, existing: spy.Device | None = None) -> None:
+        """`existing`: a SlangPy device that the program has opened by itself, and closes by itself."""
         forked.check()
-        self.cache = cache = caches()
+        # Workers could not fill the cache of a device that others have opened.
+        self.cache = cache = caches() if existing is None else None
         """Where compiled shaders are kept; None: nowhere."""
-        adapter = choose(name)
+        adapter = choose(name) if existing is None else adapter_of(existing)
         self._longest_file = longest_file()
-        try:
-            self.handle = spy.Device(
-                type=spy.DeviceType.vulkan,
-                adapter_luid=adapter.luid,
-                compiler_options={"include_paths": [PACKAGE], "warnings_as_errors": []},
-                enable_rhi_validation=validation.asked(),
-                enable_debug_layers=validation.asked(),
-                enable_hot_reload=False,
-                shader_cache_path=cache and cache / SHADERS,
-                module_cache_path=cache and cache / MODULES,
-            )
-        except RuntimeError as error:
-            raise DeviceError(
-                f"device {adapter.name!r} cannot be opened: {str(error).splitlines()[0]}; {HELP}"
-            ) from None
+        self.handle = existing or _opened(adapter, cache)
+        self.session = self.handle.slang_session
+        """Loads and links shaders."""
+        if existing is not None:
+            self.session = existing.create_slang_session(compiler_options=_COMPILER)
         forked.watch()
         self.turn = Turns(self._check)
         """For `with`: a block in which no other thread uses the device; a frame at most, so that others get theirs.
         Raises DeviceError where the device is closed, or another process's."""
         self._callbacks: list[Callable[[], object]] = []
-        self._closing = finalize(self, _close, self.handle, self._callbacks)
-        self.key = bytes(adapter.luid)
-        """Tells adapters apart."""
+        self._closing = finalize(self, _close, self.handle if existing is None else None, self._callbacks)
+        self.key = _key_of(adapter, existing)
+        """Tells adapters apart, and devices that were there before."""
         self._block_programs: dict[str, spy.ShaderProgram] = {}
         self._kept: dict[tuple[Recipe[Any], Hashable], Any] = {}
         self._linked: dict[tuple[Recipe[Any], Hashable], Any] = {}
@@ -326,8 +319,8 @@ class Device:
         """A Slang module: a file below the package, or a text by some other name and, where it says so, `path`."""
 
         def load() -> spy.SlangModule:
-            handle = self.handle
-            return handle.load_module(name) if text is None else handle.load_module_from_source(name, text, path)
+            session = self.session
+            return session.load_module(name) if text is None else session.load_module_from_source(name, text, path)
 
         try:
             return load()
@@ -369,25 +362,50 @@ def _scatter(device: Device) -> ComputePass:
     return device.compute("rhi/scatter.slang")
 
 
-def _close(handle: spy.Device, callbacks: list[Callable[[], object]]) -> None:
+def _opened(adapter: spy.AdapterInfo, cache: Path | None) -> spy.Device:
+    try:
+        return spy.Device(
+            type=spy.DeviceType.vulkan,
+            adapter_luid=adapter.luid,
+            compiler_options=_COMPILER,
+            enable_rhi_validation=validation.asked(),
+            enable_debug_layers=validation.asked(),
+            enable_hot_reload=False,
+            shader_cache_path=cache and cache / SHADERS,
+            module_cache_path=cache and cache / MODULES,
+        )
+    except RuntimeError as error:
+        fault = f"cannot be opened: {str(error).splitlines()[0]}"
+        raise DeviceError(f"device {adapter.name!r} {fault}; {HELP}") from None
+
+
+def _key_of(adapter: spy.AdapterInfo, existing: spy.Device | None) -> bytes:
+    return bytes(adapter.luid) if existing is None else f"existing {id(existing)}".encode()
+
+
+def _close(handle: spy.Device | None, callbacks: list[Callable[[], object]]) -> None:
     if not forked.is_child():
         for call in callbacks:
             call()
-        handle.close()
+        if handle is not None:
+            handle.close()
 
 
 _OPEN: dict[bytes, Device] = {}
 _OPENING = Lock()
 
 
-def open_device(device: Device | str | None = None) -> Device:
+def open_device(device: Device | spy.Device | str | None = None) -> Device:
     """The device that a process has open for an adapter, opened when it is asked for first; it stays open until the
-    process ends or `Device.close`. `device`: as Device's name; a Device is taken as it is."""
+    process ends or `Device.close`. `device`: as Device's name; a Device is taken as it is, and a SlangPy device that the
+    program has opened itself is used and left open."""
     if isinstance(device, Device):
         return device
     forked.check()
     with _OPENING:
-        key = bytes(choose(device).luid)
+        existing = device if isinstance(device, spy.Device) else None
+        name = device if isinstance(device, str) else None
+        key = _key_of(choose(name) if existing is None else adapter_of(existing), existing)
         if key not in _OPEN:
-            _OPEN[key] = Device(device)
+            _OPEN[key] = Device(name, existing)
         return _OPEN[key]

@@ -7,6 +7,7 @@ import slangpy as spy
 MAX_PASSES = 64
 FRAMES_IN_FLIGHT = 3
 MAX_FRAMES = 1024
+_GROUP = spy.float3(0.4, 0.6, 0.9)
 
 
 class Profiler:
@@ -38,6 +39,7 @@ class Profiler:
 
     def begin(self, encoder: spy.CommandEncoder, name: str) -> None:
         """Start timing what is recorded from here on; `end` follows before the next `begin`."""
+        encoder.push_debug_group(name, _GROUP)  # what RenderDoc and Nsight show
         self._timing = self._current is not None and len(self._names) < MAX_PASSES
         if self._current is not None and self._timing:
             self._names.append(name)
@@ -45,6 +47,7 @@ class Profiler:
 
     def end(self, encoder: spy.CommandEncoder) -> None:
         """Stop timing."""
+        encoder.pop_debug_group()
         if self._current is not None and self._timing:
             encoder.write_timestamp(self._pools[self._current], 2 * len(self._names) - 1)
 

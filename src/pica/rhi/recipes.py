@@ -71,6 +71,6 @@ def linked(
     try:
         loaded = device.module(module)
         kind = [device.module("rhi/software_device.slang")] if device.is_software else []
-        return device.handle.link_program([loaded, *kind, *more], [loaded.entry_point(entry) for entry in entries])
+        return device.session.link_program([loaded, *kind, *more], [loaded.entry_point(entry) for entry in entries])
     except (RuntimeError, spy.SlangCompileError) as error:
         raise DeviceError(f"{module}: {error}") from error

@@ -85,7 +85,7 @@ class KernelRecipe:
         modules = [module, *modules_for(device, variant)]
         if self.with_module is not None:
             modules.append(device.module(self.with_module))
-        return device.handle.link_program(modules, [module.entry_point(self.entry)])
+        return device.session.link_program(modules, [module.entry_point(self.entry)])
 
     def make(self, device: Device, linked: spy.ShaderProgram) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
         """Program and pipeline."""
@@ -189,7 +189,7 @@ class RayBuffers:
 
     def __init__(self, device: Device, name: str, source: ShaderSource, **more: int) -> None:
         """`source`: where `rays`, `states` and `next` are declared. `more`: bytes a ray of further buffers."""
-        layout = device.handle.link_program([source.loaded(device)], [])
+        layout = device.session.link_program([source.loaded(device)], [])
         strides = {
             parameter.name: parameter.type_layout.element_type_layout.stride
             for parameter in parameters_of(layout)

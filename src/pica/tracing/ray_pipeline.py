@@ -72,7 +72,7 @@ class RayRecipe:
         # Features have a place in the table too, for places are types' numbers; no ray looks there.
         names = [(variant[0] if isinstance(entry, Bundle) else entry).name for entry in variant]
         payload = _LARGEST_PAYLOAD if LOBES in known_features(variant) else _PAYLOAD
-        return device.handle.link_program(modules, entries), groups, names, payload
+        return device.session.link_program(modules, entries), groups, names, payload
 
     def make(
         self, device: Device, linked: tuple[spy.ShaderProgram, list[spy.HitGroupDesc], list[str], int]

@@ -15,11 +15,10 @@ from tests.building import CAMERA, lambert, orthographic, placed, scene_of, sett
 
 SIZE = (64, 48)
 MODES = ("ray_traced", "ground_truth")
-UNFILTERED = {"debug.filters": "false"}
 
 
-def renderer_of(device, scene, size=SIZE, preset="hybrid", values=None, **occlusion):
-    chosen = pica.Settings.preset(preset).with_values(values or {})
+def renderer_of(device, scene, size=SIZE, preset="hybrid", values=None, filters=True, **occlusion):
+    chosen = pica.Settings.preset(preset).with_values({"debug.filters": filters, **(values or {})})
     occlusion = {f"ambient_occlusion.{name}": str(value) for name, value in occlusion.items()}
     return pica.Renderer(scene, size=size, settings=chosen.with_values(occlusion), device=device)
 
@@ -41,7 +40,7 @@ def test_under_a_ceiling_a_cone_is_closed(device, nearest, furthest, expected):
     """Rays meet it at 1 / cos: the cosine-weighted share of directions with cos > c is 1 - c^2."""
     scene, camera = under_a_ceiling()
     lengths = {"min_distance": nearest, "max_distance": furthest}
-    found = open_share(device, scene, camera, values=UNFILTERED, mode="ray_traced", rays=16, **lengths)
+    found = open_share(device, scene, camera, filters=False, mode="ray_traced", rays=16, **lengths)
     assert found.shape == SIZE[::-1] and found.dtype == np.float32
     assert found.mean() == pytest.approx(expected, abs=0.01)
 
@@ -64,7 +63,7 @@ def test_beside_a_wall_a_segment_of_the_disk_is_closed(device, mode):
     """Directions with x > d / R meet it: a segment of the unit disk that the hemisphere projects to (Nusselt)."""
     scene, camera = beside_a_wall()
     # One slice tells little, and slices weigh differently in the filter's mean.
-    renderer = renderer_of(device, scene, mode=mode, rays=16, filter=mode == "ground_truth")
+    renderer = renderer_of(device, scene, mode=mode, rays=16, filters=mode == "ground_truth")
     mean = np.mean([renderer.render(1, camera=camera).aov("ambient_occlusion") for _ in range(16)], axis=0)
     normal = renderer.render(1, camera=camera).aov("normal")
     # Rows go up the picture, which is tilted by 45 degrees to the floor; its middle is the corner.
@@ -90,7 +89,7 @@ def test_an_open_floor_and_the_surroundings_are_open(device, mode):
 def test_the_filter_brings_a_frame_closer_to_many_rays(device, mode, motion):
     errors = {}
     for filtered in (True, False):
-        renderer = renderer_of(device, still_life(), mode=mode, max_distance=0.6, filter=filtered)
+        renderer = renderer_of(device, still_life(), mode=mode, max_distance=0.6, filters=filtered)
         errors[filtered] = compare_effect(renderer, "ambient_occlusion", motion, 8, 64, CAMERA)
     gain = errors[True].psnr[-1] - errors[False].psnr[-1]
     assert gain > (8 if mode == "ray_traced" else 1)
@@ -100,7 +99,7 @@ def test_the_filter_brings_a_frame_closer_to_many_rays(device, mode, motion):
 def test_the_first_frame_is_filtered_too(device):
     errors = [
         compare_effect(
-            renderer_of(device, still_life(), mode="ray_traced", max_distance=0.6, filter=filtered),
+            renderer_of(device, still_life(), mode="ray_traced", max_distance=0.6, filters=filtered),
             *("ambient_occlusion", "still", 1, 64, CAMERA),
         ).psnr[0]
         for filtered in (True, False)
@@ -144,8 +143,8 @@ def test_both_schedulers_give_the_same_bits(device):
 def test_embree_meets_the_same(device):
     pair = []
     for more in ({"rays.scheduler": "pipeline"}, {"rays.scheduler": "buffers", "rays.tracer": "embree"}):
-        values = {**UNFILTERED, "visibility.primary": "raster", **more}
-        renderer = renderer_of(device, still_life(), values=values, mode="ray_traced", rays=2)
+        values = {"visibility.primary": "raster", **more}
+        renderer = renderer_of(device, still_life(), values=values, filters=False, mode="ray_traced", rays=2)
         pair.append(renderer.render(1, camera=CAMERA).aov("ambient_occlusion"))
     assert (pair[0] == pair[1]).mean() > 0.995
 

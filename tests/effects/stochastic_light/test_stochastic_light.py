@@ -189,7 +189,7 @@ def test_only_noisy_light_is_filtered(device):
 
 
 def test_soft_lights_beyond_the_filtered_keep_their_light(device):
-    raw, filtered = (renderer_of(device, soft_lights(), filter=on).render(4, camera=VIEW) for on in (False, True))
+    raw, filtered = (renderer_of(device, soft_lights(), filters=on).render(4, camera=VIEW) for on in (False, True))
     np.testing.assert_allclose(filtered.color.mean((0, 1)), raw.color.mean((0, 1)), rtol=0.005)
     assert filtered.aov("debug.stochastic_light.diffuse.filtered").mean() > 0.1
 
