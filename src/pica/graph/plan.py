@@ -37,7 +37,7 @@ class Plan:
         self.memory = graph.memory
 
     def replay(self, frame: Frame, only: str | None = None) -> dict[str, Lazy]:
-        """Record the frame. Returns what fetches each offer that `frame.requested` names, once the device is done.
+        """Record the frame. Returns what waits for the device and fetches each offer that `frame.requested` names.
 
         `only`: nothing but the passes of this effect.
         """
@@ -89,6 +89,7 @@ class Plan:
 
         def fetch() -> Array:
             with device.turn:
+                device.handle.wait_for_idle()
                 return read(*(part.array() for part in parts))
 
         return fetch
