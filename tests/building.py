@@ -174,7 +174,7 @@ def held(renderer: pica.Renderer, scope: str, name: str) -> spy.Texture | spy.Bu
 
 
 def left_in(renderer: pica.Renderer, scope: str, name: str) -> Callable[[], tuple[str]]:
-    """As `capture` of Renderer.advance: what the frame's passes leave in a texture, as it is, by the name "test.NAME"."""
+    """As `capture` of Renderer.advance: what the frame's passes leave in a texture, by the name "test.NAME"."""
 
     def offer() -> tuple[str]:
         found = resource_of(renderer, scope, name)

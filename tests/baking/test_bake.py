@@ -108,8 +108,8 @@ def test_it_is_the_indirect_light_of_many_paths(device, cornell):
         pica.scenes.cornell(), size=SIZE, settings=settings(FROM_MAP), device=device, light_map=cornell
     )
     camera = renderer.scene.default_camera(1.5)
-    renderer.advance(camera, jittered=False)
     measured = MeasuredEffect(renderer, "global_illumination")
+    renderer.advance(camera, jittered=False, capture=measured.offers)
     found, expected = measured.result()["indirect"], measured.reference(128)["indirect"]
     there = np.isfinite(expected)
     assert found[there].mean() == pytest.approx(expected[there].mean(), rel=0.08)
