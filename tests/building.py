@@ -179,7 +179,7 @@ def left_in(renderer: pica.Renderer, scope: str, name: str) -> Callable[[], tupl
     def offer() -> tuple[str]:
         found = resource_of(renderer, scope, name)
         plan, offered = renderer._frame_plan._plan, f"test.{name}"
-        last = found.writers[-1].index
+        last = max(node.index for node in plan.nodes if found in node.writes)
         plan.offers[offered] = Offer(offered, scope, (found,), lambda values: values, None, last, on_request=True)
         return (offered,)
 
