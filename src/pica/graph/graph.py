@@ -149,8 +149,8 @@ class FrameGraph:
             for each, texture_format in formats.items()
         }
         history = History(textures, self.memory.history(self._scope, name))
-        for texture in textures.values():
-            texture.history = history
+        for each, texture in textures.items():
+            texture.history, texture.part = history.state, each
         self.histories.append(history)
         return history
 

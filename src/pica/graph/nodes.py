@@ -91,7 +91,7 @@ class Node:
         """Its arguments in this frame."""
         for written in self.writes:
             if isinstance(written, Texture) and written.history is not None:
-                written.history.state.swap(frame)
+                written.history.swap(frame)
         for name, find in self._each_frame:
             self.values[name] = find(frame)
         return self.values
@@ -139,22 +139,15 @@ class BlockNode(Node):
 
 
 def _previous(texture: Texture) -> Callable[[Any], spy.Texture]:
-    history, name = texture.history, _name_in(texture)
-    assert history is not None
-    state = history.state
+    state, name = texture.history, texture.part
+    assert state is not None
     return lambda frame: state.previous(frame, name)
 
 
 def _newest(texture: Texture) -> Callable[[Any], spy.Texture]:
-    history, name = texture.history, _name_in(texture)
-    assert history is not None
-    state = history.state
+    state, name = texture.history, texture.part
+    assert state is not None
     return lambda frame: state.sets[0][name]
-
-
-def _name_in(texture: Texture) -> str:
-    assert texture.history is not None
-    return next(name for name, each in texture.history.textures.items() if each is texture)
 
 
 def lives_in_frame(resource: Resource) -> bool:

@@ -34,10 +34,12 @@ class Plan:
         graph.memory.allocate(kept, graph.histories, self.places.items())
         for node in self.nodes:
             node.bind()
+        for resource in graph.resources:  # or a plan were a circle, and its memory stayed until that is collected
+            resource.writers, resource.readers = [], []
         self.memory = graph.memory
 
     def replay(self, frame: Frame, only: str | None = None) -> dict[str, Lazy]:
-        """Record the frame. Returns what fetches each offer that `frame.requested` names, once the device is done.
+        """Record the frame. Returns what waits for the device and fetches each offer that `frame.requested` names.
 
         `only`: nothing but the passes of this effect.
         """
@@ -89,6 +91,7 @@ class Plan:
 
         def fetch() -> Array:
             with device.turn:
+                device.handle.wait_for_idle()
                 return read(*(part.array() for part in parts))
 
         return fetch
@@ -127,8 +130,7 @@ class Plan:
 def newest(resource: Texture | Buffer) -> Any:
     """What holds it on the device at this moment."""
     if isinstance(resource, Texture) and resource.history is not None:
-        name = next(name for name, each in resource.history.textures.items() if each is resource)
-        return resource.history.state.sets[0][name]
+        return resource.history.sets[0][resource.part]
     return resource.physical
 
 

@@ -61,7 +61,9 @@ class Texture(Resource):
     size: Size = (1, 1)
     layers: int | None = None
     usage: spy.TextureUsage = TEXTURE_USAGE
-    history: "History | None" = field(default=None, repr=False)
+    history: "HistoryState | None" = field(default=None, repr=False)
+    """Of which it is a texture, by the name `part`."""
+    part: str = ""
 
     @property
     def description(self) -> tuple[Any, ...]:
