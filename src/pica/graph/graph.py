@@ -185,8 +185,9 @@ class FrameGraph:
     ) -> None:
         """Add a pass or ray effect over a grid of threads, with its shader parameters.
 
-        Each is a value; a texture, buffer, history or block that it reads; what it writes, as write(…) or update(…);
-        or a function that takes the frame and gives the value, asked in each frame. `when` takes the frame: in frames
+        Each is a value; a texture, buffer, history or block that it reads, or a tuple of textures, where the shader
+        has an array; what it writes, as write(…) or update(…); or a function that takes the frame and gives the value,
+        asked in each frame. `when` takes the frame: in frames
         where it is false the pass is left out. Raises GraphError where two passes write the same anew.
         """
         name = str(getattr(step, "name", "pass"))

@@ -65,6 +65,9 @@ class Node:
                 self.previous.append(value.resource)
             case Resource():
                 self.reads.append(value)
+            case tuple():
+                for each in value:
+                    self._note(each)
             case _ if isinstance(block := getattr(value, "block", None), Block):
                 for each in block.fields:
                     self._note(each)
@@ -80,6 +83,8 @@ class Node:
                 self._each_frame.append((name, _newest(resource)))
             elif isinstance(resource, Texture | Buffer):
                 self.values[name] = resource.physical
+            elif isinstance(resource, tuple):
+                self.values[name] = tuple(each.physical for each in resource)
             elif isinstance(block := getattr(value, "block", None), Block):
                 self.values[name] = block.parameters
             elif callable(resource):
