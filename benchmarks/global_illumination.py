@@ -81,7 +81,7 @@ def _baked(scene: Any, spacing: float | None, paths: int) -> tuple[pica.LightMap
 def _light(renderer: pica.Renderer) -> NDArray[np.float64]:
     return (
         next(effect for effect in renderer.effects if effect.name == "global_illumination")
-        .aovs()["indirect"]
+        .aovs()["diffuse_indirect"]
         .fetch()
         .astype(np.float64)
     )
@@ -109,7 +109,7 @@ def _converged(
                 changes.append(np.abs(now - before).mean() / now.mean())
             before = now
     measured = MeasuredEffect(renderer, "global_illumination")
-    light, truth = measured.result()["indirect"], measured.reference(samples)["indirect"]
+    light, truth = measured.result()["diffuse_indirect"], measured.reference(samples)["diffuse_indirect"]
     there = np.isfinite(truth).all(-1)
     white = np.percentile(truth[there], 95)
     error = np.clip(light[there] / white, 0, 1) - np.clip(truth[there] / white, 0, 1)

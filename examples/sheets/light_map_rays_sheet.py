@@ -59,8 +59,8 @@ def main() -> None:
     for name, way in ways.items():
         renderer = rendered(*way)
         measured = MeasuredEffect(renderer, "global_illumination")
-        found[name] = measured.result()["indirect"]
-    truth = np.nan_to_num(measured.reference(given.samples)["indirect"])
+        found[name] = measured.result()["diffuse_indirect"]
+    truth = np.nan_to_num(measured.reference(given.samples)["diffuse_indirect"])
     found["rays to lamps"] = _emitters_met(renderer, given.frames)
     exposure = quality.exposure_for(truth)
     panels = {f"{given.samples} paths a pixel": quality.exposed(truth, exposure)}
