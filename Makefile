@@ -1,5 +1,6 @@
 # make demo: a picture from nothing. make test: lint, types and tests; make test-fast: the tests that need no device, and
-# a few that do; make golden: the golden pictures anew; make fuzz: ten minutes of broken input; make docs: the reference of
+# a few that do; make test-gpu: what a graphics card has to show; make golden-diff: by how much the golden pictures moved;
+# make golden: these anew; make fuzz: ten minutes of broken input; make docs: the reference of
 # all classes and functions. All set everything up first.
 PYTHON ?= python3
 VENV := .venv
@@ -8,22 +9,29 @@ BIN := $(VENV)/bin
 PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test test-fast test-slow golden fuzz docs lint setup setup-test lock clean
+.PHONY: demo test test-fast test-slow test-gpu golden golden-diff fuzz docs lint setup setup-test lock clean
 
 demo: setup
 	@mkdir -p out
 	$(BIN)/pica render demo -o out/demo.png --size 640x360 --frames 12
 
 test: setup-test lint
-	$(PYTEST) -m "not slow"
+	$(PYTEST) -m "not (slow or whole_frames)"
 
 test-fast: setup-test
 	$(PYTEST) -m "not (slow or device or thorough) or smoke"
 
 test-slow: setup-test
-	$(PYTEST) -m slow
+	$(PYTEST) -m "slow or whole_frames"
 
-# GOLDEN="cornell svgf" renews these only.
+# On a graphics card, without assets. Tests that differ there for a known reason (gpu_differs) may fail.
+test-gpu: setup-test
+	$(PYTEST) --graphics-card -m "device and not (slow or assets)"
+
+# GOLDEN="cornell indirect" are these only, by their names or by how those begin; DEVICE=H200: on this device.
+golden-diff: setup-test
+	$(BIN)/python -m tests.golden.difference $(if $(DEVICE),--device "$(DEVICE)") $(GOLDEN)
+
 golden: setup-test
 	$(BIN)/python -m tests.golden.renew $(GOLDEN)
 

@@ -1,4 +1,4 @@
-"""Filtered ambient occlusion of one ray a pixel against 2048 rays: the figures of docs/ambient_occlusion.md.
+"""Filtered ambient occlusion of one ray a pixel against 2048 rays: docs/measurements/ambient-occlusion.md.
 
     python benchmarks/ambient_occlusion_quality.py [--size 640x360] [--frames 120] [--samples 2048] [--sheets FOLDER]
 

@@ -1,4 +1,4 @@
-"""Temporal antialiasing and upscaling in motion: the figures of docs/antialiasing.md.
+"""Temporal antialiasing and upscaling in motion: the figures of docs/measurements/antialiasing.md.
 
     python benchmarks/antialiasing.py [--size 1920x1080] [--frames 60] [--every 1] [--samples 64] [--strips FOLDER]
 

@@ -1,4 +1,4 @@
-"""What single effects cost: the figures of docs/performance.md.
+"""What single effects cost: the figures of docs/measurements/performance.md.
 
     python benchmarks/effects.py [--size 1920x1080] [--frames 200]
 

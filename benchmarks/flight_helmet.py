@@ -1,4 +1,4 @@
-"""FlightHelmet on a 10 m plane under a 5-degree sun: the figures of docs/performance.md.
+"""FlightHelmet on a 10 m plane under a 5-degree sun: the figures of docs/measurements/performance.md.
 
     python benchmarks/flight_helmet.py FlightHelmet.gltf [--size 1920x1080] [--frames 200] [--device NAME] [--picture F]
 

@@ -2,7 +2,7 @@
 
     python benchmarks/living_scenes.py [--instances 100000] [--size 1920x1080] [--device NAME]
 
-Prints one JSON line a measurement: the figures of docs/performance.md.
+Prints one JSON line a measurement: the figures of docs/measurements/performance.md.
 """
 
 import argparse

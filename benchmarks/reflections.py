@@ -5,7 +5,7 @@
 
 The spheres of pica.scenes.sphere_sweep, GGX's alpha from 0 to 1 in 9 steps, metal and dielectric: dB over the pixels
 of each, of the newest frame of a still picture or the mean of the last 20 frames of a sequence (`pica compare --help`),
-without jitter; light is exposed as the whole picture is and sRGB encoded, as docs/architecture.md has it. JSON, and
+without jitter; light is exposed as the whole picture is and sRGB encoded (docs/how-it-works/architecture.md). JSON, and
 with --out a sheet. --bound adds what the exact light of the frame before would reach, moved to this frame by whichever
 shift is best for each tile of 8x8 pixels, in half pixels with linear weights: no history that is found by motion
 vectors, however exact, could be closer than that with one frame.

@@ -1,4 +1,4 @@
-"""Filtered shadows of one ray a pixel against 2048 rays: the figures of docs/shadows.md.
+"""Filtered shadows of one ray a pixel against 2048 rays: the figures of docs/measurements/shadows.md.
 
     python benchmarks/shadow_quality.py [--size 640x360] [--frames 120] [--samples 2048] [--set shadows.denoiser=svgf]
         [--only sequences|penumbra|off|trail] [--sheets FOLDER] [--jitter]

@@ -1,4 +1,4 @@
-"""What simplified materials and ray cones save in a reflection, and what they change: the figures of docs/materials.md.
+"""What simplified materials and ray cones save in a reflection, and what they change: docs/measurements/materials.md.
 
     python benchmarks/simplified_materials.py FlightHelmet.gltf [--size 640x360] [--frames 64] [--roughness 0 0.3]
         [--scheduler pipeline] [--device NAME] [--env SKY.hdr] [--picture F]

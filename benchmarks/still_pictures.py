@@ -1,4 +1,4 @@
-"""How fast still pictures near the truth, with and without the stochastic light's filter: docs/stochastic-light.md.
+"""Convergence of still pictures with and without the stochastic light's filter: docs/measurements/many-lights.md.
 
     python benchmarks/still_pictures.py SCENE … [--env FILE] [--size 192x108] [--samples 1024] [--set NAME=VALUE …]
 

@@ -1,4 +1,4 @@
-"""Tier 1 with Embree against tier 2 on the same processor: the figures of docs/tiers.md.
+"""Tier 1 with Embree against tier 2 on the same processor: the figures of docs/measurements/tiers.md.
 
     python benchmarks/tier1.py FlightHelmet.gltf [--size 640x360] [--rounds 10]
 

@@ -1,4 +1,4 @@
-"""Where the shared test assets lie; tests that need them skip where they are absent."""
+"""Where the shared test assets lie; tests that need them skip where they are absent (tests/conftest.py)."""
 
 from pathlib import Path
 
@@ -6,4 +6,4 @@ import pytest
 
 ASSETS = Path(__file__).resolve().parents[2] / "shared" / "assets"
 
-needs_assets = pytest.mark.skipif(not ASSETS.is_dir(), reason=f"test assets are not at {ASSETS}")
+needs_assets = pytest.mark.assets

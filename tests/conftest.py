@@ -9,19 +9,33 @@ import slangpy as spy
 from pica.programs import preparation
 from pica.rhi import validation
 from pica.rhi.device import Device, open_device
+from tests.assets import ASSETS
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--graphics-card", action="store_true", help="end where there is none but the processor")
 
 
 @pytest.fixture(scope="session")
-def device() -> Device:
+def device(pytestconfig: pytest.Config) -> Device:
     """The device that an installed pica would choose."""
-    return open_device()
+    found = open_device()
+    if pytestconfig.getoption("graphics_card") and found.is_software:
+        pytest.exit(f"there is no graphics card here: pica would choose {found.name}", returncode=1)
+    return found
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark all tests that ask for a device, so that `make test-fast` leaves them out."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark all tests that ask for a device, so that `make test-fast` leaves them out; skip what cannot run, and let
+    fail what is known to."""
     for item in items:
         if "device" in getattr(item, "fixturenames", ()):
             item.add_marker("device")
+        if item.get_closest_marker("assets") and not ASSETS.is_dir():
+            item.add_marker(pytest.mark.skip(reason=f"test assets are not at {ASSETS}"))
+        known = item.get_closest_marker("gpu_differs")
+        if known is not None and config.getoption("graphics_card"):
+            item.add_marker(pytest.mark.xfail(reason=known.args[0], strict=False))
 
 
 @pytest.fixture(autouse=True)

@@ -65,5 +65,5 @@ def test_it_is_called_once_in_the_frame(folder):
 def test_it_has_a_settings_group_a_page_and_tests(folder):
     groups = {field.name for field in fields(Settings)}
     assert SETTINGS.get(folder, folder) in groups
-    assert any((ROOT / "docs" / f"{name}.md").exists() for name in (folder, folder.replace("_", "-")))
+    assert (ROOT / "docs" / "how-it-works" / f"{folder.replace('_', '-')}.md").exists()
     assert any((ROOT / "tests" / "effects").glob(f"{folder}/test_*.py"))

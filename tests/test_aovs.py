@@ -168,7 +168,7 @@ def test_what_the_table_lacks_is_of_the_last_frame(fresh):
 
 
 def test_the_page_has_the_table():
-    page = (Path(__file__).parents[1] / "docs" / "gbuffer.md").read_text()
+    page = (Path(__file__).parents[1] / "docs" / "guide" / "labels.md").read_text()
     for info in AOVS.values():
         background = {None: "varies", np.inf: "infinity"}.get(info.background, f"{info.background}")
         told = f"`{info.name}`", info.meaning, info.unit, info.channels or "varies", background, info.frame

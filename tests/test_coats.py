@@ -58,7 +58,7 @@ def test_direct_light_is_that_of_the_path_tracer(device, light):
     hybrid = render(device, coated_things(light), 24, CAMERA, SIZE).color
     traced = trace(device, coated_things(light), 200, CAMERA, SIZE, max_depth=2).color
     assert traced.max() > 0.5
-    # highlights may be a little wider and lie a little elsewhere where whole lights are fitted (docs/area-lights.md)
+    # highlights may be a little wider and lie a little elsewhere with LTC (docs/measurements/area-lights.md)
     blurred = [picture.reshape(10, 4, 18, 4, 3).mean((1, 3)) for picture in (hybrid, traced)]
     np.testing.assert_allclose(blurred[0], blurred[1], rtol=0.1, atol=0.05)
     assert hybrid.mean() == pytest.approx(traced.mean(), rel=0.02)
@@ -88,7 +88,7 @@ def test_light_from_all_around_is_that_of_the_path_tracer(device, way):
     traced = trace(device, scene, 100, camera, SIZE, max_depth=2).color
     for middle in (15, 36, 57):  # balls of 15 pixels across
         seen, expected = (picture[14:26, middle - 5 : middle + 6].mean((0, 1)) for picture in (hybrid, traced))
-        # 6 % for bare metal; nor do albedos know what scaling loses of a wide mirror below coats (docs/materials.md)
+        # 6 % for bare metal; nor do albedos know what scaling loses below coats (docs/measurements/materials.md)
         np.testing.assert_allclose(seen, expected, rtol=0.1 if way == "prefiltered" else 0.03, atol=0.005)
 
 

@@ -14,7 +14,7 @@ from pica.cli.app import app
 
 ROOT = Path(__file__).parent.parent
 README = ROOT / "README.md"
-DOCS = sorted((ROOT / "docs").glob("*.md"))
+DOCS = sorted((ROOT / "docs").rglob("*.md"))
 PAGES = [README, *DOCS, ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", ROOT / "examples" / "README.md"]
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 
@@ -85,8 +85,8 @@ def test_the_readme_s_program_runs(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def scene_made_in_docs(tmp_path_factory, device):
-    """What the programs of docs/scenes.md have made, the second of which changes what the first made."""
-    programs = blocks(ROOT / "docs" / "scenes.md", "python")
+    """What the programs of docs/guide/scenes.md have made, the second of which changes what the first made."""
+    programs = blocks(ROOT / "docs" / "guide" / "scenes.md", "python")
     (made,) = (block for block in programs if "Mesh.from_arrays(" in block)
     (changed,) = (block for block in programs if "mesh.sections = " in block)
     folder, names = tmp_path_factory.mktemp("scenes"), {}

@@ -14,7 +14,7 @@ import pica
 
 ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "pica"
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 MODULES = sorted(SOURCE.rglob("*.py"))
 WHERE = [*PAGES, *MODULES]
 IDS = [str(path.relative_to(ROOT)) for path in WHERE]
@@ -116,7 +116,7 @@ def test_classes_of_modules(path):
 @pytest.mark.parametrize("path", WHERE, ids=IDS)
 def test_files(path):
     for name in re.findall(r"(?<![\w./*<-])[\w-]+(?:/[\w-]+)*\.(?:py|slang|md)\b(?!\()", words_of(path)):
-        to_be_written = "openness" in name  # by who follows docs/adding-an-effect.md
+        to_be_written = "openness" in name  # by who follows docs/how-it-works/adding-an-effect.md
         assert to_be_written or any(f"/{each}".endswith(f"/{name}") for each in files()), name
 
 

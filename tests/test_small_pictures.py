@@ -43,6 +43,31 @@ def test_a_picture_after_reset_is_that_of_a_new_renderer(device, renderer):
         assert same(found, renderer.render(1, camera=view, cut=True))
 
 
+def round_about(count: int) -> list[Camera]:
+    """Views from all sides, far from each other."""
+    angles = np.arange(count) * 2.4  # radians: each far from the one before
+    return [
+        Camera.look_at((2.8 * np.sin(angle), 1.2 + 0.6 * np.cos(3 * angle), 2.8 * np.cos(angle)), (0, 0.4, 0))
+        for angle in angles
+    ]
+
+
+@pytest.mark.parametrize(
+    ("size", "count"),
+    [((32, 32), 6), pytest.param((128, 128), 50, marks=[pytest.mark.slow, pytest.mark.timeout(1800)])],
+)
+def test_views_with_cut_are_those_of_new_renderers(device, size, count):
+    scene = still_life()
+    with pica.Renderer(scene, size=size, device=device) as renderer:
+        for view in round_about(count):
+            found = renderer.render(1, camera=view, cut=True)
+            renderer.reset()
+            assert same(found, renderer.render(1, camera=view))
+            with pica.Renderer(scene, size=size, device=device) as new:
+                assert same(found, new.render(1, camera=view))
+            renderer.advance(view)  # what could be taken along
+
+
 @pytest.mark.parametrize("path_traced", [False, True])
 def test_what_is_asked_for_and_no_more(device, renderer, path_traced):
     maker = pica.PathTracer(renderer.scene, size=SMALL, device=device) if path_traced else renderer

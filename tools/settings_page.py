@@ -1,4 +1,4 @@
-"""Write the tables of docs/settings.md from the schema, between its two marks.
+"""Write the tables of docs/guide/settings.md from the schema, between its two marks.
 
 python tools/settings_page.py
 """
@@ -8,7 +8,7 @@ from typing import Any
 
 from pica.settings import Settings
 
-PAGE = Path(__file__).parent.parent / "docs" / "settings.md"
+PAGE = Path(__file__).parent.parent / "docs" / "guide" / "settings.md"
 MARKS = "<!-- tables: tools/settings_page.py writes them -->", "<!-- end of tables -->"
 
 

@@ -1,6 +1,7 @@
 """The golden pictures: what each shows, how it is rendered, and how far another rendering of it may be away.
 
-The pictures lie beside this file as NAME.exr, linear radiance. `make golden` renders all of them anew.
+Here each shows one thing by itself, over as many frames as it takes to converge; whole_frame_cases.py has the frames
+that users get. The pictures lie beside this file as NAME.exr, linear radiance. `make golden` renders all of them anew.
 """
 
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from tests.building import CAMERA, still_life
 from tests.golden import scenes
+from tests.golden.comparison import Limits
 from tests.golden.scenes import VIEW
 
 FOLDER = Path(__file__).parent
@@ -52,6 +54,10 @@ class Golden:
     def picture(self) -> NDArray[np.float32]:
         """(height, width, 3) the golden picture. Raises SceneError where there is none."""
         return read_radiance(self.path)
+
+    def limits(self, device: Device) -> Limits:
+        """The same on all devices: what other noise of as many frames is away."""
+        return Limits(self.flip, self.energy)
 
     def render(self, device: Device, seed: int = 0) -> NDArray[np.float32]:
         """(height, width, 3) the picture as it is today; another seed gives it other noise."""

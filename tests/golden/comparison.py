@@ -15,6 +15,14 @@ _BLOCK = 8
 
 
 @dataclass(frozen=True)
+class Limits:
+    """The most that a picture may be from its golden one, as `Comparison` has it."""
+
+    flip: float
+    energy: float
+
+
+@dataclass(frozen=True)
 class Comparison:
     """A golden picture beside a new one of the same size."""
 
@@ -39,6 +47,18 @@ class Comparison:
         Noise nearly vanishes in it: it tells of light that is lost, won or elsewhere.
         """
         return float(np.abs(_blocks(self.golden) - _blocks(self.picture)).mean() / self.golden.mean())
+
+    @property
+    def largest(self) -> float:
+        """Maximum absolute difference, nits."""
+        return float(np.abs(self.golden - self.picture).max())
+
+    @property
+    def same_bits(self) -> bool:
+        return np.array_equal(self.golden, self.picture)
+
+    def within(self, limits: Limits) -> bool:
+        return self.flip <= limits.flip and self.energy <= limits.energy
 
     def save(self, folder: Path) -> None:
         """Write golden.exr, picture.exr and sheet.png with FLIP's map."""

@@ -2,18 +2,43 @@
 
 import pytest
 
+import pica
 from tests.golden.cases import GOLDENS, Golden
 from tests.golden.comparison import Comparison
+from tests.golden.whole_frame_cases import WHOLE_FRAMES
+from tests.golden.whole_frames import WholeFrame
 
 CASES = [pytest.param(golden, id=golden.name, marks=golden.marks) for golden in GOLDENS]
+WHOLE = [
+    pytest.param(golden, id=golden.name, marks=[] if golden.always else [pytest.mark.whole_frames])
+    for golden in WHOLE_FRAMES
+]
 
 
 @pytest.mark.parametrize("golden", CASES)
 def test_pictures_stay_as_they_are(device, golden: Golden, tmp_path):
+    check(device, golden, tmp_path)
+
+
+@pytest.mark.parametrize("golden", WHOLE)
+def test_whole_frames_stay_as_they_are(device, golden: WholeFrame, tmp_path):
+    check(device, golden, tmp_path)
+
+
+def check(device, golden, folder):
+    limits = golden.limits(device)
     found = Comparison.of(golden.picture(), golden.render(device))
-    if found.flip > golden.flip or found.energy > golden.energy:
-        found.save(tmp_path)
+    if not found.within(limits):
+        found.save(folder)
         pytest.fail(
-            f"{golden.name}: FLIP {found.flip:.4f} (at most {golden.flip}), energy {100 * found.energy:.2f} % (at most"
-            f" {100 * golden.energy:.2f} %); look at {tmp_path / 'sheet.png'}; if it is right, run make golden"
+            f"{golden.name}: FLIP {found.flip:.4f} (at most {limits.flip}), energy {100 * found.energy:.2f} % (at most"
+            f" {100 * limits.energy:.2f} %); look at {folder / 'sheet.png'}; if it is right, run make golden"
         )
+
+
+def test_medium_is_the_default_of_which_there_are_pictures():
+    assert pica.Settings.preset("medium") == pica.Settings.preset("hybrid") == pica.Settings()
+
+
+def test_each_preset_has_a_picture():
+    assert {golden.preset for golden in WHOLE_FRAMES} | {"medium"} == set(pica.settings.PRESETS)

@@ -183,6 +183,20 @@ def test_a_scene_without_animations_stands_still() -> None:
         scene.animate(1, 0)
 
 
+def test_a_pose_that_is_assigned_places_the_node() -> None:
+    node = Node(pose=Pose((1, 2, 3), ABOUT_Y_90, (2, 2, 2)))
+    child = node.add(Node())
+    np.testing.assert_allclose(child.world, move(1, 2, 3) @ turn("y", 90) @ stretch(2, 2, 2), atol=1e-12)
+    scene = Scene()
+    scene.add(node)
+    changes = scene.subscribe()
+    node.pose = Pose((4, 5, 6))
+    np.testing.assert_array_equal(child.world, move(4, 5, 6))
+    assert set(changes.take().moved) == {node, child}
+    node.pose = None
+    np.testing.assert_array_equal(node.transform, move(4, 5, 6))
+
+
 def test_a_node_placed_by_a_matrix_cannot_be_animated() -> None:
     with pytest.raises(SceneError, match="node 'fixed' is placed by a matrix"):
         sliding(Node("fixed"), 1)

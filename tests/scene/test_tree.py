@@ -9,6 +9,7 @@ import pytest
 
 from pica.errors import SceneError
 from pica.scene.camera import Camera
+from pica.scene.environment import Environment
 from pica.scene.light import SphereLight
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
@@ -109,6 +110,22 @@ def test_children_and_parents_are_set_by_add_alone():
     for name in ("children", "parent"):
         with pytest.raises(TypeError, match=name):
             Node(**{name: None})
+
+
+def test_places_that_nobody_has_set_and_copies_are_read_only_too():
+    scene = Scene("original")
+    scene.environment = Environment(np.ones((2, 4, 3)))
+    ball = scene.add(Node("ball", camera=Camera(np.eye(4)), mesh=Mesh([box(1, Material())]), instances=np.eye(4)[None]))
+    ball.add(Node("below"))
+    for twin in (scene, copy.deepcopy(scene), pickle.loads(pickle.dumps(scene))):
+        for node in twin.nodes():
+            section = twin.roots[0].mesh.sections[0]
+            for array in (
+                node.transform, node.world, twin.roots[0].instances, twin.roots[0].camera.transform,
+                section.positions, section.indices, twin.environment.radiance,
+            ):  # fmt: skip
+                with pytest.raises(ValueError, match="read-only"):
+                    array[...] = 0
 
 
 def test_copies_of_scenes_are_scenes_of_their_own():

@@ -1,6 +1,6 @@
 """What coated surfaces lose, and what choosing lobes by their light is worth.
 
-PYTHONPATH=. python tests/shaders/coat_table.py        prints the tables of docs/materials.md
+PYTHONPATH=. python tests/shaders/coat_table.py        prints the tables of docs/measurements/materials.md
 """
 
 from pathlib import Path

@@ -108,7 +108,7 @@ def furnace(shader, layers, cosine, weight="weight"):
 
 @pytest.mark.parametrize("roughness", ROUGHNESSES)
 def test_white_furnace_of_one_coat(shader, roughness):
-    """White matter gives back all light; a metal loses what docs/materials.md tells, and nothing is ever gained."""
+    """White matter gives back all light; a metal loses what docs/measurements/materials.md gives; nothing is gained."""
     for coat, cosine, ior in itertools.product(ROUGHNESSES, COSINES, (1.3, 1.5, 2.0)):
         layer = (1.0, coat, ior, 1.0)
         what = f"coat {coat} cosine {cosine} ior {ior}"

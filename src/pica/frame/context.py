@@ -56,6 +56,15 @@ class FrameContext:
         self.recording.encoder = encoder
 
     @property
+    def variant(self) -> int:
+        """Which of a pass's sets of parameters to use."""
+        return self.recording.variant
+
+    @variant.setter
+    def variant(self, variant: int) -> None:
+        self.recording.variant = variant
+
+    @property
     def profiler(self) -> Profiler:
         """Times the passes."""
         return self.recording.profiler

@@ -59,7 +59,8 @@ def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
             made = recipe.make(device, linked[-1])
             make_machine_code(device, made)
             # What Slang-RHI captures of a ray tracing pipeline lacks whatever NVIDIA's driver shares with another that
-            # lives: the renderer could not make its own from that and would compile for seconds (docs/architecture.md).
+            # lives: the renderer could not make its own from that and would compile for seconds
+            # (docs/how-it-works/architecture.md).
             del made
         except (MaterialTypeError, ShapeError) as error:
             fault = error

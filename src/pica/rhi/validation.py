@@ -13,7 +13,7 @@ KNOWN = {
     "no buffer is associated with pCallableShaderBindingTable": "layers of before May 2023 take a table of size 0 for "
     "a fault (KhronosGroup/Vulkan-ValidationLayers, issue 5635)",
     "Failed to create pipeline from cache": "NVIDIA's driver refuses what it kept of a ray tracing pipeline that was "
-    "made while another one lived, and makes it anew (docs/performance.md, Material types)",
+    "made while another one lived, and makes it anew (docs/measurements/startup.md, Material types)",
 }
 """What says nothing about pica, by a part of the message, and why."""
 

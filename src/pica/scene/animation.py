@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import SceneError
-from pica.scene.arrays import doubles
+from pica.scene.arrays import affine, doubles
 from pica.scene.checked_field import CheckedField, described, fitting, read_only
 from pica.scene.fixed import Fixed
 from pica.scene.values import LARGEST, Check, UnfitError, choice, instance, items, number, text
@@ -160,8 +160,8 @@ class Animation(Fixed):
         moved = (matrices != np.stack([node.transform for node in self._nodes])).any((1, 2))
         for row in np.flatnonzero(moved):
             node = self._nodes[row]
-            node.transform = matrices[row]
-            node.pose = Pose.of(translation[row], rotation[row], scale[row])
+            pose = Pose.of(translation[row], rotation[row], scale[row])
+            node.place(fitting(node, "transform", affine, matrices[row]), pose)
 
 
 def together(animations: Iterable[Animation]) -> Animation:

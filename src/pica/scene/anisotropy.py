@@ -8,7 +8,7 @@ from pica.scene.values import number
 
 @dataclass(frozen=True)
 class Anisotropy:
-    """Highlights that are drawn out along the tangent (KHR_materials_anisotropy; docs/materials.md, "Anisotropy").
+    """Highlights that are drawn out along the tangent (KHR_materials_anisotropy; docs/guide/materials.md).
 
     Raises SceneError for what is out of its range.
     """

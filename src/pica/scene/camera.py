@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError, shown
 from pica.scene.arrays import LARGEST_SIDE, affine, doubles
-from pica.scene.checked_field import CheckedField, described
+from pica.scene.checked_field import CheckedField, ReadOnlyCopies, described
 from pica.scene.values import UnfitError, angle, checked, choice, number, optional, positive, text, vector, whole
 
 _FRAMING_DIRECTION = np.array([0.45, 0.35, 1.0])
@@ -49,7 +49,7 @@ def _rigid(matrix: ArrayLike) -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True, eq=False)
-class Camera:
+class Camera(ReadOnlyCopies):
     """A camera in the world. It looks along its own -Z, +Y up, as in glTF.
 
     Raises SceneError for what is not finite or out of its range.

@@ -79,6 +79,14 @@ def read_only(value: Any) -> Any:
     return value
 
 
+class ReadOnlyCopies:
+    """What is copied or pickled with its arrays read-only, as NumPy's own copies of them are not."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        arrays = {name: read_only(value) for name, value in state.items() if isinstance(value, np.ndarray)}
+        vars(self).update(state | arrays)
+
+
 def unchecked_constructor(made: type[_Made]) -> Callable[..., _Made]:
     """What makes objects of a dataclass of values that are known to fit: many times as fast as the class itself.
 

@@ -21,7 +21,7 @@ _CLEAR: Color = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Coat:
-    """A dielectric layer that lets light through to what lies below (docs/materials.md, "Coats").
+    """A dielectric layer that lets light through to what lies below (docs/guide/materials.md, "Coats").
 
     Raises SceneError for what is out of its range: 0 to 1 where nothing else is said.
     """

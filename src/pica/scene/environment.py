@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from pica.errors import SceneError, shown
 from pica.scene.arrays import floats, picture
-from pica.scene.checked_field import CheckedField, check_again, described
+from pica.scene.checked_field import CheckedField, ReadOnlyCopies, check_again, described
 from pica.scene.values import BRIGHTEST, number, text
 
 
 @dataclass(frozen=True, eq=False)
-class Environment:
+class Environment(ReadOnlyCopies):
     """Radiance from every direction.
 
     The centre column looks towards +X, to its right +Z; the top row is +Y (as three.js):

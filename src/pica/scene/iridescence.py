@@ -12,7 +12,7 @@ _NANOMETRES = number(0, 1e5)
 @dataclass(frozen=True)
 class Iridescence:
     """A film of a thickness near the wavelength of light, whose colour follows thickness and angle
-    (KHR_materials_iridescence; docs/materials.md, "Iridescence").
+    (KHR_materials_iridescence; docs/guide/materials.md, "Iridescence").
 
     Raises SceneError for what is out of its range.
     """

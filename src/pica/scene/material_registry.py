@@ -54,9 +54,9 @@ _registrations = 0
 def register_material(name: str, path: str | Path) -> None:
     """Let materials name a type of their own: `Material(type=name, parameters={...})`.
 
-    `path`: a Slang file with one struct that implements IMaterialType (docs/material-types.md). It is read now and
-    compiled when a renderer first meets the type. A name that was registered before now means this source: renderers
-    that show the type replace it, once its programs are ready.
+    `path`: a Slang file with one struct that implements IMaterialType (docs/guide/material-types.md). It is read now
+    and compiled when a renderer first meets the type. A name that was registered before now means this source:
+    renderers that show the type replace it, once its programs are ready.
     Raises MaterialTypeError for a name that is pica's or not a word, and for a file that cannot be read.
     """
     global _registrations

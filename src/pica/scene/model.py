@@ -147,7 +147,7 @@ class Scene:
 
     def subject_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lowest and highest corner of the box round what is looked at, (3,) each: all meshes but grounds, walls and
-        skies that are far larger than the rest (docs/scenes.md, "What a picture shows"). Raises SceneError as bounds.
+        skies that are far larger than the rest (docs/guide/cameras.md). Raises SceneError as bounds.
         """
         return subject_box(self.nodes())
 

@@ -16,7 +16,7 @@ from pica.scene.arrays import affine, affines, doubles, integers
 from pica.scene.camera import Camera
 from pica.scene.changes import Listeners
 from pica.scene.channels import ALL_CHANNELS, checked_channels
-from pica.scene.checked_field import CheckedField, described, fitting, read_only
+from pica.scene.checked_field import CheckedField, ReadOnlyCopies, described, fitting, read_only
 from pica.scene.deformer import CameraFacing, Deformer
 from pica.scene.light import WIDEST, Light, extent
 from pica.scene.mesh import Mesh
@@ -38,10 +38,11 @@ _WEIGHTS = doubles("targets")
 _IDENTITIES = optional(integers(np.int64, "count"))
 _FARTHEST = LARGEST**2
 _IN_PLACE = np.eye(4)
+_IN_PLACE.setflags(write=False)
 
 
 @dataclass(eq=False)
-class Node:
+class Node(ReadOnlyCopies):
     """A place in the world and what stands there. Set `transform` to move it with its children.
 
     Whatever is assigned to a field is in the next picture. Arrays that fields give are read-only.
@@ -65,15 +66,16 @@ class Node:
     lighting_channels: TrackedField[frozenset[int]] = TrackedField(checked_channels, ALL_CHANNELS)
     """Of 0 to 5: lights reach meshes in one of their channels, and these alone hide them. The mesh's own emission
     reaches those in one of its channels. SceneError for other numbers."""
-    pose: CheckedField[Pose | None] = CheckedField(optional(instance(Pose)), None)
-    """What a file or an animation made `transform` from; None: a matrix, and animations cannot place the node."""
+    pose: TrackedField[Pose | None] = TrackedField(optional(instance(Pose)), None)
+    """What a file or an animation made `transform` from; assign one to place the node. None: a matrix, and animations
+    cannot place the node."""
     detail: TrackedField["Landscape | None"] = TrackedField(_as_it_is, None)
     """What gives the meshes that the node shows to each camera instead of its own."""
     identities: TrackedField[NDArray[np.int64] | None] = TrackedField(_IDENTITIES, None)
     """(count,) which thing each instance shows: where that changes, it has come, not moved. None: always the same."""
     _children: list["Node"] = field(default_factory=list, init=False, repr=False)
     _parent: "Node | None" = field(default=None, init=False, repr=False)
-    _transform: NDArray[np.float64] = field(default_factory=_IN_PLACE.copy)
+    _transform: NDArray[np.float64] = field(default_factory=lambda: _IN_PLACE)
     _world: NDArray[np.float64] | None = field(default=None, repr=False)
     _weights: NDArray[np.float64] | None = field(default=None, repr=False)
     _skin: Skin | None = field(default=None, repr=False)
@@ -83,6 +85,10 @@ class Node:
     _bent: "tuple[Node, ...]" = field(default=(), repr=False)
     """The skinned nodes that this one deforms, as a link of their skin."""
     _listeners: Listeners | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.pose is not None and np.array_equal(self._transform, _IN_PLACE):
+            self.place(self.pose.matrix())
 
     @property
     def children(self) -> tuple["Node", ...]:
@@ -104,8 +110,11 @@ class Node:
     def transform(self, matrix: ArrayLike) -> None:
         self.place(fitting(self, "transform", affine, matrix))
 
-    def place(self, matrix: NDArray[np.float64]) -> None:
-        """Set `transform` to a matrix that is known to fit and that nobody writes into."""
+    def place(self, matrix: NDArray[np.float64], pose: Pose | None = None) -> None:
+        """Set `transform` to a matrix that is known to fit and that nobody writes into, and `pose` to what it was made
+        from, if anything."""
+        if pose is not None:
+            vars(self)["pose"] = pose
         matrix.setflags(write=False)
         self._transform = matrix
         for node in self.walk() if self._children else (self,):
@@ -195,6 +204,10 @@ class Node:
 
     def _written(self, field: str, before: Any) -> None:
         """As tracked_field.Holder."""
+        if field == "pose":
+            if self.pose is not None and "_transform" in vars(self):  # which it has once it is made
+                self.place(self.pose.matrix())
+            return
         for listener in self._listeners or ():
             if field in ("mesh", "detail") or (field == "instances" and _count(self.instances) != _count(before)):
                 listener.show_anew(self)

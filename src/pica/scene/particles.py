@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError, shown
 from pica.scene.arrays import doubles, integers
-from pica.scene.checked_field import fitting
+from pica.scene.checked_field import fitting, read_only
 from pica.scene.deformer import FROM_THE_FRONT, CameraFacing, Eye, Floats, unit
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Section
@@ -50,7 +50,8 @@ class Particles:
             object.__setattr__(self, name, np.broadcast_to(values, (count, *shape)))
         if self.sizes.shape[1:] not in ((), (2,)):
             raise SceneError(f"particles: sizes of shape {self.sizes.shape}; give one or two numbers for each")
-        object.__setattr__(self, "identities", fitting(self, "identities", _IDENTITIES, self.identities))
+        identities = fitting(self, "identities", _IDENTITIES, self.identities)
+        object.__setattr__(self, "identities", read_only(identities))
         if self.identities is not None and len(self.identities) != count:
             raise SceneError(f"particles: {len(self.identities)} identities for {count} positions")
 

@@ -32,8 +32,8 @@ def _arrays(values: Any) -> dict[str, NDArray[np.generic]]:
 class Primitives(Followed):
     """A part of a mesh with one material: primitives of one shape, which rays meet as they are.
 
-    The functions below make the built-in shapes; docs/primitives.md tells of others. Raises SceneError when the arrays
-    do not fit each other.
+    The functions below make the built-in shapes; docs/guide/primitives.md tells of others. Raises SceneError when the
+    arrays do not fit each other.
     """
 
     shape: TrackedField[str] = TrackedField(text)

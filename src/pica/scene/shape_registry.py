@@ -29,9 +29,9 @@ _registered: dict[str, MaterialSource] = {}
 def register_shape(name: str, path: str | Path) -> None:
     """Let primitives name a shape of their own: `Primitives("gyroid", parameters, bounds, material)`.
 
-    `path`: a Slang file with one struct that implements IShape or ISignedDistance (docs/primitives.md). It is read now
-    and compiled when a renderer first meets the shape. The same file under the same name again changes nothing.
-    Raises ShapeError for a name that is taken or not a word, and for a file that cannot be read.
+    `path`: a Slang file with one struct that implements IShape or ISignedDistance (docs/guide/primitives.md). It is
+    read now and compiled when a renderer first meets the shape. The same file under the same name again changes
+    nothing. Raises ShapeError for a name that is taken or not a word, and for a file that cannot be read.
     """
     source = read_source(ShapeSource, name, path)
     if name in BUILT_IN or _registered.get(name, source) != source:

@@ -10,7 +10,7 @@ from pica.scene.values import number, vector
 @dataclass(frozen=True)
 class Sheen:
     """Light that fibres scatter, most where the surface is seen or lit from the side
-    (KHR_materials_sheen; docs/materials.md, "Sheen").
+    (KHR_materials_sheen; docs/guide/materials.md, "Sheen").
 
     Raises SceneError for what is out of its range.
     """

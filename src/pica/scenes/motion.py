@@ -66,7 +66,7 @@ def follow(
     `translation` (keys, 3) metres, `rotation` (keys, 4), `scale` (keys, 3). The matrix has no scale of its own.
     """
     if node.pose is None:
-        node.pose = Pose(node.transform[:3, 3], rotation_of(node.transform))
+        node.place(node.transform, Pose(node.transform[:3, 3], rotation_of(node.transform)))
     paths: list[tuple[Path, Floats | None]] = [
         ("translation", translation), ("rotation", rotation), ("scale", scale)
     ]  # fmt: skip

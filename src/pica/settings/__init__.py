@@ -1,4 +1,4 @@
-"""Every setting of the renderer. docs/settings.md lists them; a new one is declared in `groups`."""
+"""Every setting of the renderer. docs/guide/settings.md lists them; a new one is declared in `groups`."""
 
 from pica.settings.groups import (
     AmbientOcclusionSettings,

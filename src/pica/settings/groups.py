@@ -1,7 +1,7 @@
 """Every setting, one class a group, and what the levels of a group change.
 
 A new setting is one `number`, `choice` or `switch` here; a new effect's group is a class here and a field of
-`Settings`. Checks, the command line, the schema and docs/settings.md follow from that.
+`Settings`. Checks, the command line, the schema and docs/guide/settings.md follow from that.
 """
 
 from dataclasses import dataclass
@@ -91,7 +91,7 @@ class ShadowsSettings(Group):
     )
     denoiser: Literal["anisotropic", "svgf", "off"] = choice(
         "anisotropic",
-        "Filter of soft shadows, for lights that choose none themselves (docs/shadows.md compares them).",
+        "Filter of soft shadows, for lights that choose none themselves (docs/measurements/shadows.md compares them).",
         anisotropic="Along the penumbra that light and occluder make, for rays that also find the occluder's distance;"
         " follows the shadows of lights that move.",
         svgf="Spatiotemporal variance-guided filtering (Schied et al. 2017): an À-Trous wavelet filter, steered by the"

@@ -1,4 +1,4 @@
-"""Kinds of settings. What is declared here once makes the checks, the messages, the schema and docs/settings.md."""
+"""Kinds of settings. What is declared here once makes the checks, the messages, the schema and the settings page."""
 
 import re
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
 """Embree's C interface (Intel Embree 4 API reference), from the shared library that the embreex wheel carries.
 
 embreex's own Python interface traces on one core, holds the interpreter's lock and knows neither moving instances nor
-masks; docs/tiers.md has the figures. Only its libraries are used here.
+masks; docs/measurements/tiers.md has the figures. Only its libraries are used here.
 """
 
 import ctypes

@@ -1,5 +1,5 @@
 """What runs on a device that cannot trace rays: Embree does where it is installed, else each stage falls back by itself
-(docs/tiers.md)."""
+(docs/guide/devices.md)."""
 
 import warnings
 

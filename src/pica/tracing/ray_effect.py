@@ -34,7 +34,7 @@ def ray_effect(
     """The effect struct `effect` of `module` (a path below the package), run through ray buffers and `tracer`
     where one is given, else as a ray tracing pipeline.
 
-    `simplified`: its surface rays meet simplified materials (RTG 19, 19.3.2.1; docs/materials.md);
+    `simplified`: its surface rays meet simplified materials (RTG 19, 19.3.2.1; docs/how-it-works/materials.md);
     camera rays never do. `with_module`: a Slang file that says what the effect's leaves open (an `extern` of Slang's).
     `parts`: of rays that make paths, few of them long, how many to trace before those that go on are gathered anew, and
     so on (path_pipeline.py; buffers gather after each ray).

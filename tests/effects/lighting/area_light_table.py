@@ -1,6 +1,6 @@
 """Whole lights by linearly transformed cosines against the same lights sampled: how far off they are.
 
-PYTHONPATH=. python tests/effects/lighting/area_light_table.py        prints the table of docs/area-lights.md
+PYTHONPATH=. python tests/effects/lighting/area_light_table.py    prints the table of docs/measurements/area-lights.md
 """
 
 import math

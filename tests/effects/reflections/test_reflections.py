@@ -102,7 +102,7 @@ LONGER = {"global_illumination.bounces": "2", "reflections.bounces": "2"}
     ],
 )
 def test_every_path_counts_once(device, name, values, edges):
-    """What each owner brings adds up to what the path tracer finds on paths of so many edges (docs/light-paths.md)."""
+    """The owners' light adds up to the path tracer's on paths of so many edges (docs/how-it-works/light-paths.md)."""
     scene, camera = SCENES[name]()
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(UNFILTERED | values), device=device)
     frame = renderer.render(192, camera=camera)

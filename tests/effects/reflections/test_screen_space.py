@@ -96,7 +96,7 @@ def test_light_is_neither_made_nor_lost(device):
 
 
 def test_what_shines_is_left_to_direct_light_where_lobes_are_wide(device):
-    """Emissive triangles have one owner here too (docs/light-paths.md)."""
+    """Emissive triangles have one owner here too (docs/how-it-works/light-paths.md)."""
     scene = lamps_on(metal(0.9))
     frame = rendered(device, scene, SCREEN)
     floor = frame.aov("instance") == 1

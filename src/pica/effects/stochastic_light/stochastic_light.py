@@ -19,7 +19,7 @@ _LIGHT = spy.Format.rgba32_float  # radiance in nits leaves the range of half pr
 _PARTS = 2
 """demodulation.slang: PARTS."""
 _STEPS = (1, 3, 9)
-"""Pixels between the taps of the filter's passes; docs/stochastic-light.md compares others."""
+"""Pixels between the taps of the filter's passes; docs/measurements/tried.md compares others."""
 _HANDED_OVER = 56
 """Frames without any change after which no pixel shows filtered light (stochastic_light_add.slang)."""
 _KNOWN = 128
@@ -57,8 +57,10 @@ class StochasticLightDenoiser(Effect):
         with graph.scope(self.name):
             history = graph.history("history", {"history": _LIGHT, "moments": _LIGHT}, layers=_PARTS)
             state = history.state
-            filtered = [graph.texture(f"filtered {i}", spy.Format.rgba32_uint, layers=_PARTS) for i in range(2)]
-            lobes = graph.texture("mirror lobes", spy.Format.rgba32_uint)
+            filtered = [
+                graph.texture(f"filtered {i}", spy.Format.rgba32_uint, layers=_PARTS, scratch=True) for i in range(2)
+            ]
+            lobes = graph.texture("mirror lobes", spy.Format.rgba32_uint, scratch=True)
 
             def decide(frame: FrameContext) -> None:
                 unchanged = reprojection.unchanged

@@ -1,4 +1,4 @@
-"""Lights: KHR_lights_punctual, and area lights from a node's extras (docs/gltf.md)."""
+"""Lights: KHR_lights_punctual, and area lights from a node's extras (docs/guide/gltf.md)."""
 
 import math
 from collections.abc import Callable

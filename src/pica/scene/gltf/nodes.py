@@ -152,7 +152,7 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
         else:
             nodes[entry] = node = _node(document, entry, lights, meshes)
             entry.apply(setattr, node, "transform", matrix)
-            node.pose = pose
+            node.place(node.transform, pose)
             special.append(entry)
     meshes.complete()
     for each, count in copies.items():

@@ -1,0 +1,146 @@
+"""Which whole frames are golden: presets, every mode of every effect, and what makes histories hard to keep."""
+
+import pica
+from pica.scene.camera import Camera
+from pica.scenes import cornell, corridor, court, machine_world, rooms, sphere_grid
+from tests.building import CAMERA, still_life
+from tests.golden import scenes
+from tests.golden.comparison import Limits
+from tests.golden.scenes import VIEW
+from tests.golden.whole_frames import WholeFrame, orbit
+
+
+def swing(scene: pica.Scene, camera: Camera, frame: int, frames: int) -> Camera:
+    """Bars bend, a ball rolls and the camera sways, at 15 frames a second."""
+    scenes.swing(scene, frame / 15)
+    return scene.default_camera(1.0)
+
+
+PREFILTERED = {"lighting.environment": "prefiltered"}
+SURFELS = {"global_illumination.mode": "surfels"}
+NOISY = Limits(flip=0.03, energy=0.02)
+"""For pictures of few samples: other noise is far off."""
+DISORDER = Limits(flip=0.02, energy=0.006)
+"""For surfels, on a processor."""
+
+PRESETS = [
+    WholeFrame("default_machine_world", machine_world),
+    WholeFrame("default_machine_world_orbit", machine_world, motion=orbit, on_cards=NOISY, always=True),
+    WholeFrame("default_machine_world_display", machine_world, frames=2, display=True),
+    WholeFrame("default_corridor", corridor),
+    WholeFrame("default_corridor_orbit", corridor, motion=orbit, on_cards=NOISY, always=True),
+    WholeFrame("default_rooms", rooms),
+    WholeFrame("default_rooms_orbit", rooms, motion=orbit, on_cards=NOISY),
+    WholeFrame("default_cornell_first", cornell, frames=1, on_cards=NOISY, always=True),
+    WholeFrame("default_still_life_orbit", still_life, motion=orbit, camera=CAMERA, on_cards=NOISY),
+    WholeFrame("default_bent_swing", scenes.bent, motion=swing, on_cards=NOISY, always=True),
+    WholeFrame("default_coloured_glass", scenes.coloured_glass, camera=VIEW),
+    WholeFrame("default_crowded_light_orbit", scenes.crowded_light, motion=orbit, camera=VIEW, on_cards=NOISY),
+    WholeFrame("default_sphere_grid", sphere_grid, frames=8),
+    WholeFrame("default_landscape", scenes.landscape, frames=4, on_cards=NOISY),
+    WholeFrame("low_machine_world_orbit", machine_world, motion=orbit, preset="low", on_cards=NOISY),
+    WholeFrame("low_rooms", rooms, preset="low"),
+    WholeFrame("high_machine_world_orbit", machine_world, motion=orbit, preset="high", on_cards=NOISY),
+    WholeFrame("high_corridor", corridor, preset="high"),
+    WholeFrame("raster_machine_world_orbit", machine_world, motion=orbit, preset="raster", always=True),
+    WholeFrame("raster_rooms_light_map", rooms, preset="raster", map_spacing=1.0),
+]
+
+REFLECTIONS = [
+    WholeFrame("reflections_off", corridor, {"reflections.mode": "off"}),
+    WholeFrame("reflections_screen_space_orbit", corridor, {"reflections.mode": "screen_space"}, orbit, on_cards=NOISY),
+    WholeFrame(
+        "reflections_area_lights_orbit",
+        scenes.under_lamps,
+        {"reflections.area_lights": "true"},
+        orbit,
+        camera=VIEW,
+        on_cards=NOISY,
+        always=True,
+    ),
+    WholeFrame(
+        "reflections_two_bounces_mirror_rays",
+        corridor,
+        {"reflections.bounces": "2", "reflections.reconstruction": "mirror_rays"},
+    ),
+]
+
+INDIRECT = [
+    WholeFrame("indirect_restir", rooms, {"global_illumination.mode": "restir"}),
+    WholeFrame(
+        "indirect_restir_orbit", rooms, {"global_illumination.mode": "restir"}, orbit, on_cards=NOISY, always=True
+    ),
+    WholeFrame("indirect_surfels", rooms, SURFELS, on_cards=NOISY, on_threads=DISORDER),
+    WholeFrame("indirect_surfels_orbit", rooms, SURFELS, orbit, on_cards=NOISY, on_threads=DISORDER, always=True),
+    WholeFrame("indirect_light_map", rooms, {"global_illumination.mode": "light_map"}, map_spacing=1.0, always=True),
+    WholeFrame("indirect_path_traced_light_map_orbit", rooms, motion=orbit, map_spacing=1.0, on_cards=NOISY),
+    WholeFrame("indirect_court", court, motion=orbit, on_cards=NOISY),
+]
+
+SHADOWS = [
+    WholeFrame(
+        "shadows_svgf_orbit",
+        scenes.under_lamps,
+        {"shadows": "high", "shadows.denoiser": "svgf"},
+        orbit,
+        camera=VIEW,
+        on_cards=NOISY,
+    ),
+    WholeFrame(
+        "shadows_anisotropic_orbit", scenes.under_lamps, {"shadows": "high"}, orbit, camera=VIEW, on_cards=NOISY
+    ),
+    WholeFrame(
+        "shadows_unfiltered",
+        scenes.under_lamps,
+        {"shadows": "high", "shadows.denoiser": "off"},
+        camera=VIEW,
+        on_cards=NOISY,
+    ),
+    WholeFrame("shadows_hard", scenes.under_a_sky, {"shadows.mode": "hard"}, camera=VIEW),
+    WholeFrame("shadows_maps_orbit", machine_world, {"shadows.method": "maps"}, orbit, on_cards=NOISY),
+    WholeFrame("shadows_maps_lamps", scenes.under_lamps, {"shadows.method": "maps"}, camera=VIEW),
+    WholeFrame(
+        "lamps_ratio_estimator",
+        scenes.under_lamps,
+        {"shadows": "high", "lighting.area_shadows": "ratio_estimator"},
+        camera=VIEW,
+        on_cards=NOISY,
+    ),
+]
+
+OCCLUSION = [
+    WholeFrame(
+        "occlusion_rays_orbit",
+        scenes.under_a_sky,
+        {**PREFILTERED, "ambient_occlusion.mode": "ray_traced"},
+        orbit,
+        camera=VIEW,
+        on_cards=NOISY,
+    ),
+    WholeFrame(
+        "occlusion_horizons_orbit",
+        scenes.under_a_sky,
+        {**PREFILTERED, "ambient_occlusion.mode": "ground_truth"},
+        orbit,
+        camera=VIEW,
+        on_cards=NOISY,
+    ),
+]
+
+VISIBILITY = [
+    WholeFrame("primary_raster", machine_world, {"visibility.primary": "raster"}, frames=2),
+    WholeFrame("primary_rays", machine_world, {"visibility.primary": "rays"}, frames=2),
+    WholeFrame("rays_pipeline", cornell, {"rays.scheduler": "pipeline"}, frames=4),
+    WholeFrame("transparent_background", still_life, {"visibility.background": "transparent"}, frames=4, camera=CAMERA),
+    WholeFrame("accumulate_orbit", corridor, {"antialiasing.mode": "accumulate"}, orbit, on_cards=NOISY),
+    WholeFrame("upscale", machine_world, {"antialiasing.upscale": "1.5"}),
+    WholeFrame(
+        "upscale_orbit",
+        machine_world,
+        {"antialiasing.upscale": "1.5", "antialiasing.sharpness": "0.5"},
+        orbit,
+        on_cards=NOISY,
+    ),
+]
+
+WHOLE_FRAMES = [*PRESETS, *REFLECTIONS, *INDIRECT, *SHADOWS, *OCCLUSION, *VISIBILITY]
