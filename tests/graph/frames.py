@@ -23,6 +23,7 @@ class Frame:
     recording: DeviceRecording
     index: int
     requested: frozenset[str]
+    variant: int = 0
 
     @property
     def encoder(self) -> spy.CommandEncoder:
@@ -40,8 +41,8 @@ class Frames:
         self.device, self.memory = device, Memory(device)
         self.index = 0
 
-    def graph(self, size: tuple[int, int] = SIZE) -> FrameGraph:
-        return FrameGraph(self.memory, size, size)
+    def graph(self, size: tuple[int, int] = SIZE, requested: Collection[str] = ()) -> FrameGraph:
+        return FrameGraph(self.memory, size, size, requested=frozenset(requested))
 
     def replay(self, plan: Plan, *names: str, only: str | None = None) -> Any:
         """What the next frame gives of these names: of one it alone."""

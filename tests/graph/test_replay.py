@@ -123,15 +123,26 @@ def test_nothing_is_captured_that_nobody_asks_for(frames):
     assert read == [(SIZE[1], SIZE[0])]
 
 
-def test_what_is_asked_for_is_told_to_its_passes(frames):
-    graph, log = frames.graph(), []
-    texture = graph.texture("number", WORD)
-    graph.record("fill", filling(6), when=graph.requested("number"), target=write(texture))
-    graph.record("other", noting(log, "other"), when=graph.requested("other"))
-    offer(graph, number=texture)
-    plan = Plan(graph)
-    frames.replay(plan)
-    assert same(frames.replay(plan, "number"), 6) and not log
+def test_passes_for_what_nobody_asks_for_are_left_out_until_somebody_does(frames):
+    """Who asks has the frame declared anew."""
+
+    def declare(*requested):
+        graph = frames.graph(requested=requested)
+        if graph.wants("number", "other"):
+            texture = graph.texture("number", WORD)
+            graph.record("fill", filling(6), target=write(texture))
+            offer(graph, number=texture)
+        graph.record("look", looking)
+        return Plan(graph)
+
+    plan = declare()
+    assert [node.name for node in plan.nodes] == ["look"] and {"number", "other"} <= plan.offers.keys()
+    assert plan.lacks({"number"}) == {"number"} and plan.lacks({"elsewhere"}) == plan.lacks(()) == set()
+    assert plan.names("frame", None) == set() and plan.names("frame", {"number"}) == {"number"}
+    plan = declare("other")
+    assert [node.name for node in plan.nodes] == ["fill", "look"]
+    assert plan.lacks({"number"}) == set() and same(frames.replay(plan, "number"), 6)
+    assert plan.names("frame", None) == set(), "who wants all does not want what takes passes of its own"
 
 
 def test_an_offer_may_look_at_the_frame_and_at_several_resources(frames):
