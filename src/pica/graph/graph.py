@@ -189,7 +189,7 @@ class FrameGraph:
     ) -> None:
         """Add a pass or ray effect over a grid of threads, with its shader parameters.
 
-        Each is a value; a texture, buffer, history or block that it reads; what it writes, as write(…) or update(…);
+        Each is a value; a texture, buffer or block that it reads; what it writes, as write(…) or update(…);
         or a function that takes the frame and gives the value, asked in each frame. `when` takes the frame: in frames
         where it is false the pass is left out. Raises GraphError where two passes write the same anew.
         """

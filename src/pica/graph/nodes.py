@@ -70,7 +70,7 @@ class Node:
                 self.previous.append(value.resource)
             case Resource():
                 self.reads.append(value)
-            case _ if isinstance(block := getattr(value, "block", None), Block):
+            case _ if (block := _block_of(value)) is not None:
                 for each in block.fields:
                     self._note(each)
 
@@ -85,7 +85,7 @@ class Node:
                 self._each_frame.append((name, _newest(resource)))
             elif isinstance(resource, Texture | Buffer):
                 self.values[name] = resource.physical
-            elif isinstance(block := getattr(value, "block", None), Block):
+            elif (block := _block_of(value)) is not None:
                 self.values[name] = block.parameters
             elif callable(resource):
                 self._each_frame.append((name, resource))
@@ -151,6 +151,12 @@ class BlockNode(Node):
     def record(self, frame: Frame) -> None:
         """Bind the fields."""
         self.parameters.bind(**self.resolve(frame))
+
+
+def _block_of(value: Any) -> Block | None:
+    """Of a block itself, or of what has one."""
+    found = value if isinstance(value, Block) else getattr(value, "block", None)
+    return found if isinstance(found, Block) else None
 
 
 def _history_of(value: Any) -> "HistoryState | None":
