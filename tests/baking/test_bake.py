@@ -130,7 +130,9 @@ def test_the_raster_preset_takes_a_map_and_goes_without(device, cornell):
     assert lit.aov("diffuse_indirect").mean() > 0.2 * dark.mean()
     unoccluded = raster.with_values({"ambient_occlusion.mode": "off"})
     brighter = (
-        pica.Renderer(scene, size=SIZE, settings=unoccluded, device=device, light_map=cornell).render(2).aov("diffuse_indirect")
+        pica.Renderer(scene, size=SIZE, settings=unoccluded, device=device, light_map=cornell)
+        .render(2)
+        .aov("diffuse_indirect")
     )
     assert 0.5 * brighter.mean() < lit.aov("diffuse_indirect").mean() < 0.99 * brighter.mean()
 

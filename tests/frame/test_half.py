@@ -9,7 +9,7 @@ from pica.frame.aovs import motion_of
 from pica.frame.context import FrameSequence, half_size, representative
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
-from pica.graph.plan import Plan, newest
+from pica.graph.plan import Plan
 from pica.graph.resources import write
 from pica.scene.camera import Camera
 from pica.scene.coat import Coat
@@ -76,31 +76,32 @@ class Halves:
             self.half_gbuffer = self.full.at_half(graph)
             assert self.full.at_half(graph) is self.half_gbuffer, "made once"
             sizes.append(("found at half", self.half_gbuffer, graph.half_frame, self.half))
+        self.names = []
         for name, gbuffer, frame, size in sizes:
             found = graph.texture(name, spy.Format.rgba32_float, size)
             graph.add(self.effect, size, frame=frame, gbuffer=gbuffer, scene=self.scene, found=write(found))
-            graph.offer(name, (found,), lambda values: values)
+            textures = {"found": found, **gbuffer.textures}
+            self.names.append({each: f"{name}: {each}" for each in textures})
+            for each, texture in textures.items():
+                graph.offer(f"{name}: {each}", (texture,), lambda values: values)
         self.plan = Plan(graph)
 
-    def advance(self, camera, *names, only=None):
-        """A frame's number and what it is asked for."""
+    def advance(self, camera, only=None):
+        """The frame's number, and what fetches both G-buffers' textures and what rays from them found."""
         frame = self.sequence.begin(camera)
         self.scene.update(frame, frame.camera)
         if self.plan is None:  # what materials the scene has is known by now
             self.declare()
-        frame.requested = frozenset(names)
+        frame.requested = frozenset(name for names in self.names for name in names.values() if only is None)
         found = self.plan.replay(frame, only)
         self.sequence.end(frame)
-        return frame.index, *(found[name]() for name in names)
+        return frame.index, found
 
     def __call__(self, camera):
         """The frame's number, both G-buffers' textures and both (height, width, 4) results."""
-        index, *found = self.advance(camera, "found", "found at half")
-        whole, half = (
-            {name: newest(texture) for name, texture in each.textures.items()}
-            for each in (self.full, self.half_gbuffer)
-        )
-        return index, whole, half, *found
+        index, found = self.advance(camera)
+        full, half = ({each: found[name]() for each, name in names.items()} for names in self.names)
+        return index, full, half, full["found"], half["found"]
 
     @property
     def previous_visibility(self):
@@ -138,15 +139,15 @@ def test_the_g_buffer_is_that_of_the_pixel_which_stands_for_four(device):
     for camera in cameras:
         index, full, half, *_ = halves(camera)
         for texture in ("visibility", "depth", "normals", "material", "emission"):
-            expected = chosen(full[texture].to_numpy(), index)
-            np.testing.assert_array_equal(half[texture].to_numpy(), expected)
-        assert (half["coats"].width, half["coats"].height) == halves.half
-        seen = chosen(full["material"].to_numpy(), index)[..., 2] >> 24 & 4 != 0
-        expected = chosen(full["coats"].to_numpy(), index)[seen]
-        np.testing.assert_array_equal(half["coats"].to_numpy()[seen], expected)
+            expected = chosen(full[texture], index)
+            np.testing.assert_array_equal(half[texture], expected)
+        assert half["coats"].shape[1::-1] == halves.half
+        seen = chosen(full["material"], index)[..., 2] >> 24 & 4 != 0
+        expected = chosen(full["coats"], index)[seen]
+        np.testing.assert_array_equal(half["coats"][seen], expected)
         assert (expected[:, 0] == (204 | 102 << 8)).any()
-        motion = motion_of(half["motion"].to_numpy())
-        expected = chosen(motion_of(full["motion"].to_numpy()), index)
+        motion = motion_of(half["motion"])
+        expected = chosen(motion_of(full["motion"]), index)
         np.testing.assert_allclose(motion[..., :2], expected[..., :2] / 2, atol=1 / 500)
     assert np.abs(expected[..., :2]).max() > 1
 

@@ -62,6 +62,10 @@ class Plan:
         """The same of all other effects; `debug`: views for debugging too."""
         return {each.name for each in self._wanted(wanted, debug) if each.scope != scope}
 
+    def lacks(self, names: Collection[str]) -> frozenset[str]:
+        """Of these offers, those that take passes for which the frame has to be declared anew."""
+        return frozenset(name for name in names if name in self.offers and not self.offers[name].is_declared)
+
     def names_of(self, kind: str) -> frozenset[str]:
         """All offers whose names begin with this and a dot."""
         return frozenset(name for name in self.offers if name.startswith(f"{kind}."))

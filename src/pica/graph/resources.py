@@ -39,6 +39,8 @@ class Resource:
     where: str
     """File and line of the declaration."""
     lifetime: Lifetime
+    scratch: bool = False
+    """Whether no pass reads it in frames in which none has filled it, although conditions do not tell."""
     writers: "list[Node]" = field(default_factory=list, repr=False)
     readers: "list[Node]" = field(default_factory=list, repr=False)
     physical: Any = field(default=None, repr=False)

@@ -41,9 +41,9 @@ from pica.tracing.ray_buffers import Tracer
 class Renderer(Closing):
     """The hybrid renderer: one frame a call from about one ray per pixel and effect.
 
-    `size`: (width, height) in pixels. `device`: a Device, a SlangPy device that is
-    open already, part of a device's name, or None for the best there is. On
-    one without ray tracing, stages that need it fall back, each with a warning (docs/guide/devices.md); `settings` tells how.
+    `size`: (width, height) in pixels. `device`: a Device, a SlangPy device that is open already, part of a device's
+    name, or None for the best there is. On one without ray tracing, stages that need it fall back, each with a warning
+    (docs/guide/devices.md); `settings` tells how.
     `light_map`: for global_illumination.mode "light_map", which the preset "raster" has; paths end in it too.
     Raises DeviceError without a usable device, SceneError for a scene that cannot be shown or that is not the light
     map's, and PicaError for an impossible size.
@@ -215,15 +215,13 @@ class Renderer(Closing):
         jittered: bool = True,
         denoiser: Denoiser | None = None,
         last: bool = False,
-        wanted: Callable[[Plan], frozenset[str]] | None = None,
+        wanted: Callable[[Plan], frozenset[str]] = lambda plan: frozenset(),
     ) -> dict[str, spy.Texture]:
         """`wanted` tells what to capture of what the frame offers."""
         frame = self._begin(camera, wait, jittered)
         self._running = True
         self._stages.slots.update(self.view.lights)
-        plan = self._frame_plan.of(self._stages, self._frames, self.view, denoiser, last)
-        if wanted is not None:
-            frame.requested = wanted(plan)
+        plan, frame.requested = self._frame_plan.of(self._stages, self._frames, self.view, wanted, denoiser, last)
         self.captured = plan.replay(frame)
         self._frames.end(frame)
         signals = self._frame_plan.signals
@@ -318,8 +316,9 @@ class Renderer(Closing):
         with self.device.turn:
             self._frames.rewind()
             frame = self._begin(camera, wait=True, jittered=False)
-            plan = self._frame_plan.of_gbuffer(self._stages, self._frames, self.view)
-            frame.requested = frozenset(plan.names("gbuffer", wanted))
+            plan, frame.requested = self._frame_plan.of_gbuffer(
+                self._stages, self._frames, self.view, lambda plan: frozenset(plan.names("gbuffer", wanted))
+            )
             found = plan.replay(frame, only="gbuffer")
             self._frames.end(frame)
             self._frames.rewind()

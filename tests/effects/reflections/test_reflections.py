@@ -280,8 +280,8 @@ def test_what_one_ray_alone_finds_leaves_no_blotch(device, error, least, most):
         frames[light].copy_from_numpy(found)
     shown = [1] * 12 + [300] + [1] * (error == 300)
 
-    def given(frame, *arguments, **values):
-        return accumulate(frame, *arguments, **(values | {"reconstructed": frames[shown[frame.index]]}))
+    def given(frame, threads, /, **values):
+        return accumulate(frame, threads, **(values | {"reconstructed": frames[shown[frame.index]]}))
 
     effect._accumulate = given  # before the frame is declared
     for number in range(len(shown)):

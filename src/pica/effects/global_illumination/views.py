@@ -41,7 +41,7 @@ def arriving_views(graph: FrameGraph, arriving: Texture) -> None:
     graph.offer(f"{_OF}.coverage", (arriving,), lambda values: values[..., 3])
 
 
-SURFEL_VIEWS = "discs", "age", "samples", "rays", "cells"
+SURFEL_VIEWS = tuple(f"{_OF}.{name}" for name in ("discs", "age", "samples", "rays", "cells"))
 
 
 def surfel_views(graph: FrameGraph, nearest: Texture, cells: Texture) -> None:

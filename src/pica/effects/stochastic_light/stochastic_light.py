@@ -57,8 +57,10 @@ class StochasticLightDenoiser(Effect):
         with graph.scope(self.name):
             history = graph.history("history", {"history": _LIGHT, "moments": _LIGHT}, layers=_PARTS)
             state = history.state
-            filtered = [graph.texture(f"filtered {i}", spy.Format.rgba32_uint, layers=_PARTS) for i in range(2)]
-            lobes = graph.texture("mirror lobes", spy.Format.rgba32_uint)
+            filtered = [
+                graph.texture(f"filtered {i}", spy.Format.rgba32_uint, layers=_PARTS, scratch=True) for i in range(2)
+            ]
+            lobes = graph.texture("mirror lobes", spy.Format.rgba32_uint, scratch=True)
 
             def decide(frame: FrameContext) -> None:
                 unchanged = reprojection.unchanged
