@@ -1,6 +1,5 @@
 """Indirect light from surfels: discs on surfaces that remember it (RTG 25, 25.2.6)."""
 
-
 import numpy as np
 import slangpy as spy
 
