@@ -21,6 +21,9 @@ class Renderer:
     def advance(self, camera):
         self.finished.append({"lighting": 1.0})
 
+    def count_rays(self, camera):
+        return {"shadow_rays": 32, "reflection_rays": 8}
+
 
 @pytest.mark.parametrize(
     ("is_software", "asked", "frames", "warm_up"),
@@ -38,3 +41,4 @@ def test_fewer_frames_on_the_processor_and_each_is_told(is_software, asked, fram
     assert (result["frames"], result["warm_up"]) == (frames, warm_up)
     assert len(renderer.finished) == frames
     assert told == [(done + 1, frames + warm_up) for done in range(frames + warm_up)]
+    assert result["rays"] == {"shadow_rays": 32, "reflection_rays": 8}

@@ -294,6 +294,8 @@ class Renderer(Closing):
                     labels = self.view.name_labels()
                 if done == frames:
                     timings = self.device.profiler.flush()
+                    if denoiser is not None:  # what it needs goes with the picture
+                        self._frame_plan.of(self._stages, self._frames, self.view, lambda plan: frozenset())
             if progress is not None:
                 progress(done, frames)
         color, display = found.pop("color"), found.pop("display")

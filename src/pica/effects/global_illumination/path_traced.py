@@ -66,7 +66,7 @@ class PathTracedIndirect:
         pictures: IndirectPictures,
     ) -> None:
         """Fill the pictures."""
-        history = graph.history("indirect light", {"history": _LIGHT, "moments": _LIGHT}, layers=1)
+        history = graph.history("indirect light", {"history": spy.Format.rgba32_uint}, layers=1)
         found = self._found(graph, gbuffer, scene, light, reprojection, history)
         signal, nearness = graph.nothing(_LIGHT), graph.nothing(spy.Format.r32_float)
         if self.is_smooth:
@@ -106,7 +106,7 @@ class PathTracedIndirect:
             scene=scene,
             reprojection=reprojection,
             bounces=self._settings.bounces,
-            previousHistory=history["history"].previous if self.is_smooth else graph.nothing(_LIGHT, 1),
+            previousHistory=history["history"].previous if self.is_smooth else graph.nothing(spy.Format.rgba32_uint, 1),
             known=lambda frame: int(asks and state.precedes(frame)),
             **light.at_hits(regularized=self.is_smooth),
             resampled=int(resamples),
@@ -144,5 +144,5 @@ class PathTracedIndirect:
             known=history.known,
             **history.swap(),
         )
-        indirect_views(graph, found, gathered, nearness, signal, history["moments"])
+        indirect_views(graph, found, gathered, nearness, signal, history["history"])
         return signal, nearness

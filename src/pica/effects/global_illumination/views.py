@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.frame.aovs import history_length
 from pica.frame.effect import rgb
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
@@ -14,7 +15,7 @@ _OF = "debug.global_illumination"
 
 
 def indirect_views(
-    graph: FrameGraph, found: Texture, gathered: Texture, nearness: Texture, signal: Texture, moments: Texture
+    graph: FrameGraph, found: Texture, gathered: Texture, nearness: Texture, signal: Texture, history: Texture
 ) -> None:
     """Offer views of the textures; light is in nits over diffuse albedo, which is irradiance over pi.
 
@@ -28,7 +29,7 @@ def indirect_views(
     graph.offer(f"{_OF}.nearness", (nearness,), lambda values: values)
     graph.offer(f"{_OF}.accumulated", (signal,), rgb)
     graph.offer(f"{_OF}.variance", (signal,), lambda values: values[..., 3])
-    graph.offer(f"{_OF}.history", (moments,), lambda layers: layers[0, ..., 1])
+    graph.offer(f"{_OF}.history", (history,), lambda layers: history_length(layers[0]))
 
 
 def arriving_views(graph: FrameGraph, arriving: Texture) -> None:

@@ -55,7 +55,7 @@ class StochasticLightDenoiser(Effect):
     ) -> DirectLight:
         """The light of `samples`, filtered."""
         with graph.scope(self.name):
-            history = graph.history("history", {"history": _LIGHT, "moments": _LIGHT}, layers=_PARTS)
+            history = graph.history("history", {"history": spy.Format.rgba32_uint}, layers=_PARTS)
             state = history.state
             filtered = [
                 graph.texture(f"filtered {i}", spy.Format.rgba32_uint, layers=_PARTS, scratch=True) for i in range(2)
@@ -105,13 +105,13 @@ class StochasticLightDenoiser(Effect):
                 scene=scene,
                 filtered=result,
                 samples=samples,
-                moments=history["moments"],
+                history=history["history"],
                 reprojection=reprojection,
                 smoothed=lambda frame: int(self._smooths),
                 diffuse=write(shared.diffuse),
                 specular=write(shared.specular),
             )
-            stochastic_light_views(graph, samples, result, history["moments"])
+            stochastic_light_views(graph, samples, result, history["history"])
         return shared
 
     def _remembering(self, frame: FrameContext) -> bool:
