@@ -46,8 +46,12 @@ AOVS = _table(
     AovInfo("glossy_direct", "the same by their specular part, but for what is in `reflections`", "nits", 3, 0),
     AovInfo("diffuse_indirect", "light that surfaces reflect diffusely of others, linear Rec. 709", "nits", 3, 0),
     AovInfo("reflections", "light that surfaces mirror, of emitters too, linear Rec. 709", "nits", 3, 0),
-    AovInfo("combined", "the last frame's picture before antialiasing", "nits", 3, None, on_request=True),
-    AovInfo("environment", "what is seen of the surroundings themselves", "nits", 3, None, on_request=True),
+    AovInfo(
+        "combined", "the last frame's picture before antialiasing, linear Rec. 709", "nits", 3, None, on_request=True
+    ),
+    AovInfo(
+        "environment", "what is seen of the surroundings themselves, linear Rec. 709", "nits", 3, None, on_request=True
+    ),
 )
 """All but debug views and those of effects that a program adds, by name."""
 
