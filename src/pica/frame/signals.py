@@ -1,30 +1,25 @@
-"""Light towards the camera, a picture for each kind."""
+"""Light towards the camera, a picture for each kind, which the composite sums.
 
-from dataclasses import dataclass
+Each is (width, height) of nits, three floats of 21 bits (packFloat21x3); 0 where nothing but the surroundings is seen.
+"""
 
+import numpy as np
 import slangpy as spy
 
-from pica.graph.graph import FrameGraph
-from pica.graph.resources import Texture
+from pica.frame.aovs import light_of
+from pica.frame.effect import Array
 
 SIGNAL = spy.Format.rg32_uint
-"""Of such a picture (width, height): nits, three floats of 21 bits (packFloat21x3); 0 where nothing but the
-surroundings is seen."""
+"""Light of one kind."""
+BOTH_PARTS = spy.Format.rgba32_uint
+"""Diffuse light, then specular light."""
 
 
-@dataclass(frozen=True)
-class DirectLight:
-    """Light of emitters that surfaces reflect, by the two parts of their BRDF."""
+def diffuse_of(*packed: Array) -> Array:
+    """The sum of the diffuse light of textures of BOTH_PARTS."""
+    return np.asarray(sum(light_of(each[..., :2]) for each in packed))
 
-    diffuse: Texture
-    specular: Texture
 
-    @classmethod
-    def declared(cls, graph: FrameGraph) -> "DirectLight":
-        """For a pass to fill."""
-        return cls(graph.texture("diffuse", SIGNAL), graph.texture("specular", SIGNAL))
-
-    @property
-    def parts(self) -> list[Texture]:
-        """Both."""
-        return [self.diffuse, self.specular]
+def specular_of(*packed: Array) -> Array:
+    """The same of specular light."""
+    return np.asarray(sum(light_of(each[..., 2:]) for each in packed))

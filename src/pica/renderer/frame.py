@@ -62,7 +62,7 @@ def declare(
     if noisy is not None:
         direct.append(stages.stochastic_light(graph, s.gbuffer, s.scene, noisy, s.reprojection))
     stages.lighting.offer(graph, *direct)
-    s.parts += [part for light in direct for part in light.parts]
+    s.parts += direct
     yield "lighting"
     if stages.global_illumination is not None:
         s.indirect = stages.global_illumination(

@@ -8,7 +8,7 @@ import slangpy as spy
 
 from pica.frame.effect import Array, Effect, rgb
 from pica.frame.gbuffer import GBuffer
-from pica.frame.signals import SIGNAL
+from pica.frame.signals import BOTH_PARTS, SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
@@ -16,8 +16,8 @@ from pica.programs.library import programs
 from pica.programs.recipes import MaterialPass
 from pica.rhi.device import Device
 
-_MOST_PARTS = 8
-"""composite.slang: MOST_PARTS."""
+_MOST = {BOTH_PARTS: 4, SIGNAL: 8}
+"""composite.slang: MOST_PAIRS, MOST_SINGLE."""
 
 
 class Composite(Effect):
@@ -62,22 +62,30 @@ class Composite(Effect):
         scene: SceneView,
         parts: Sequence[Texture],
     ) -> Texture:
-        assert len(parts) <= _MOST_PARTS
+        pairs = [part for part in parts if part.format == BOTH_PARTS]
+        singles = [part for part in parts if part.format == SIGNAL]
         with graph.scope(self.name):
             radiance = graph.texture(name, spy.Format.rgba32_float)
-            unused = (graph.nothing(SIGNAL),) * (_MOST_PARTS - len(parts))
             graph.add(
                 step,
                 graph.grid,
                 frame=graph.frame,
                 gbuffer=gbuffer,
                 scene=scene,
-                parts=(*parts, *unused),
-                count=len(parts),
+                pairs=_filled_up(graph, pairs, BOTH_PARTS),
+                pairCount=len(pairs),
+                singles=_filled_up(graph, singles, SIGNAL),
+                singleCount=len(singles),
                 transparent=int(self._transparent),
                 radiance=write(radiance),
             )
         return radiance
+
+
+def _filled_up(graph: FrameGraph, textures: Sequence[Texture], kind: spy.Format) -> tuple[Texture, ...]:
+    """As many as the shader's array has."""
+    assert len(textures) <= _MOST[kind]
+    return (*textures, *[graph.nothing(kind)] * (_MOST[kind] - len(textures)))
 
 
 def _where_nothing_is_seen(radiance: Array, visibility: Array) -> Array:

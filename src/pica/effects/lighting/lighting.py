@@ -1,14 +1,12 @@
 """Direct lighting: every light with the one BRDF, times the visibility that the shadow rays found."""
 
-import numpy as np
 import slangpy as spy
 
 from pica.effects.lighting.ltc_tables import LtcTables
 from pica.effects.lighting.prefiltered import PrefilteredEnvironment
-from pica.frame.aovs import light_of
-from pica.frame.effect import Array, Effect
+from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
-from pica.frame.signals import DirectLight
+from pica.frame.signals import BOTH_PARTS, diffuse_of, specular_of
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
@@ -40,8 +38,8 @@ class DirectLighting(Effect):
         occlusion: Texture | None,
         noisy: Texture | None,
         mirrored: Texture | None,
-    ) -> DirectLight:
-        """The direct light of this frame; without `shadows` nothing casts any.
+    ) -> Texture:
+        """The direct light of this frame, both parts as frame/signals.py has them; without `shadows` nothing casts any.
 
         `noisy`: where the light of noisy slots goes (StochasticLightDenoiser.samples) instead. None where there are
         none.
@@ -51,7 +49,7 @@ class DirectLighting(Effect):
         """
         with graph.scope(self.name):
             self._prefiltered.add_update(graph, scene)
-            direct = DirectLight.declared(graph)
+            direct = graph.texture("direct", BOTH_PARTS)
             not_filtered = graph.nothing(spy.Format.rgba16_float, layers=1)
             sampled = shadows.samples if shadows else None
             graph.add(
@@ -71,20 +69,15 @@ class DirectLighting(Effect):
                 occlusion=occlusion or graph.nothing(spy.Format.r16_float),
                 occluded=int(occlusion is not None),
                 prefiltered=self._prefiltered,
-                diffuse=write(direct.diffuse),
-                specular=write(direct.specular),
+                direct=write(direct),
                 mirroredSurroundings=write(mirrored) if mirrored else graph.nothing(spy.Format.rgba32_float),
                 keepsMirrored=int(mirrored is not None),
                 noisyLight=write(noisy) if noisy else graph.nothing(spy.Format.rgba32_float, layers=2),
             )
         return direct
 
-    def offer(self, graph: FrameGraph, *shares: DirectLight) -> None:
+    def offer(self, graph: FrameGraph, *shares: Texture) -> None:
         """Let all direct light be looked at, which is the sum of these."""
         with graph.scope(self.name):
-            graph.offer("diffuse_direct", tuple(share.diffuse for share in shares), _sum)
-            graph.offer("glossy_direct", tuple(share.specular for share in shares), _sum)
-
-
-def _sum(*packed: Array) -> Array:
-    return np.asarray(sum(light_of(each) for each in packed))
+            graph.offer("diffuse_direct", shares, diffuse_of)
+            graph.offer("glossy_direct", shares, specular_of)

@@ -8,7 +8,7 @@ from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
 from pica.frame.grids import accumulate_grid
 from pica.frame.reprojection import Reprojection
-from pica.frame.signals import DirectLight
+from pica.frame.signals import BOTH_PARTS
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, update, write
@@ -52,8 +52,8 @@ class StochasticLightDenoiser(Effect):
         scene: SceneView,
         samples: Texture,
         reprojection: Reprojection,
-    ) -> DirectLight:
-        """The light of `samples`, filtered."""
+    ) -> Texture:
+        """The light of `samples`, filtered, both parts as frame/signals.py has them."""
         with graph.scope(self.name):
             history = graph.history("history", {"history": spy.Format.rgba32_uint}, layers=_PARTS)
             state = history.state
@@ -96,7 +96,7 @@ class StochasticLightDenoiser(Effect):
                     filtered=update(target) if number else write(target),
                     step=step,
                 )
-            result, shared = filtered[len(_STEPS) % 2], DirectLight.declared(graph)
+            result, shared = filtered[len(_STEPS) % 2], graph.texture("shared", BOTH_PARTS)
             graph.add(
                 self._modulate,
                 graph.grid,
@@ -108,8 +108,7 @@ class StochasticLightDenoiser(Effect):
                 history=history["history"],
                 reprojection=reprojection,
                 smoothed=lambda frame: int(self._smooths),
-                diffuse=write(shared.diffuse),
-                specular=write(shared.specular),
+                shared=write(shared),
             )
             stochastic_light_views(graph, samples, result, history["history"])
         return shared
