@@ -75,8 +75,8 @@ class Plan:
         offered = [each for each in self.offers.values() if each.name not in pictures]
         if wanted is not None:
             return [each for each in offered if each.name in wanted]
-        shown = [each for each in offered if each.is_aov or (debug and each.name.startswith("debug."))]
-        return [each for each in shown if not each.on_request]
+        views = [each for each in offered if debug and each.name.startswith("debug.")]
+        return [each for each in offered if each.is_aov and not each.on_request] + views
 
     def _captures_of(self, names: frozenset[str]) -> dict[int, list[str]]:
         if names not in self._captures:
