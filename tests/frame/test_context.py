@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 import slangpy as spy
+from pica.frame.snapshot import Snapshot, checked_size
 
 from pica.errors import PicaError
 from pica.frame.context import FrameSequence, camera_constants, radical_inverse, same_view
-from pica.frame.snapshot import Snapshot, checked_size
 from pica.scene.camera import Camera
 from tests.building import orthographic
 from tests.tracing.kernels import read, run

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import slangpy as spy
+from pica.frame.history import History
 
 import pica
 from pica.frame.aovs import motion_of
-from pica.frame.history import History
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight
 from pica.scenes.basic_meshes import box, plane, sphere
