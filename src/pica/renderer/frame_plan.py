@@ -3,13 +3,16 @@
 from typing import Any
 
 from pica.denoising.denoiser import Denoiser
+from pica.errors import PicaError
 from pica.frame.context import FrameSequence
 from pica.gpu_scene.view import SceneView
+from pica.graph.description import GraphDescription, describe
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
-from pica.graph.plan import Plan
+from pica.graph.plan import Plan, part_of
 from pica.programs.scene_features import COATS, LOBES, known_features
 from pica.renderer.frame import Signals, declare
+from pica.renderer.insertion import Insertion
 from pica.renderer.stages import Stages
 from pica.rhi.device import Device
 
@@ -25,6 +28,8 @@ class FramePlan:
         self._labels: Plan | None = None
         self._structure: Any = None
         self._label_structure: Any = None
+        self.inserted: list[Insertion] = []
+        """What comes from outside, in this order after its stages."""
         self.signals: Signals
         """What the stages of the newest plan gave."""
 
@@ -35,8 +40,9 @@ class FramePlan:
     def of(self, stages: Stages, frames: FrameSequence, view: SceneView, denoiser: Denoiser | None, last: bool) -> Plan:
         """The plan for a frame of the scene as it is now. All its programs are made before its first frame."""
         while self._plan is None or self._structure != self._structure_of(stages, frames, view, denoiser, last):
-            self._structure = self._structure_of(stages, frames, view, denoiser, last)
+            structure = self._structure_of(stages, frames, view, denoiser, last)
             self._plan = self._declare(stages, frames, view, denoiser, last)
+            self._structure = structure  # what cannot be declared is tried again in the next frame
             self._labels = self._label_memory = None
             view.make_programs()  # which may find some that are made for more features
         return self._plan
@@ -54,6 +60,16 @@ class FramePlan:
             self._labels = Plan(graph)
         return self._labels
 
+    def describe(self) -> GraphDescription:
+        """The newest plan. Raises PicaError before the first frame."""
+        if self._plan is None:
+            raise PicaError("graph: there is none before the first frame; call render or prepare")
+        profiler = self._device.profiler
+        profiler.flush()
+        serial = self._plan.serial
+        own = (times for times in reversed(profiler.by_owner) if any(part_of(serial, owner) for owner in times))
+        return describe(self._plan, next(own, {}))
+
     def _structure_of(
         self, stages: Stages, frames: FrameSequence, view: SceneView, denoiser: Denoiser | None, last: bool
     ) -> tuple[Any, ...]:
@@ -70,8 +86,10 @@ class FramePlan:
     ) -> Plan:
         graph = FrameGraph(self.memory, frames.size, frames.output_size, frames.block, frames.half_block)
         self.signals = signals = Signals(view, stages.slots)
-        for _ in declare(stages, graph, signals, denoiser, last):
-            pass
+        for stage in declare(stages, graph, signals, denoiser, last):
+            for insertion in self.inserted:
+                if insertion.after == stage:
+                    insertion.declare(graph, signals)
         graph.offer("color", (signals.picture,), lambda values: values[..., :3])
         graph.offer("display", (signals.display,), lambda values: values[..., :3])
         return Plan(graph)

@@ -398,8 +398,8 @@ _OPENING = Lock()
 
 def open_device(device: Device | spy.Device | str | None = None) -> Device:
     """The device that a process has open for an adapter, opened when it is asked for first; it stays open until the
-    process ends or `Device.close`. `device`: as Device's name; a Device is taken as it is, and a SlangPy device that the
-    program has opened itself is used and left open."""
+    process ends or `Device.close`. `device`: as Device's name; a Device is taken as it is, and a SlangPy device that
+    the program has opened itself is used and left open."""
     if isinstance(device, Device):
         return device
     forked.check()

@@ -37,7 +37,8 @@ def ray_effect(
     camera rays never do. `with_module`: a Slang file that says what the effect's leaves open (an `extern` of Slang's).
     `parts`: of rays that make paths, few of them long, how many to trace before those that go on are gathered anew, and
     so on (path_pipeline.py; buffers gather after each ray).
-    Raises BindingError when the module does not compile, ShaderError for one outside of the package, and DeviceError where nothing traces.
+    Raises BindingError when the module does not compile (ShaderError: one outside of the package), DeviceError where
+    nothing traces.
     """
     if tracer is None:
         check_traces(device, stem(module))
