@@ -1,6 +1,6 @@
 """An effect of one's own, outline.slang: dark lines where an object ends or a surface turns.
 
-    python examples/outline.py cornell.png
+python examples/outline.py cornell.png
 """
 
 import argparse
@@ -13,25 +13,25 @@ from pica.graph import FrameGraph, update, write
 
 
 class Outline:
-    """Draws lines over the display; the AOV "outline" is 1 there."""
+    """Takes the light away where lines are; the AOV "outline" is 1 there."""
 
     name = "outline"
 
-    def __init__(self, renderer: pica.Renderer, color: tuple[float, float, float]) -> None:
+    def __init__(self, renderer: pica.Renderer, strength: float) -> None:
         self._pass = pica.compute_pass(renderer.device, Path(__file__).with_name("outline.slang"))
-        self._color = color
+        self._strength = strength
 
     def __call__(self, graph: FrameGraph, signals: pica.Signals) -> None:
         """Add its pass to the frame."""
-        edges = graph.texture("edges", spy.Format.r32_float, graph.output_size)
+        edges = graph.texture("edges", spy.Format.r32_float)
         graph.add(
             self._pass,
-            graph.output_grid,
+            graph.grid,
             frame=graph.frame,
             gbuffer=signals.gbuffer,
-            display=update(signals.display),
+            radiance=update(signals.radiance),
             edges=write(edges),
-            color=spy.float3(*self._color),
+            strength=self._strength,
         )
         graph.offer("outline", (edges,), lambda values: values)
 
@@ -48,7 +48,7 @@ def main() -> None:
 
     settings = pica.Settings.preset(arguments.preset)
     with pica.Renderer(pica.scenes.machine_world(), size=(width, height), settings=settings) as renderer:
-        renderer.insert(Outline(renderer, color=(0.02, 0.02, 0.03)), after="post")
+        renderer.insert(Outline(renderer, strength=0.95), after="reflections")  # antialiasing then smooths the lines
         renderer.render(arguments.frames).save(arguments.output)
 
 

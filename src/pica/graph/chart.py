@@ -17,22 +17,22 @@ _COLORS = (
     "#c65b9b", "#7a8b1f", "#5b6b7a", "#b8860b", "#3d7a3d", "#9b3d3d", "#3d5a9b",
 )  # fmt: skip
 _ROW, _COLUMN, _GAP = 19, 15, 7
-_LEFT, _TOP, _FOOT = 392, 182, 74
-_TIME_LEFT, _TIME_WIDTH = 268, 64
+_LEFT, _TOP, _FOOT = 404, 182, 74
+_TIME_LEFT, _TIME_WIDTH = 280, 64
 _STYLE = (
     "text{font:11px system-ui,'DejaVu Sans',sans-serif;fill:#24292f}.s{font-size:10px;fill:#57606a}"
-    ".h{font-size:17px;font-weight:600}.e{font-weight:600}.n{text-anchor:end}"
+    ".g{fill:#8c959f}.h{font-size:17px;font-weight:600}.e{font-weight:600}.n{text-anchor:end}"
 )
 
 
-def svg(graph: "GraphDescription") -> str:
+def svg(graph: "GraphDescription", title: str) -> str:
     """The picture."""
-    return "\n".join(_Chart(graph).lines()) + "\n"
+    return "\n".join(_Chart(graph, title).lines()) + "\n"
 
 
 class _Chart:
-    def __init__(self, graph: "GraphDescription") -> None:
-        self._graph = graph
+    def __init__(self, graph: "GraphDescription", title: str) -> None:
+        self._graph, self._title = graph, title
         used = {key for each in graph.passes for key in (*each.reads, *each.writes, *each.previous)}
         # What touches nothing, such as a decision on the host, is no part of the picture.
         self._rows = {
@@ -80,7 +80,7 @@ class _Chart:
 
     def _head(self) -> Iterator[str]:
         whole, total = sum(self._graph.memory.values()), sum(self._graph.milliseconds.values())
-        yield _text(16, 30, "Frame graph", "h")
+        yield _text(16, 30, self._title, "h")
         counts = f"{len(self._rows)} passes, {len(self._x)} resources"
         yield _text(16, 50, f"{counts}, {total:.2f} ms, {_megabytes(whole)}")
         marks = (
@@ -93,9 +93,10 @@ class _Chart:
             yield _mark(kind, 22, 74 + 16 * number, "#57606a")
             yield _text(34, 78 + 16 * number, meaning, "s")
         yield '<path d="M146 66h14v46h-14z" fill="#f0f2f4" stroke="#c4ccd4"/>'
-        yield _text(168, 78, "one memory, several resources", "s")
-        yield '<path d="M153 120v22" stroke="#57606a" stroke-dasharray="2 2"/>'
-        yield _text(168, 134, "kept, or a history: lasts beyond the frame", "s")
+        yield _text(168, 92, "one memory, several resources", "s")
+        yield '<path d="M153 118v16" stroke="#57606a" stroke-dasharray="2 2"/>'
+        yield _text(168, 130, "lasts beyond the frame: kept, or a history", "s")
+        yield _text(146, 148, "name", "g") + _text(180, 148, "not in every frame", "s")
         yield _text(_TIME_LEFT + _TIME_WIDTH, _TOP - 8, "ms", "s n")
 
     def _passes(self) -> Iterator[str]:
@@ -111,8 +112,8 @@ class _Chart:
             y = _TOP + row * _ROW
             yield f'<path d="M0 {y}H{self._width:.0f}" stroke="#d8dee4" stroke-width=".5"/>'
             note = f"{each.name} of {each.effect}, {each.where}" + (", not in every frame" if each.conditional else "")
-            style = ' font-style="italic"' if each.conditional else ""
-            yield f"<g{style}><title>{escape(note)}</title>{_text(132, y + 13, _short(each.name, 24))}</g>"
+            name = _text(142, y + 13, _short(each.name, 23), "g" if each.conditional else "")
+            yield f"<g><title>{escape(note)}</title>{name}</g>"
             if each.milliseconds is not None:
                 wide = _TIME_WIDTH * each.milliseconds / slowest
                 yield _box(_TIME_LEFT + 4 + _TIME_WIDTH, y + 5, max(wide, 1) * 0.6, 9, self._colors[each.effect], 0.75)
@@ -165,8 +166,8 @@ class _Chart:
         for number, (name, milliseconds, size) in enumerate(self._effect_rows()):
             x, y = 16 + 220 * (number % 4), top + 20 + 16 * (number // 4)
             yield _box(x, y - 9, 10, 10, self._colors.get(name, "#c4ccd4"))
-            said = [f"{milliseconds:.2f} ms"] if milliseconds else []
-            yield _text(x + 15, y, f"{name.replace('_', ' ')}: {', '.join([*said, _megabytes(size)])}", "s")
+            said = [f"{milliseconds:.2f} ms"] * bool(milliseconds) + [_megabytes(size)] * bool(size)
+            yield _text(x + 15, y, f"{name.replace('_', ' ')}: {', '.join(said) or 'nothing'}", "s")
 
 
 def _uses(each: "PassInfo") -> Mapping[str, str]:
@@ -204,4 +205,6 @@ def _short(text: str, most: int) -> str:
 
 
 def _megabytes(size: int) -> str:
+    if size < 1e3:
+        return f"{size} B"
     return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"

@@ -87,15 +87,15 @@ class GraphDescription:
         """Everything, as JSON has it."""
         return {**asdict(self), "milliseconds": self.milliseconds}
 
-    def svg(self) -> str:
+    def svg(self, title: str = "Frame graph") -> str:
         """A chart: passes downwards, resources as bars from the first pass that uses them to the last."""
-        return svg(self)
+        return svg(self, title)
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path, title: str = "Frame graph") -> None:
         """Write the chart to an .svg. Raises PicaError for another suffix and for what cannot be written."""
         if Path(path).suffix.lower() != ".svg":
             raise PicaError(f"cannot write {path}: the name must end in .svg")
-        text = self.svg()
+        text = self.svg(title)
         write_whole(Path(path), lambda file: file.write_text(text, encoding="utf-8"))
 
 
