@@ -15,19 +15,37 @@ from pica.light_sampling.light_slots import LightSlots
 from pica.light_sampling.shadow_textures import ShadowTextures
 from pica.renderer.stages import Stages
 
+STAGES = (
+    "gbuffer",
+    "shadows",
+    "ambient_occlusion",
+    "lighting",
+    "global_illumination",
+    "reflections",
+    "antialiasing",
+    "post",
+)
+"""What `declare` gives, in this order. A stage whose effect is off is passed all the same."""
+
 
 @dataclass
 class Signals:
-    """What stages hand on. A pass from outside finds here what is there already, and may put its own in the place."""
+    """What stages hand on. A pass from outside finds here what is there already, and may put its own in the place of
+    `radiance`, `picture` and `display`."""
 
     scene: SceneView
+    """As a parameter `scene` of passes (gpu_scene/scene.slang)."""
     slots: LightSlots
     exposure: Buffer = field(init=False)
+    """A float, the factor from nits to the display; that of the frame before until "post"."""
     gbuffer: GBuffer = field(init=False)
+    """As a parameter `gbuffer` of passes (frame/gbuffer.slang)."""
     reprojection: Reprojection = field(init=False)
+    """As a parameter `reprojection` of passes (frame/temporal.slang)."""
     light: LightSamples = field(init=False)
     shadows: ShadowTextures | None = None
     occlusion: Texture | None = None
+    """Red: the open share of the surroundings. None where the effect is off."""
     radiance: Texture = field(init=False)
     """Light towards the camera so far, nits."""
     indirect: IndirectLight | None = None
