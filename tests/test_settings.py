@@ -1,7 +1,7 @@
 import copy
 import json
 import pickle
-from dataclasses import FrozenInstanceError, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from types import SimpleNamespace
 from typing import Literal, get_args, get_origin, get_type_hints
 
@@ -145,8 +145,22 @@ def test_distances_are_checked_together_however_they_are_ordered():
 
 
 def test_settings_do_not_change():
-    with pytest.raises(FrozenInstanceError):
+    with pytest.raises(SettingsError, match=r"^settings: seed: stays as it was made; .*: dataclasses\.replace"):
         Settings().seed = 1  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Settings(shadow=ShadowsSettings()), "settings: no field 'shadow'; did you mean 'shadows' or "),
+        (lambda: ShadowsSettings(mod="hard"), "shadows settings: no field 'mod'; did you mean 'mode' or 'method'?"),
+        (lambda: ShadowsSettings(zzz=1), "shadows settings: no field 'zzz'; there are method, mode, "),
+    ],
+)
+def test_misspelt_fields_are_named(make, says):
+    with pytest.raises(SettingsError) as caught:
+        make()
+    assert str(caught.value).startswith(says)
 
 
 def test_settings_can_be_copied():

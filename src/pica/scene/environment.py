@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import SceneError, shown
+from pica.names import checked_names
 from pica.scene.arrays import floats, picture
 from pica.scene.checked_field import CheckedField, ReadOnlyCopies, check_again, described
 from pica.scene.values import BRIGHTEST, number, text
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True, eq=False)
 class Environment(ReadOnlyCopies):
     """Radiance from every direction.

@@ -10,6 +10,7 @@ from pica.errors import SceneError, shown
 from pica.scene.arrays import floats, integers, place_of
 from pica.scene.changes import Followed
 from pica.scene.checked_field import CheckedField, check_again, described
+from pica.scene.construction import fields_only
 from pica.scene.material import Material
 from pica.scene.primitives import Primitives
 from pica.scene.tracked_field import TrackedField
@@ -18,6 +19,7 @@ from pica.scene.values import flag, instance, items, optional, text
 _OFFSETS = optional(floats("targets", "vertices", 3))
 
 
+@fields_only
 @dataclass(eq=False)
 class Section(Followed):
     """A part of a mesh with one material (a glTF primitive): indexed triangles. One without triangles shows nothing.
@@ -153,6 +155,7 @@ _WEIGHTS_OFF = 1e-2
 """By how much sums of weights, which files have in as few as eight bits, may differ from 1."""
 
 
+@fields_only
 @dataclass(eq=False)
 class Mesh(Followed):
     """Sections and primitives that move together. One without any shows nothing. Raises SceneError for other things."""

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from pica.errors import SettingsError
+from pica.names import checked_names
 from pica.settings.setting import Group, Level, choice, number, switch
 
 
+@checked_names(SettingsError)
 @dataclass(frozen=True)
 class VisibilitySettings(Group):
     """What each pixel sees first."""
@@ -30,6 +32,7 @@ class VisibilitySettings(Group):
     )
 
 
+@checked_names(SettingsError)
 @dataclass(frozen=True)
 class GeometrySettings(Group):
     """Meshes that deform."""
@@ -44,6 +47,7 @@ class GeometrySettings(Group):
     )
 
 
+@checked_names(SettingsError)
 @dataclass(frozen=True)
 class RaysSettings(Group):
     """How rays are traced."""
@@ -69,6 +73,7 @@ class RaysSettings(Group):
     )
 
 
+@checked_names(SettingsError)
 @dataclass(frozen=True)
 class ShadowsSettings(Group):
     """Shadows of every light."""
@@ -135,6 +140,7 @@ class ShadowsSettings(Group):
     )
 
 
+@checked_names(SettingsError)
 @dataclass(frozen=True)
 class AmbientOcclusionSettings(Group):
     """How open the surroundings of each surface are: dims ambient light that has no shadows of its own."""
@@ -188,6 +194,7 @@ class AmbientOcclusionSettings(Group):
             )
 
 
+@checked_names(SettingsError)
 @dataclass(frozen=True)
 class ShadowMapsSettings(Group):
     """Shadow maps, where shadows.method is "maps"."""
@@ -263,6 +270,7 @@ class ShadowMapsSettings(Group):
     )
 
 
+@checked_names(SettingsError)
 @dataclass(frozen=True)
 class LightingSettings(Group):
     """Direct light."""
@@ -312,6 +320,7 @@ class LightingSettings(Group):
     )
 
 
+@checked_names(SettingsError)
 @dataclass(frozen=True)
 class AntialiasingSettings(Group):
     """How jittered frames make one picture."""
@@ -340,6 +349,7 @@ class AntialiasingSettings(Group):
     )
 
 
+@checked_names(SettingsError)
 @dataclass(frozen=True)
 class PostSettings(Group):
     """From scene radiance to the display."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, get_type_hints
 
 from pica.errors import SettingsError, plain, shown
+from pica.names import checked_names
 from pica.settings.groups import (
     AmbientOcclusionSettings,
     AntialiasingSettings,
@@ -20,6 +21,7 @@ from pica.settings.indirect_groups import GlobalIlluminationSettings, Reflection
 from pica.settings.setting import Group, Level, Value, declared, dotted, number
 
 
+@checked_names(SettingsError)
 @dataclass(frozen=True)
 class Settings(Group):
     """Everything that can be set: `Settings(shadows=ShadowsSettings(mode="hard"))`, or by dotted names, `with_values`.

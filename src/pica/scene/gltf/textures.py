@@ -7,7 +7,7 @@ from urllib.parse import unquote
 
 from pica import pictures
 from pica.errors import shown
-from pica.scene.checked_field import unchecked_constructor
+from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.material import Image, Sampler, Texture, Wrap
