@@ -20,7 +20,7 @@ WRITTEN = {
     ("node", "translation"): "node 'a': no field 'translation'; did you mean 'transform'?",
     ("scene", "enviroment"): "scene 's': no field 'enviroment'; did you mean 'environment'?",
     ("mesh", "section"): "mesh 'm': no field 'section'; did you mean 'sections'?",
-    ("section", "position"): "section: no field 'position'; did you mean 'positions' or 'morph_positions'?",
+    ("section", "position"): "section: no field 'position'; did you mean 'positions'?",
     ("image", "pixel"): "image 'i': no field 'pixel'; did you mean 'pixels'?",
     ("image", "zzz"): "image 'i': no field 'zzz'; there are encoding, name, pixels",
     ("node", "children"): "node 'a': children: cannot be assigned",
