@@ -20,6 +20,8 @@ def near_names(name: object, known: Iterable[str], most: int = _MOST) -> list[st
     if not isinstance(name, str) or not name or len(name) > 100:
         return []
     names = list(dict.fromkeys(known))
+    if close := difflib.get_close_matches(name, names, most, cutoff=0.85):
+        return close
     close = difflib.get_close_matches(name, names, most)
     close += [each for each in names if name.lower() in each.lower() and each not in close]
     return close[:most]

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from pica.errors import SettingsError
-from pica.names import checked_names
 from pica.settings.setting import Group, Level, choice, number, switch
 
 
-@checked_names(SettingsError)
 @dataclass(frozen=True)
 class VisibilitySettings(Group):
     """What each pixel sees first."""
@@ -32,7 +30,6 @@ class VisibilitySettings(Group):
     )
 
 
-@checked_names(SettingsError)
 @dataclass(frozen=True)
 class GeometrySettings(Group):
     """Meshes that deform."""
@@ -47,7 +44,6 @@ class GeometrySettings(Group):
     )
 
 
-@checked_names(SettingsError)
 @dataclass(frozen=True)
 class RaysSettings(Group):
     """How rays are traced."""
@@ -73,7 +69,6 @@ class RaysSettings(Group):
     )
 
 
-@checked_names(SettingsError)
 @dataclass(frozen=True)
 class ShadowsSettings(Group):
     """Shadows of every light."""
@@ -140,7 +135,6 @@ class ShadowsSettings(Group):
     )
 
 
-@checked_names(SettingsError)
 @dataclass(frozen=True)
 class AmbientOcclusionSettings(Group):
     """How open the surroundings of each surface are: dims ambient light that has no shadows of its own."""
@@ -194,7 +188,6 @@ class AmbientOcclusionSettings(Group):
             )
 
 
-@checked_names(SettingsError)
 @dataclass(frozen=True)
 class ShadowMapsSettings(Group):
     """Shadow maps, where shadows.method is "maps"."""
@@ -270,7 +263,6 @@ class ShadowMapsSettings(Group):
     )
 
 
-@checked_names(SettingsError)
 @dataclass(frozen=True)
 class LightingSettings(Group):
     """Direct light."""
@@ -320,7 +312,6 @@ class LightingSettings(Group):
     )
 
 
-@checked_names(SettingsError)
 @dataclass(frozen=True)
 class AntialiasingSettings(Group):
     """How jittered frames make one picture."""
@@ -349,7 +340,6 @@ class AntialiasingSettings(Group):
     )
 
 
-@checked_names(SettingsError)
 @dataclass(frozen=True)
 class PostSettings(Group):
     """From scene radiance to the display."""

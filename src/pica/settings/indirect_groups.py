@@ -3,12 +3,9 @@
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from pica.errors import SettingsError
-from pica.names import checked_names
 from pica.settings.setting import Group, Level, choice, number, switch
 
 
-@checked_names(SettingsError)
 @dataclass(frozen=True)
 class ReflectionsSettings(Group):
     """What surfaces mirror of others, of what shines and of the surroundings."""
@@ -65,7 +62,6 @@ class ReflectionsSettings(Group):
     )
 
 
-@checked_names(SettingsError)
 @dataclass(frozen=True)
 class GlobalIlluminationSettings(Group):
     """Light that surfaces reflect diffusely of other surfaces."""
