@@ -4,9 +4,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pica import pictures
 from pica.errors import SceneError
 from pica.scene.environment import Environment
-from pica.scene.loading import default_environment, load
+from pica.scene.loading import default_environment, load, read_environment
 from tests.assets import ASSETS, needs_assets
 from tests.scene.gltf_files import GltfFile
 
