@@ -25,7 +25,9 @@ def page(tmp_path_factory):
     assert (folder / "pica" / "quality.html").exists()
     text = (folder / "pica.html").read_text()
     missing = [name for name in pica.__all__ if not name.startswith("_") and f'href="#{name}"' not in text]
-    assert set(missing) == {"errors", "scenes"} == {path.stem for path in (folder / "pica").glob("[es]*.html")}
+    assert (
+        set(missing) == {"color", "errors", "scenes"} == {path.stem for path in (folder / "pica").glob("[ces]*.html")}
+    )
     return unescape(re.sub(r"<[^>]*>", "", text))
 
 

@@ -15,21 +15,29 @@ TYPE_CHECKING = False  # as in `typing`, which takes longer to import than all o
 if TYPE_CHECKING:  # what checkers of types and editors know; a test holds it against _HOME
     from typing import Any
 
+    from pica import color as color
     from pica import errors as errors
+    from pica import graph as graph
     from pica import scenes as scenes
     from pica.baking.bake import bake as bake
     from pica.errors import BindingError as BindingError
     from pica.errors import DeviceError as DeviceError
+    from pica.errors import GraphError as GraphError
     from pica.errors import MaterialTypeError as MaterialTypeError
     from pica.errors import PicaError as PicaError
     from pica.errors import SceneError as SceneError
     from pica.errors import SettingsError as SettingsError
+    from pica.errors import ShaderError as ShaderError
     from pica.errors import ShapeError as ShapeError
     from pica.light_map.light_map import LightMap as LightMap
     from pica.output import Frame as Frame
     from pica.path_tracer.path_tracer import PathTracer as PathTracer
     from pica.pictures import write_labels as write_labels
+    from pica.renderer import Insertion as Insertion
     from pica.renderer import Renderer as Renderer
+    from pica.renderer import Signals as Signals
+    from pica.renderer import compute_pass as compute_pass
+    from pica.renderer import ray_pass as ray_pass
     from pica.scene.animation import Animation as Animation
     from pica.scene.animation import Channel as Channel
     from pica.scene.animation import Pose as Pose
@@ -91,23 +99,25 @@ if TYPE_CHECKING:  # what checkers of types and editors know; a test holds it ag
 
 __version__ = "0.1.0"
 
-_MODULES = ("errors", "scenes")
+_MODULES = ("color", "errors", "graph", "scenes")
 _PUBLIC = {
     "pica.baking.bake": ("bake",),
     "pica.errors": (
         "BindingError",
         "DeviceError",
+        "GraphError",
         "MaterialTypeError",
         "PicaError",
         "SceneError",
         "SettingsError",
+        "ShaderError",
         "ShapeError",
     ),
     "pica.light_map.light_map": ("LightMap",),
     "pica.output": ("Frame",),
     "pica.path_tracer.path_tracer": ("PathTracer",),
     "pica.pictures": ("write_labels",),
-    "pica.renderer": ("Renderer",),
+    "pica.renderer": ("Insertion", "Renderer", "Signals", "compute_pass", "ray_pass"),
     "pica.scene.animation": ("Animation", "Channel", "Pose"),
     "pica.scene.anisotropy": ("Anisotropy",),
     "pica.scene.camera": ("Camera",),

@@ -40,6 +40,10 @@ class BindingError(PicaError):
     """A shader resource that was left unbound, or a name that the shader does not have."""
 
 
+class ShaderError(PicaError):
+    """A Slang file of the user's that does not compile. Names the file, the line and the fault."""
+
+
 class GraphError(PicaError):
     """A frame graph that cannot run: a read that no pass writes, two writers, a cycle. Names passes and lines."""
 

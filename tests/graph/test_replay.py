@@ -182,11 +182,13 @@ def test_names_of_offers(frames):
         with graph.scope(scope):
             for name in names:
                 graph.offer(name, (texture,), lambda values: values, on_request=name in ("uv", "rays.shadow_rays"))
+    with graph.scope("shadows"):
+        assert not graph.wants("debug.shadows.past")
     offer(graph, color=texture, display=texture)
     plan = Plan(graph)
     assert plan.names("gbuffer", None) == {"depth"} and plan.names("gbuffer", {"uv", "shadows"}) == {"uv"}
     assert plan.names_but("gbuffer", None, debug=False) == {"shadows"}
-    assert plan.names_but("gbuffer", None, debug=True) == {"shadows", "debug.shadows.raw"}
+    assert plan.names_but("gbuffer", None, debug=True) == {"shadows", "debug.shadows.raw", "debug.shadows.past"}
     assert plan.names_but("gbuffer", {"debug.shadows.raw", "depth"}, debug=False) == {"debug.shadows.raw"}
     assert plan.names_of("rays") == {"rays.shadow_rays"}
 

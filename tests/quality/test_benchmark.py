@@ -3,6 +3,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from pica.graph.plan import PlanPart
 from pica.quality.benchmark import benchmark
 
 
@@ -15,11 +16,15 @@ class Renderer:
 
     def __init__(self, is_software):
         self.finished = deque()
-        profiler = SimpleNamespace(finished=self.finished, flush=lambda: None)
+        self.by_owner = deque(maxlen=1024)
+        profiler = SimpleNamespace(finished=self.finished, by_owner=self.by_owner, flush=lambda: None)
         self.device = SimpleNamespace(is_software=is_software, profiler=profiler, peak_memory=7)
 
     def advance(self, camera):
-        self.finished.append({"lighting": 1.0})
+        number = len(self.by_owner)
+        self.finished.append({"lighting": 1.0 + number, "embree": 2.0, "skinning": 0.5})
+        lighting = PlanPart(1, "lighting", 3)
+        self.by_owner.append({lighting: 1.0 + number, PlanPart(1, "lighting", 4): 2.0, None: 0.5})
 
     def count_rays(self, camera):
         return {"shadow_rays": 32, "reflection_rays": 8}
@@ -42,3 +47,9 @@ def test_fewer_frames_on_the_processor_and_each_is_told(is_software, asked, fram
     assert len(renderer.finished) == frames
     assert told == [(done + 1, frames + warm_up) for done in range(frames + warm_up)]
     assert result["rays"] == {"shadow_rays": 32, "reflection_rays": 8}
+
+
+def test_times_by_effect_are_medians_of_the_measured_frames():
+    result = benchmark(Renderer(True), camera="any", frames=3, warm_up=2)
+    assert result["effect_ms"] == {"lighting": 3.0 + 1.0 + 2.0, "scene": 0.5}
+    assert result["gpu_ms"]["frame"] == sum(result["effect_ms"].values())

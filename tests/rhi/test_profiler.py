@@ -75,8 +75,7 @@ def test_passes_of_one_name_are_added_up(device, profiler, sums):
 
 def test_frames_beyond_the_pools_go_unmeasured_and_do_not_wait(device, profiler, sums):
     busy = kernel(device, BUSY, "busy")
-    for _ in range(FRAMES_IN_FLIGHT):
-        profiler.begin_frame()
+    profiler._free.clear()  # all are with frames that the device is not done with
     profiler.begin_frame()
     recording = Recording(device, profiler)
     busy(recording, (64, 1, 1), sums=sums, rounds=1)
@@ -134,3 +133,29 @@ def test_time_on_the_processor_adds_to_a_pass_of_the_same_name(device, profiler,
     times = profiler.flush()
     assert times["processor"] == 2e3
     assert 100e3 < times["both"] < 150e3
+
+
+def test_a_frame_that_is_given_up_takes_no_pool_along(device, profiler, sums):
+    busy = kernel(device, BUSY, "busy")
+    for _ in range(2 * FRAMES_IN_FLIGHT):
+        profiler.begin_frame()
+    frame(device, profiler, lambda recording: busy(recording, (64, 1, 1), sums=sums, rounds=1))
+    assert profiler.flush()["busy"] > 0
+
+
+def test_times_are_summed_by_whose_passes_they_are(device, profiler, sums):
+    busy = kernel(device, BUSY, "busy")
+
+    def record(recording):
+        for owner in ("sky", "sky", "sea"):
+            profiler.owner = owner
+            busy(recording, (4096, 1, 1), sums=sums, rounds=1000)
+        profiler.add("embree", 2.0)
+
+    frame(device, profiler, record)
+    frame(device, profiler, lambda recording: busy(recording, (64, 1, 1), sums=sums, rounds=1))
+    profiler.flush()
+    (times, _), (owners, later) = profiler.finished, profiler.by_owner
+    assert owners.keys() == {"sky", "sea"} and later.keys() == {None}
+    assert sum(owners.values()) == pytest.approx(sum(times.values()))
+    assert owners["sea"] > 2e3 > owners["sky"] > 0

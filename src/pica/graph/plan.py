@@ -1,8 +1,9 @@
 """A compiled graph: checked, with memory for each resource, replayed each frame."""
 
 from collections import defaultdict
-from collections.abc import Callable, Collection
-from typing import Any
+from collections.abc import Callable, Collection, Hashable
+from itertools import count
+from typing import Any, NamedTuple
 
 from pica.errors import GraphError
 from pica.graph.graph import FrameGraph
@@ -12,18 +13,39 @@ from pica.graph.resources import Buffer, Lifetime, Resource, Texture
 from pica.graph.snapshot import Snapshot
 
 Lazy = Callable[[], Array]
+OUTSIDE = "scene"
+"""Whose the passes are that no graph has: what follows the scene's changes before a frame."""
+_numbers = count()
+
+
+class PlanPart(NamedTuple):
+    """A node of a plan, as whose the profiler counts passes."""
+
+    plan: int
+    """`Plan.serial`."""
+    effect: str
+    node: int
+
+
+def part_of(serial: int, owner: Hashable) -> bool:
+    """Whether the profiler's owner is a node of this plan."""
+    return isinstance(owner, PlanPart) and owner.plan == serial
 
 
 class Plan:
     """The passes of a frame in their order, ready to be recorded."""
 
     def __init__(self, graph: FrameGraph) -> None:
-        """Raises GraphError for what is read and never written, and for what is read before it is written."""
+        """Raises GraphError for what is read and never written, for what is read before it is written, and for what
+        another graph has declared."""
+        self.serial = next(_numbers)
+        """Tells it from all other plans."""
         self.nodes = graph.nodes
         self.resources = [resource for resource in graph.resources if resource.writers or resource.readers]
         self.offers = graph.offers
         self._device = graph.device
         self._captures: dict[frozenset[str], dict[int, list[str]]] = {}
+        self._check_declared(graph.resources)
         for resource in self.resources:
             _check(resource)
         self.spans = self._spans()
@@ -49,9 +71,11 @@ class Plan:
             if only is not None and node.scope != only:
                 continue
             if node.when is None or node.when(frame):
+                frame.profiler.owner = PlanPart(self.serial, node.scope, node.index)
                 node.record(frame)
             for name in captures.get(node.index, ()):
                 fetched[name] = self._capture(frame, name)
+        frame.profiler.owner = None
         return fetched
 
     def names(self, scope: str, wanted: Collection[str] | None) -> set[str]:
@@ -70,13 +94,20 @@ class Plan:
         """All offers whose names begin with this and a dot."""
         return frozenset(name for name in self.offers if name.startswith(f"{kind}."))
 
+    def _check_declared(self, resources: Collection[Resource]) -> None:
+        declared = set(resources)
+        for node in self.nodes:
+            for resource in (*node.reads, *node.writes, *node.previous):
+                if resource not in declared:
+                    raise GraphError(f"{node} uses {resource} of another graph; declare it in each")
+
     def _wanted(self, wanted: Collection[str] | None, debug: bool) -> list[Offer]:
         pictures = ("color", "display")
         offered = [each for each in self.offers.values() if each.name not in pictures]
         if wanted is not None:
             return [each for each in offered if each.name in wanted]
-        shown = [each for each in offered if each.is_aov or (debug and each.name.startswith("debug."))]
-        return [each for each in shown if not each.on_request]
+        views = [each for each in offered if debug and each.name.startswith("debug.")]
+        return [each for each in offered if each.is_aov and not each.on_request] + views
 
     def _captures_of(self, names: frozenset[str]) -> dict[int, list[str]]:
         if names not in self._captures:

@@ -8,7 +8,7 @@ import sys
 from contextlib import suppress
 from typing import Any, BinaryIO
 
-from pica.errors import DeviceError, MaterialTypeError, PicaError, ShapeError
+from pica.errors import DeviceError, MaterialTypeError, PicaError, ShaderError, ShapeError
 from pica.programs.machine_code import make_machine_code
 from pica.programs.material_types import fault_of
 from pica.rhi.device import Device
@@ -62,7 +62,7 @@ def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
             # lives: the renderer could not make its own from that and would compile for seconds
             # (docs/how-it-works/architecture.md).
             del made
-        except (MaterialTypeError, ShapeError) as error:
+        except (MaterialTypeError, ShapeError, ShaderError) as error:
             fault = error
         except (PicaError, RuntimeError) as error:
             fault = fault_of(types, error) or DeviceError(str(error))

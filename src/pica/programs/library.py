@@ -17,6 +17,7 @@ from pica.programs.shape_types import ShapeTypes
 from pica.rhi.device import PACKAGE, Device
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe
+from pica.rhi.slang_files import Source, stem
 
 
 class ProgramLibrary:
@@ -54,13 +55,13 @@ class ProgramLibrary:
             self.device.forget(types)
 
     def compute(
-        self, module: str, entry: str = "main", name: str | None = None, features: tuple[Feature, ...] = ()
+        self, module: Source, entry: str = "main", name: str | None = None, features: tuple[Feature, ...] = ()
     ) -> MaterialPass:
         """A compute pass that evaluates materials.
 
-        `module`: a file below the package; `name`: what the profiler calls the pass; `features`: what it knows besides.
+        `name`: what the profiler calls the pass; `features`: what it knows besides.
         """
-        return MaterialPass(self, ForTypesRecipe(ComputeRecipe(module, entry), features), name or Path(module).stem)
+        return MaterialPass(self, ForTypesRecipe(ComputeRecipe(module, entry), features), name or stem(module))
 
     def compute_with(self, feature: Feature, module: str) -> ComputePass:
         """As Device.compute, for a pass that only frames of scenes with this feature run."""

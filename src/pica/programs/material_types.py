@@ -3,10 +3,7 @@
 The file of a type is compiled as it is; what is generated round it only says its name (materials/material_types.slang).
 """
 
-import hashlib
-import re
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -16,6 +13,7 @@ from numpy.typing import NDArray
 from pica.errors import DeviceError, MaterialTypeError, PicaError, shown
 from pica.rhi.device import Device
 from pica.rhi.recipes import Recipe
+from pica.rhi.slang_files import digest, first_error, marked
 from pica.scene.arrays import floats, integers, numbers
 from pica.scene.material_registry import STANDARD, STANDARD_SOURCE, MaterialSource
 from pica.scene.values import UnfitError
@@ -210,11 +208,6 @@ def plain(types: MaterialTypeSet) -> dict[int, MaterialSource]:
     return {number: entry for number, entry in enumerate(types) if isinstance(entry, MaterialSource)}
 
 
-def digest(text: str) -> str:
-    """The session remembers modules by name, so a name stands for one source only."""
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
-
-
 def made(device: Device, recipe: Recipe[Made], types: MaterialTypeSet) -> Made:
     """As Device.kept, but what Slang finds out late (recursion, generics without an end) is a fault of the user's type
     or shape among these. Raises MaterialTypeError or ShapeError."""
@@ -229,8 +222,9 @@ def fault_of(types: MaterialTypeSet, error: Exception) -> PicaError | None:
     text = str(error.__cause__ or error)
     found = [source for entry in types for source in _sources(entry) if source != STANDARD_SOURCE]
     for source in found:
-        if str(_path(source)) in text:
-            return source.fault(_first_error(source, text.replace(str(_path(source)), str(source.path))))
+        path = marked(source.path, source.text)
+        if str(path) in text:
+            return source.fault(first_error(source.path, text.replace(str(path), str(source.path))))
     names = " or ".join(repr(source.name) for source in dict.fromkeys(found))
     return MaterialTypeError(f"material type {names}: {' '.join(text.split())}") if found else None
 
@@ -245,23 +239,18 @@ def _sources(entry: TypeEntry) -> list[MaterialSource]:
             return [source]
 
 
-def _path(source: MaterialSource) -> Path:
-    """What Slang calls a file: it does not take two modules of one path. One beside the file finds the same imports."""
-    return source.path.with_name(f"{source.path.stem}_{digest(source.text)}.slang")
-
-
 def compiled(device: Device, source: MaterialSource) -> tuple[str, np.dtype[Any]]:
     """Compile a registered file: the module that says its name, and what its `struct Parameters` has.
 
     Raises the source's own error when the file has a fault.
     """
-    marked = f"{source.name}_{digest(source.text)}"
-    module, alias = f"{source.word}_{marked}", f"{source.word}_alias_{marked}"
-    path = _path(source)
+    unique = f"{source.name}_{digest(source.text)}"
+    module, alias = f"{source.word}_{unique}", f"{source.word}_alias_{unique}"
+    path = marked(source.path, source.text)
     try:
         loaded = device.module(module, source.text, path)
     except (RuntimeError, spy.SlangCompileError) as error:
-        raise source.fault(_first_error(source, str(error).replace(str(path), str(source.path)))) from None
+        raise source.fault(first_error(source.path, str(error).replace(str(path), str(source.path)))) from None
     struct, made_of_it = _implementation(source, loaded)
     parameters = _parameters(source, loaded.layout.find_type_by_name(f"{struct}.Parameters"))
     interface = source.interface_file.removesuffix(".slang").replace("/", ".")
@@ -314,18 +303,6 @@ def _parameters(source: MaterialSource, struct: spy.TypeReflection | None) -> np
         fault = f"Parameters are {made.itemsize // 4} numbers, more than {MAX_PARAMETERS}"
         raise source.fault(f"{source.path}: {fault}")
     return made
-
-
-def _first_error(source: MaterialSource, diagnostics: str) -> str:
-    """Slang's first error as 'file:line: fault'."""
-    title = re.search(r"error\[\w+\]: (.*)", diagnostics)
-    place = re.search(r"--> (.*):(\d+):\d+", diagnostics)
-    detail = re.search(r"\| +\^+ (.*)", diagnostics)
-    if title is None or place is None:
-        return f"{source.path}: {' '.join(diagnostics.split())}"
-    # SlangPy puts a line of its own before source that it is given as text.
-    line = int(place[2]) - (place[1] == str(source.path))
-    return f"{place[1]}:{line}: {(detail or title)[1].strip()}"
 
 
 def _listed(names: set[str]) -> str:

@@ -12,9 +12,10 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.errors import ShapeError
-from pica.programs.material_types import MaterialTypes, MaterialTypeSet, ShapeOn, compiled, digest, fitting_numbers
+from pica.programs.material_types import MaterialTypes, MaterialTypeSet, ShapeOn, compiled, fitting_numbers
 from pica.programs.scene_features import feature_modules
 from pica.rhi.device import Device
+from pica.rhi.slang_files import digest
 from pica.scene.material_registry import MaterialSource
 from pica.scene.primitives import Primitives
 from pica.scene.values import UnfitError

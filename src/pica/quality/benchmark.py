@@ -4,6 +4,7 @@ from collections.abc import Callable
 from statistics import median
 from typing import Any
 
+from pica.graph.description import times_by_effect
 from pica.path_tracer.path_tracer import PathTracer
 from pica.renderer import Renderer
 from pica.scene.camera import Camera
@@ -25,8 +26,9 @@ def benchmark(
     """Medians over `frames` frames of a still camera after `warm_up` frames.
 
     None: 200 frames after 50, on a software device 20 after 3. `progress(done, warm_up + frames)` is called after each.
-    frames, warm_up: how many; gpu_ms: milliseconds by pass, and "frame" for their sum; host_ms: to record and submit a
-    frame; rays: traced in one frame, by pass; rays_per_second: likewise; peak_gpu_memory: bytes.
+    frames, warm_up: how many; gpu_ms: milliseconds by pass, and "frame" for their sum; effect_ms: by effect, "scene"
+    for what follows its changes; host_ms: to record and submit a frame; rays: traced in one frame, by pass;
+    rays_per_second: likewise; peak_gpu_memory: bytes.
     """
     camera = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
     usual = _SOFTWARE if renderer.device.is_software else _HARDWARE
@@ -47,11 +49,13 @@ def benchmark(
     measured = list(profiler.finished)
     gpu = {name: median(times[name] for times in measured if name in times) for name in measured[-1]}
     gpu["frame"] = median(sum(times.values()) for times in measured)
+    effects = [times_by_effect(times) for times in list(profiler.by_owner)[-len(measured) :]]
     rays = renderer.count_rays(camera)
     return {
         "frames": frames,
         "warm_up": warm_up,
         "gpu_ms": gpu,
+        "effect_ms": {name: median(times.get(name, 0.0) for times in effects) for name in effects[-1]},
         "host_ms": median(host),
         "rays": rays,
         "rays_per_second": {name: count / (gpu[name] * 1e-3) for name, count in rays.items() if gpu.get(name)},

@@ -1,5 +1,8 @@
 """The hybrid renderer."""
 
+from pica.renderer.frame import Signals
+from pica.renderer.insertion import Insertion
+from pica.renderer.own_passes import compute_pass, ray_pass
 from pica.renderer.renderer import Renderer
 
-__all__ = ["Renderer"]
+__all__ = ["Insertion", "Renderer", "Signals", "compute_pass", "ray_pass"]

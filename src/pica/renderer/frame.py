@@ -15,24 +15,44 @@ from pica.light_sampling.light_slots import LightSlots
 from pica.light_sampling.shadow_textures import ShadowTextures
 from pica.renderer.stages import Stages
 
+STAGES = (
+    "gbuffer",
+    "shadows",
+    "ambient_occlusion",
+    "lighting",
+    "global_illumination",
+    "reflections",
+    "composite",
+    "antialiasing",
+    "post",
+)
+"""What `declare` gives, in this order. A stage whose effect is off is passed all the same."""
+
 
 @dataclass
 class Signals:
-    """What stages hand on. A pass from outside finds here what is there already, and may put its own in the place."""
+    """What stages hand on. A pass from outside finds here what is there already, and may put its own in the place of
+    `radiance`, `picture` and `display`, or append light to `parts`."""
 
     scene: SceneView
+    """As a parameter `scene` of passes (gpu_scene/scene.slang)."""
     slots: LightSlots
     exposure: Buffer = field(init=False)
+    """A float, the factor from nits to the display; that of the frame before until "post"."""
     gbuffer: GBuffer = field(init=False)
+    """As a parameter `gbuffer` of passes (frame/gbuffer.slang)."""
     reprojection: Reprojection = field(init=False)
+    """As a parameter `reprojection` of passes (frame/temporal.slang)."""
     light: LightSamples = field(init=False)
     shadows: ShadowTextures | None = None
     occlusion: Texture | None = None
+    """Red: the open share of the surroundings. None where the effect is off."""
     indirect: IndirectLight | None = None
     parts: list[Texture] = field(default_factory=list)
-    """Light towards the camera by its kinds, as frame/signals.py has it, beside emission and surroundings."""
+    """Light towards the camera so far, a picture for each kind (frame/signals.py), without what surfaces emit and the
+    surroundings."""
     radiance: Texture = field(init=False)
-    """All of it, nits."""
+    """From "composite" on all light towards the camera, nits."""
     picture: Texture = field(init=False)
     """`radiance` antialiased, of the output's size."""
     alpha: Texture | None = None

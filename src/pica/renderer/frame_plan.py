@@ -4,13 +4,16 @@ from collections.abc import Callable
 from typing import Any
 
 from pica.denoising.denoiser import Denoiser
+from pica.errors import PicaError
 from pica.frame.context import FrameSequence
 from pica.gpu_scene.view import SceneView
+from pica.graph.description import GraphDescription, describe
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
-from pica.graph.plan import Plan
+from pica.graph.plan import Plan, part_of
 from pica.programs.scene_features import COATS, LOBES, known_features
 from pica.renderer.frame import Signals, declare
+from pica.renderer.insertion import Insertion
 from pica.renderer.stages import Stages
 from pica.rhi.device import Device
 
@@ -27,6 +30,8 @@ class FramePlan:
         self._structure: Any = None
         self._requested: frozenset[str] = frozenset()
         self._label_structure: Any = None
+        self.inserted: list[Insertion] = []
+        """What comes from outside, in this order after its stages."""
         self.signals: Signals
         """What the stages of the newest plan gave."""
 
@@ -51,8 +56,9 @@ class FramePlan:
         while True:
             structure = self._structure_of(stages, frames, view, denoiser, last)
             if self._plan is None or (structure, requested) != (self._structure, self._requested):
-                self._structure, self._requested = structure, requested
+                self._structure, self._requested = None, requested  # what cannot be declared is tried again
                 self._plan = self._declare(stages, frames, view, denoiser, last)
+                self._structure = structure
                 self._labels = self._label_memory = None
                 view.make_programs()  # which may find some that are made for more features
                 continue
@@ -79,6 +85,16 @@ class FramePlan:
             self._labels = Plan(graph)
         return self._labels, wanted(self._labels)
 
+    def describe(self) -> GraphDescription:
+        """The newest plan. Raises PicaError before the first frame."""
+        if self._plan is None:
+            raise PicaError("graph: there is none before the first frame; call render or prepare")
+        profiler = self._device.profiler
+        profiler.flush()
+        serial = self._plan.serial
+        own = (times for times in reversed(profiler.by_owner) if any(part_of(serial, owner) for owner in times))
+        return describe(self._plan, next(own, {}))
+
     def _structure_of(
         self, stages: Stages, frames: FrameSequence, view: SceneView, denoiser: Denoiser | None, last: bool
     ) -> tuple[Any, ...]:
@@ -98,8 +114,10 @@ class FramePlan:
     ) -> Plan:
         graph = self._graph(self.memory, frames, self._requested)
         self.signals = signals = Signals(view, stages.slots)
-        for _ in declare(stages, graph, signals, denoiser, last):
-            pass
+        for stage in declare(stages, graph, signals, denoiser, last):
+            for insertion in self.inserted:
+                if insertion.after == stage:
+                    insertion.declare(graph, signals)
         graph.offer("color", (signals.picture,), lambda values: values[..., :3])
         graph.offer("display", (signals.display,), lambda values: values[..., :3])
         return Plan(graph)

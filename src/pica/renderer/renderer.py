@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection
 from typing import Any
+from weakref import ref
 
 import slangpy as spy
 
@@ -22,12 +23,14 @@ from pica.frame.closing import Closing, alone
 from pica.frame.context import FrameContext, FrameSequence, Size
 from pica.frame.effect import Effect
 from pica.gpu_scene.view import SceneView
+from pica.graph.description import GraphDescription
 from pica.graph.plan import Plan, newest
 from pica.labels import NUMBERED, Labels
 from pica.light_map.light_map import LightMap
 from pica.output import Frame, Lazy
 from pica.programs.preparation import expect as expect_programs
 from pica.renderer.frame_plan import FramePlan
+from pica.renderer.insertion import Declare, Insertion, checked_insertion
 from pica.renderer.stages import EVERY_GROUP, Stages
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
@@ -122,6 +125,44 @@ class Renderer(Closing):
     def missing_aovs(self) -> dict[str, str]:
         """AOVs of effects that are off, with the effect's name."""
         return self._stages.missing_aovs
+
+    @property
+    @alone
+    def graph(self) -> GraphDescription:
+        """The passes of the newest frame with what they read and write, their times and their memory. Waits for the
+        device. Raises PicaError before the first frame."""
+        with self.device.turn:
+            return self._frame_plan.describe()
+
+    @alone
+    def insert(self, declare: Declare, after: str, *, name: str | None = None) -> Insertion:
+        """Put passes of the program's own into the frame, from the next one on (docs/guide/own-passes.md).
+
+        `declare(graph, signals)` is called whenever the frame is declared, right after the stage `after`: "gbuffer",
+        "shadows", "ambient_occlusion", "lighting", "global_illumination", "reflections", "composite", "antialiasing" or
+        "post". It adds passes to the graph, and may replace the radiance, the picture or the display among the signals,
+        or append to the parts of the light. `name`: of the effect, unless told that of `declare`. Raises PicaError for
+        an unknown stage, or a name that is taken.
+        """
+        taken = {"scene", "shared", *(each.name for each in self.effects)}
+        taken.update(each.name for each in self._frame_plan.inserted)
+        insertion = checked_insertion(declare, after, name, taken, ref(self))
+        self._frame_plan.inserted.append(insertion)
+        self.renew_frame()
+        return insertion
+
+    @alone
+    def remove(self, insertion: Insertion) -> None:
+        """Take out what `insert` has put in. Nothing happens where it is out already."""
+        if insertion in self._frame_plan.inserted:
+            self._frame_plan.inserted.remove(insertion)
+            self.renew_frame()
+
+    @alone
+    def renew_frame(self) -> None:
+        """Declare the frame again, with a new picture: inserted passes are others. Histories of effects stay."""
+        self._frame_plan.outdate()
+        self._stages.antialiasing.restart()
 
     @alone
     def reset(self) -> None:
@@ -330,8 +371,13 @@ class Renderer(Closing):
         return Frame(self.size, None, None, at_size(self.size, found), timings, labels, self.device_name)
 
     def _wanted(self, aovs: Any) -> frozenset[str] | None:
-        """The AOVs that `render` is asked for; None for all. Those for debugging are known only after a frame."""
-        known = None if self.debug else [name for effect in self.effects for name in effect.aov_names]
+        """The AOVs that `render` is asked for; None for all. Those for debugging and of
+        inserted passes are known only after a frame."""
+        known = (
+            None
+            if self.debug or self._frame_plan.inserted
+            else [name for effect in self.effects for name in effect.aov_names]
+        )
         wanted = checked_aovs("render", aovs, known, self.missing_aovs)
         # Pictures without their alpha could not be saved.
         transparent = self.settings.visibility.background == "transparent"

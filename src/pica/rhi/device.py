@@ -24,6 +24,7 @@ from pica.rhi.binding import ParameterBlock
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
+from pica.rhi.slang_files import Source, stem
 from pica.rhi.turns import Turns
 
 T = TypeVar("T")
@@ -340,14 +341,14 @@ class Device:
             self._block_programs[module] = linked(self, module, [])
         return ParameterBlock(self.handle, self._block_programs[module], module, name)
 
-    def compute(self, module: str, entry: str = "main", name: str | None = None) -> ComputePass:
-        """A compute pass from a file below the package; `name` is what the profiler calls it.
+    def compute(self, module: Source, entry: str = "main", name: str | None = None) -> ComputePass:
+        """A compute pass from a file; `name` is what the profiler calls it.
 
         Its program is made when it is first used, or before by `programs.preparation`. DeviceError then when the file
         does not compile.
         """
         recipe = ComputeRecipe(module, entry)
-        return self._planned(recipe, ComputePass(self.handle, name or Path(module).stem, partial(self.kept, recipe)))
+        return self._planned(recipe, ComputePass(self.handle, name or stem(module), partial(self.kept, recipe)))
 
     def raster(self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None) -> RasterPass:
         """A raster pass from the vertex and, if any, fragment entry points of a file; as `compute`."""

@@ -2,6 +2,8 @@
 
 import os
 from collections import defaultdict, deque
+from collections.abc import Hashable
+from typing import NamedTuple
 
 import slangpy as spy
 
@@ -19,6 +21,15 @@ _DEBUGGERS = (
 """Environment variables: pica's own, and those that RenderDoc and Nsight set for what they start."""
 
 
+class _Timed(NamedTuple):
+    """A frame that the GPU may still be working on."""
+
+    submission: int
+    pool: int
+    names: list[tuple[str, Hashable]]
+    on_host: dict[tuple[str, Hashable], float]
+
+
 class Profiler:
     """Timestamps around named passes. Passes of one name in one frame are added up."""
 
@@ -31,20 +42,25 @@ class Profiler:
             device.create_query_pool(spy.QueryType.timestamp, 2 * MAX_PASSES)
             for _ in range(FRAMES_IN_FLIGHT if self._enabled else 0)
         ]
-        self._pending: list[tuple[int, int, list[str], dict[str, float]]] = []
+        self._pending: list[_Timed] = []
         self._free = list(range(len(self._pools)))
         self._current: int | None = None
         self._timing = False
-        self._names: list[str] = []
-        self._on_host: defaultdict[str, float] = defaultdict(float)
+        self.owner: Hashable = None
+        """Whose passes come next, for `by_owner`."""
+        self._names: list[tuple[str, Hashable]] = []
+        self._on_host: defaultdict[tuple[str, Hashable], float] = defaultdict(float)
+        self.by_owner: deque[dict[Hashable, float]] = deque(maxlen=MAX_FRAMES)
+        """The times of `finished`, summed by whose passes they are."""
         self.finished: deque[dict[str, float]] = deque(maxlen=MAX_FRAMES)
         """Milliseconds per pass of the frames that the GPU has finished, newest last."""
 
     def begin_frame(self) -> None:
         """Start a frame; when all pools are still in use the frame goes unmeasured rather than wait."""
         self._collect()
-        self._names, self._on_host = [], defaultdict(float)
-        self._current = self._free.pop() if self._free else None
+        self._names, self._on_host, self.owner = [], defaultdict(float), None
+        if self._current is None:  # else the frame before was given up
+            self._current = self._free.pop() if self._free else None
         if self._current is not None:
             self._pools[self._current].reset()
 
@@ -54,7 +70,7 @@ class Profiler:
             encoder.push_debug_group(name, _GROUP)
         self._timing = self._current is not None and len(self._names) < MAX_PASSES
         if self._current is not None and self._timing:
-            self._names.append(name)
+            self._names.append((name, self.owner))
             encoder.write_timestamp(self._pools[self._current], 2 * len(self._names) - 2)
 
     def end(self, encoder: spy.CommandEncoder) -> None:
@@ -66,12 +82,12 @@ class Profiler:
 
     def add(self, name: str, seconds: float) -> None:
         """Count time that the processor spent on work which stands in for a pass."""
-        self._on_host[name] += seconds * 1e3
+        self._on_host[name, self.owner] += seconds * 1e3
 
     def end_frame(self, submission: int) -> None:
         """The frame was submitted under this id."""
         if self._current is not None:
-            self._pending.append((submission, self._current, self._names, self._on_host))
+            self._pending.append(_Timed(submission, self._current, self._names, self._on_host))
             self._current = None
 
     def flush(self) -> dict[str, float]:
@@ -81,15 +97,17 @@ class Profiler:
         return self.finished[-1] if self.finished else {}
 
     def _collect(self) -> None:
-        while self._pending and self._device.is_submit_finished(self._pending[0][0]):
+        while self._pending and self._device.is_submit_finished(self._pending[0].submission):
             _, pool, names, on_host = self._pending.pop(0)
             self._free.append(pool)
             if not names and not on_host:
                 continue
             seconds = self._pools[pool].get_timestamp_results(0, 2 * len(names)) if names else []
             times: defaultdict[str, float] = defaultdict(float)
-            for index, name in enumerate(names):
-                times[name] += (seconds[2 * index + 1] - seconds[2 * index]) * 1e3
-            for name, milliseconds in on_host.items():
+            owners: defaultdict[Hashable, float] = defaultdict(float)
+            taken = [(seconds[2 * index + 1] - seconds[2 * index]) * 1e3 for index in range(len(names))]
+            for (name, owner), milliseconds in (*zip(names, taken, strict=True), *on_host.items()):
                 times[name] += milliseconds
+                owners[owner] += milliseconds
             self.finished.append(dict(times))
+            self.by_owner.append(dict(owners))

@@ -11,6 +11,7 @@ import slangpy as spy
 
 from pica.errors import DeviceError
 from pica.rhi.passes import RasterState
+from pica.rhi.slang_files import SlangFile, Source
 
 if TYPE_CHECKING:
     from pica.rhi.device import Device
@@ -33,9 +34,9 @@ class Recipe(Protocol[MadeOut]):
 
 @dataclass(frozen=True)
 class ComputeRecipe:
-    """A compute entry point of a file below the package."""
+    """A compute entry point of a file."""
 
-    module: str
+    module: Source
     entry: str = "main"
 
     def link(self, device: "Device", variant: Sequence[spy.SlangModule]) -> spy.ShaderProgram:
@@ -65,12 +66,15 @@ class RasterRecipe:
 
 
 def linked(
-    device: "Device", module: str, entries: list[str], more: Sequence[spy.SlangModule] = ()
+    device: "Device", module: Source, entries: list[str], more: Sequence[spy.SlangModule] = ()
 ) -> spy.ShaderProgram:
-    """The program of a file's entry points and further modules; DeviceError when the file does not compile."""
+    """The program of a file's entry points and further modules; DeviceError when the file does not compile, ShaderError
+    when it is one outside of the package."""
     try:
-        loaded = device.module(module)
+        loaded = device.module(module) if isinstance(module, str) else module.loaded(device)
         kind = [device.module("rhi/software_device.slang")] if device.is_software else []
         return device.session.link_program([loaded, *kind, *more], [loaded.entry_point(entry) for entry in entries])
     except (RuntimeError, spy.SlangCompileError) as error:
+        if isinstance(module, SlangFile):
+            raise module.fault(error) from None
         raise DeviceError(f"{module}: {error}") from error

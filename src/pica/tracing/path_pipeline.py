@@ -1,6 +1,5 @@
 """Ray effects that follow paths, as ray tracing pipelines in parts (tiers 2 and 3)."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,9 +7,10 @@ import slangpy as spy
 
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
+from pica.rhi.slang_files import Source, import_path, stem, unique
 from pica.tracing.hit_groups import HitDetail
 from pica.tracing.ray_buffers import RayBuffers
-from pica.tracing.ray_pipeline import RayPipeline, ShaderSource, import_path
+from pica.tracing.ray_pipeline import RayPipeline, ShaderSource
 
 _RAY_GENERATION = """
 import tracing.path_pipeline;
@@ -43,7 +43,7 @@ class PathPipeline:
     def __init__(
         self,
         device: Device,
-        module: str,
+        module: Source,
         effect: str,
         detail: HitDetail,
         simplified: bool,
@@ -51,10 +51,10 @@ class PathPipeline:
         parts: tuple[int, ...],
     ) -> None:
         """`parts`: rays of a path in each part but the last, which has the rest."""
-        self.name = name = Path(module).stem
+        self.name = name = stem(module)
         self._parts = (*parts, _ALL)
         source = _RAY_GENERATION.format(module=import_path(module), effect=effect, detail=detail)
-        generation = ShaderSource(f"{name}_{effect}_{detail}_paths", source)
+        generation = ShaderSource(f"{unique(module)}_{effect}_{detail}_paths", source, module)
         self._pipeline = RayPipeline(device, name, generation, detail, simplified, with_module)
         self._buffers = RayBuffers(device, name, generation, shared=True)
         self._grid: tuple[int, int] | None = None

@@ -4,7 +4,6 @@ import time
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,8 +17,9 @@ from pica.rhi.binding import ProgramParameters, parameters_of
 from pica.rhi.device import Device
 from pica.rhi.host_memory import HostBuffer
 from pica.rhi.passes import Recording
+from pica.rhi.slang_files import Source, import_path, stem, unique
 from pica.tracing.hit_groups import HitDetail
-from pica.tracing.ray_pipeline import ShaderSource, import_path, types_of
+from pica.tracing.ray_pipeline import ShaderSource, types_of
 
 _GROUP = 8
 _LINE = 64
@@ -105,14 +105,14 @@ class BufferEffect:
     def __init__(
         self,
         device: Device,
-        module: str,
+        module: Source,
         effect: str,
         detail: HitDetail,
         simplified: bool,
         tracer: Tracer,
         with_module: str | None = None,
     ) -> None:
-        self.name = name = Path(module).stem
+        self.name = name = stem(module)
         self._pass = f"{name} kernels"
         self._device = device
         self._tracer = tracer
@@ -125,7 +125,7 @@ class BufferEffect:
             line=_LINE,
         )
         suffix = "buffers_simplified" if simplified else "buffers"
-        kernels = ShaderSource(f"{name}_{effect}_{detail}_{suffix}", source)
+        kernels = ShaderSource(f"{unique(module)}_{effect}_{detail}_{suffix}", source, module)
         self._start = self._kernel(device, KernelRecipe(kernels, "start", with_module))
         self._advance = self._kernel(device, KernelRecipe(kernels, "advance", with_module))
         self._buffers = RayBuffers(device, name, kernels, hits=_HIT)

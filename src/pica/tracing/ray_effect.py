@@ -3,12 +3,11 @@
 An effect is a Slang struct that implements IRayEffect (ray_effect.slang).
 """
 
-from pathlib import Path
-
 import slangpy as spy
 
 from pica.errors import BindingError
 from pica.rhi.device import Device
+from pica.rhi.slang_files import SlangFile, Source, stem
 from pica.tracing.fallbacks import check_traces
 from pica.tracing.hit_groups import HitDetail
 from pica.tracing.path_pipeline import PathPipeline
@@ -23,7 +22,7 @@ RayEffect = PipelineEffect | PathPipeline | BufferEffect
 
 def ray_effect(
     device: Device,
-    module: str,
+    module: Source,
     effect: str,
     detail: HitDetail,
     tracer: Tracer | None = None,
@@ -31,17 +30,18 @@ def ray_effect(
     with_module: str | None = None,
     parts: tuple[int, ...] = (),
 ) -> RayEffect:
-    """The effect struct `effect` of `module` (a path below the package), run through ray buffers and `tracer`
+    """The effect struct `effect` of `module`, run through ray buffers and `tracer`
     where one is given, else as a ray tracing pipeline.
 
     `simplified`: its surface rays meet simplified materials (RTG 19, 19.3.2.1; docs/how-it-works/materials.md);
     camera rays never do. `with_module`: a Slang file that says what the effect's leaves open (an `extern` of Slang's).
     `parts`: of rays that make paths, few of them long, how many to trace before those that go on are gathered anew, and
     so on (path_pipeline.py; buffers gather after each ray).
-    Raises BindingError when the module does not compile, and DeviceError where nothing traces.
+    Raises BindingError when the module does not compile (ShaderError: one outside of the package), DeviceError where
+    nothing traces.
     """
     if tracer is None:
-        check_traces(device, Path(module).stem)
+        check_traces(device, stem(module))
     try:
         if tracer is not None:
             return BufferEffect(device, module, effect, detail, simplified, tracer, with_module)
@@ -49,4 +49,6 @@ def ray_effect(
             return PathPipeline(device, module, effect, detail, simplified, with_module, parts)
         return PipelineEffect(device, module, effect, detail, simplified, with_module)
     except (RuntimeError, spy.SlangCompileError) as error:
+        if isinstance(module, SlangFile):
+            raise module.fault(error) from None
         raise BindingError(f"{module}: {error}") from error

@@ -1,7 +1,6 @@
 """Ray effects as ray tracing pipelines: a ray generation shader that loops over the effect's rays (tiers 2 and 3)."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import slangpy as spy
@@ -15,6 +14,7 @@ from pica.programs.shape_types import modules_for
 from pica.rhi.binding import ProgramParameters
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
+from pica.rhi.slang_files import SlangFile, Source, import_path, stem, unique
 from pica.tracing.hit_groups import HitDetail, hit_group
 
 _PAYLOAD, _LARGEST_PAYLOAD = 64, 76
@@ -34,9 +34,13 @@ class ShaderSource:
 
     name: str
     text: str = ""
+    effect: Source = ""
+    """Where the effect is that it imports."""
 
     def loaded(self, device: Device) -> spy.SlangModule:
         """The module; a device loads it once."""
+        if isinstance(self.effect, SlangFile):
+            self.effect.loaded(device)  # which Slang would not find
         return device.module(self.name, self.text or None)
 
 
@@ -159,18 +163,13 @@ class PipelineEffect(RayPipeline):
     def __init__(
         self,
         device: Device,
-        module: str,
+        module: Source,
         effect: str,
         detail: HitDetail,
         simplified: bool,
         with_module: str | None = None,
     ) -> None:
-        name = Path(module).stem
+        name = stem(module)
         source = _RAY_GENERATION.format(module=import_path(module), effect=effect, detail=detail)
-        generation = ShaderSource(f"{name}_{effect}_{detail}_pipeline", source)
+        generation = ShaderSource(f"{unique(module)}_{effect}_{detail}_pipeline", source, module)
         super().__init__(device, name, generation, detail, simplified, with_module)
-
-
-def import_path(module: str) -> str:
-    """How Slang imports a file below the package."""
-    return module.removesuffix(".slang").replace("/", ".")

@@ -1,0 +1,90 @@
+"""`pica graph`: the passes of a frame, what they read and write, and what memory they share."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pica.cli import options
+from pica.cli.report import print_columns, print_json, print_line, progress
+from pica.cli.view import View, takes_view
+
+if TYPE_CHECKING:
+    from pica.graph import GraphDescription
+
+_FRAMES = 4
+"""Before the graph is looked at: conditional passes have found their way, and the device its clock."""
+_MOST = 3
+"""Resources of another effect that a row of the table names one by one."""
+
+
+@takes_view
+def graph(
+    view: View,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="The .svg to write; without it, a table.")
+    ] = None,
+    size: options.Size = "1280x720",
+    preset: options.Preset = "hybrid",
+    values: options.Values = None,
+    light_map: options.LightMapFile = None,
+    device: options.Device = None,
+    json: options.Json = False,
+) -> None:
+    """Show the frame graph of SCENE: passes in their order, resources, memory and times, as a chart or a table.
+
+    Times are those of one frame; bench has medians.
+    """
+    import pica
+
+    pixels = options.parse_size(size)
+    if output is not None:
+        options.check_output(output, (".svg",))
+    settings = options.parse_settings(preset, values)
+    baked = options.load_light_map(light_map, settings)
+    content = view.load()
+    renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked)
+    with progress("Rendering", json) as advance:
+        renderer.render(_FRAMES, camera=view.camera_in(content), progress=advance, aovs=())
+    found = renderer.graph
+    title = f"{view.scene}, {preset}, {'x'.join(map(str, pixels))}, {renderer.device_name}"
+    if output is not None:
+        found.save(output, title)
+    if json:
+        print_json({"scene": view.scene, "device": renderer.device_name, "size": list(pixels), **found.as_dict()})
+    elif output is not None:
+        print_line(f"{output}: {title}")
+    else:
+        print_table(title, found)
+
+
+def _listed(effect: str, keys: tuple[str, ...]) -> str:
+    """Names without the effect's own; of another that many are of, such as the G-buffer, its name alone."""
+    by_effect: dict[str, list[str]] = {}
+    for key in keys:
+        by_effect.setdefault(key.split("/")[0], []).append(key)
+    said = []
+    for other, own in by_effect.items():
+        short = [key.removeprefix(f"{effect}/") for key in own]
+        said += short if other == effect or len(own) <= _MOST else [f"{other}/*"]
+    return ", ".join(said)
+
+
+def print_table(title: str, found: "GraphDescription") -> None:
+    """A row for each pass, then one for each effect."""
+    print_line(title)
+    rows = [["effect", "pass", "ms", "reads", "writes"]]
+    for each in found.passes:
+        time = "" if each.milliseconds is None else f"{each.milliseconds:.3f}"
+        reads = _listed(each.effect, (*each.reads, *(f"{key} before" for key in each.previous)))
+        writes = _listed(each.effect, each.writes)
+        name = f"{each.name} (if needed)" if each.conditional else each.name
+        rows.append([each.effect, name, time, reads, writes])
+    print_columns(rows, right=2)
+    print()
+    times = found.milliseconds
+    sums = [["effect", "ms", "MB"]]
+    for effect in dict.fromkeys([*times, *found.memory]):
+        sums.append([effect, f"{times.get(effect, 0):.3f}", f"{found.memory.get(effect, 0) / 1e6:.2f}"])
+    sums.append(["all", f"{sum(times.values()):.3f}", f"{sum(found.memory.values()) / 1e6:.2f}"])
+    print_columns(sums, right=1)

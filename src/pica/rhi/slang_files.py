@@ -1,0 +1,93 @@
+"""Slang files outside of the package, and what is wrong with them in one line."""
+
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import slangpy as spy
+
+from pica.errors import ShaderError, shown
+
+if TYPE_CHECKING:
+    from pica.rhi.device import Device
+
+
+@dataclass(frozen=True)
+class SlangFile:
+    """A program's own Slang file, as it was when it was read. It may import pica's modules and files beside it."""
+
+    path: Path
+    text: str
+
+    @classmethod
+    def read(cls, path: str | Path) -> "SlangFile":
+        """Raises ShaderError for a file that cannot be read."""
+        try:
+            found = Path(path).resolve()
+            return cls(found, found.read_text(encoding="utf-8"))
+        except TypeError:
+            raise ShaderError(f"{shown(path)} is not the path of a Slang file") from None
+        except (OSError, ValueError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "not a text file"
+            raise ShaderError(f"{path}: {reason}") from None
+
+    @property
+    def module(self) -> str:
+        """What Slang knows it by: of its text, as a session remembers modules by name."""
+        return f"own_{re.sub('[^A-Za-z0-9]', '_', self.path.stem)}_{digest(f'{self.path} {self.text}')}"
+
+    def loaded(self, device: "Device") -> spy.SlangModule:
+        """The module. Raises ShaderError where it has a fault."""
+        try:
+            return device.module(self.module, self.text, marked(self.path, self.text))
+        except (RuntimeError, spy.SlangCompileError) as error:
+            raise self.fault(error) from None
+
+    def fault(self, error: Exception) -> ShaderError:
+        """What Slang says of it, in one line."""
+        return ShaderError(
+            first_error(self.path, str(error).replace(str(marked(self.path, self.text)), str(self.path)))
+        )
+
+
+Source = str | SlangFile
+"""A file below the package, by its path there, or one outside."""
+
+
+def stem(source: Source) -> str:
+    """Its name without folder and suffix."""
+    return (Path(source) if isinstance(source, str) else source.path).stem
+
+
+def unique(source: Source) -> str:
+    """A word for the names of modules that are generated for it."""
+    return stem(source) if isinstance(source, str) else source.module
+
+
+def import_path(source: Source) -> str:
+    """How Slang imports it; one outside once it is loaded."""
+    return source.removesuffix(".slang").replace("/", ".") if isinstance(source, str) else source.module
+
+
+def digest(text: str) -> str:
+    """The session remembers modules by name, so a name stands for one source only."""
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def marked(path: Path, text: str) -> Path:
+    """What Slang calls a file: it does not take two modules of one path. One beside the file finds the same imports."""
+    return path.with_name(f"{path.stem}_{digest(text)}.slang")
+
+
+def first_error(path: Path, diagnostics: str) -> str:
+    """Slang's first error as 'file:line: fault'. `path`: of the file that was given as text."""
+    title = re.search(r"error\[\w+\]: (.*)", diagnostics)
+    place = re.search(r"--> (.*):(\d+):\d+", diagnostics)
+    detail = re.search(r"\| +\^+ (.*)", diagnostics)
+    if title is None or place is None:
+        return f"{path}: {' '.join(diagnostics.split())}"
+    # SlangPy puts a line of its own before source that it is given as text.
+    line = int(place[2]) - (place[1] == str(path))
+    return f"{place[1]}:{line}: {(detail or title)[1].strip()}"
