@@ -79,7 +79,7 @@ def _baked(scene: Any, spacing: float | None, paths: int) -> tuple[pica.LightMap
 
 
 def _light(renderer: pica.Renderer) -> NDArray[np.float64]:
-    return renderer.captured["indirect"]().astype(np.float64)
+    return renderer.captured["diffuse_indirect"]().astype(np.float64)
 
 
 def _converged(
@@ -95,7 +95,7 @@ def _converged(
     changes, first = [], 0.0
     before = None
     for frame in range(frames):
-        renderer.advance(camera, jittered=False, capture=("indirect",))
+        renderer.advance(camera, jittered=False, capture=("diffuse_indirect",))
         if frame == 0:
             first = _light(renderer).mean()
         if frame >= frames - 20:
@@ -104,7 +104,7 @@ def _converged(
                 changes.append(np.abs(now - before).mean() / now.mean())
             before = now
     measured = MeasuredEffect(renderer, "global_illumination")
-    light, truth = measured.result()["indirect"], measured.reference(samples)["indirect"]
+    light, truth = measured.result()["diffuse_indirect"], measured.reference(samples)["diffuse_indirect"]
     there = np.isfinite(truth).all(-1)
     white = np.percentile(truth[there], 95)
     error = np.clip(light[there] / white, 0, 1) - np.clip(truth[there] / white, 0, 1)
@@ -127,7 +127,7 @@ def _step(scene: Any, camera: Camera, size: tuple[int, int], settings: pica.Sett
         if frame == 120:
             for node in lamps:
                 node.light = _brighter(node.light)
-        renderer.advance(camera, jittered=False, capture=("indirect",))
+        renderer.advance(camera, jittered=False, capture=("diffuse_indirect",))
         means.append(_light(renderer).mean())
     start, end = np.mean(means[110:120]), np.mean(means[220:])
     share = (np.array(means[120:]) - start) / (end - start)

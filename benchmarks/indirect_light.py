@@ -99,11 +99,11 @@ def _errors(
             continue
         key = motion, 0 if motion == "still" else frame
         if key not in references:
-            references[key] = measured.reference(samples)["indirect"]
+            references[key] = measured.reference(samples)["diffuse_indirect"]
         there = np.isfinite(references[key])
         truth, light = (
             np.where(there, picture, 0).astype(np.float32)
-            for picture in (references[key], measured.result()["indirect"])
+            for picture in (references[key], measured.result()["diffuse_indirect"])
         )
         error = np.sqrt(np.mean((light - truth)[there] ** 2)) / truth[there].mean()
         mean = light[there].mean() / truth[there].mean()

@@ -48,7 +48,7 @@ def main() -> None:
 
     settings = pica.Settings.preset(arguments.preset)
     with pica.Renderer(pica.scenes.machine_world(), size=(width, height), settings=settings) as renderer:
-        renderer.insert(Outline(renderer, strength=0.95), after="reflections")  # antialiasing then smooths the lines
+        renderer.insert(Outline(renderer, strength=0.95), after="composite")  # antialiasing then smooths the lines
         renderer.render(arguments.frames).save(arguments.output)
 
 

@@ -41,11 +41,11 @@ def main() -> None:
     surfels, detail, paths = rendered(_SURFELS), rendered(_DETAIL), rendered({})
     unfiltered = rendered({"debug.filters": "false"})
     truth = pica.PathTracer(scene, size=(width, height)).render(arguments.samples, camera=camera).color
-    light = quality.exposure_for(surfels.aov("indirect")) / 2
+    light = quality.exposure_for(surfels.aov("diffuse_indirect")) / 2
     whole = quality.exposure_for(truth)
 
     def indirect(frame: Frame) -> NDArray[np.float32]:
-        return quality.exposed(frame.aov("indirect"), light)
+        return quality.exposed(frame.aov("diffuse_indirect"), light)
 
     def titled(name: str, picture: NDArray[np.float32]) -> dict[str, NDArray[np.float32]]:
         shown = quality.exposed(picture, whole)

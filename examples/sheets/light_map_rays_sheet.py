@@ -46,7 +46,7 @@ def main() -> None:
         settings = pica.Settings().with_values(values)
         renderer = pica.Renderer(scene, size=(width, height), settings=settings, light_map=light_map)
         for _ in range(given.frames):
-            renderer.advance(camera, jittered=False, capture=("indirect",))
+            renderer.advance(camera, jittered=False, capture=("diffuse_indirect",))
         return renderer
 
     ways = {
@@ -59,8 +59,8 @@ def main() -> None:
     for name, way in ways.items():
         renderer = rendered(*way)
         measured = MeasuredEffect(renderer, "global_illumination")
-        found[name] = measured.result()["indirect"]
-    truth = np.nan_to_num(measured.reference(given.samples)["indirect"])
+        found[name] = measured.result()["diffuse_indirect"]
+    truth = np.nan_to_num(measured.reference(given.samples)["diffuse_indirect"])
     found["rays to lamps"] = _emitters_met(renderer, given.frames)
     exposure = quality.exposure_for(truth)
     panels = {f"{given.samples} paths a pixel": quality.exposed(truth, exposure)}

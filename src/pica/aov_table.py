@@ -42,8 +42,16 @@ AOVS = _table(
     AovInfo("uv", "first texture coordinates, v down", "", 2, nan, "first", on_request=True),
     AovInfo("shadows", "1 where the light's sample arrives, else 0; a channel a light slot", "", None, None),
     AovInfo("ambient_occlusion", "open share of the surroundings, 0 to 1", "", 1, None),
-    AovInfo("indirect", "light that surfaces reflect diffusely of others, linear Rec. 709", "nits", 3, 0),
-    AovInfo("reflections", "light that surfaces mirror, linear Rec. 709", "nits", 3, 0),
+    AovInfo("diffuse_direct", "light of emitters that surfaces reflect diffusely, linear Rec. 709", "nits", 3, 0),
+    AovInfo("glossy_direct", "the same by their specular part, but for what is in `reflections`", "nits", 3, 0),
+    AovInfo("diffuse_indirect", "light that surfaces reflect diffusely of others, linear Rec. 709", "nits", 3, 0),
+    AovInfo("reflections", "light that surfaces mirror, of emitters too, linear Rec. 709", "nits", 3, 0),
+    AovInfo(
+        "combined", "the last frame's picture before antialiasing, linear Rec. 709", "nits", 3, None, on_request=True
+    ),
+    AovInfo(
+        "environment", "what is seen of the surroundings themselves, linear Rec. 709", "nits", 3, None, on_request=True
+    ),
 )
 """All but debug views and those of effects that a program adds, by name."""
 

@@ -110,7 +110,7 @@ def test_it_is_the_indirect_light_of_many_paths(device, cornell):
     camera = renderer.scene.default_camera(1.5)
     measured = MeasuredEffect(renderer, "global_illumination")
     renderer.advance(camera, jittered=False, capture=measured.offers)
-    found, expected = measured.result()["indirect"], measured.reference(128)["indirect"]
+    found, expected = measured.result()["diffuse_indirect"], measured.reference(128)["diffuse_indirect"]
     there = np.isfinite(expected)
     assert found[there].mean() == pytest.approx(expected[there].mean(), rel=0.08)
     white = np.percentile(expected[there], 95)
@@ -126,13 +126,15 @@ def test_the_raster_preset_takes_a_map_and_goes_without(device, cornell):
     dark = without.render(2).color
     lit = pica.Renderer(scene, size=SIZE, settings=raster, device=device, light_map=cornell).render(2)
     # Ambient occlusion dims it: of the surfaces, in their colour.
-    np.testing.assert_allclose(lit.color - dark, lit.aov("indirect"), atol=0.05 * lit.color.max())
-    assert lit.aov("indirect").mean() > 0.2 * dark.mean()
+    np.testing.assert_allclose(lit.color - dark, lit.aov("diffuse_indirect"), atol=0.05 * lit.color.max())
+    assert lit.aov("diffuse_indirect").mean() > 0.2 * dark.mean()
     unoccluded = raster.with_values({"ambient_occlusion.mode": "off"})
     brighter = (
-        pica.Renderer(scene, size=SIZE, settings=unoccluded, device=device, light_map=cornell).render(2).aov("indirect")
+        pica.Renderer(scene, size=SIZE, settings=unoccluded, device=device, light_map=cornell)
+        .render(2)
+        .aov("diffuse_indirect")
     )
-    assert 0.5 * brighter.mean() < lit.aov("indirect").mean() < 0.99 * brighter.mean()
+    assert 0.5 * brighter.mean() < lit.aov("diffuse_indirect").mean() < 0.99 * brighter.mean()
 
 
 def test_a_closed_door_keeps_the_light_out(device):
@@ -143,7 +145,7 @@ def test_a_closed_door_keeps_the_light_out(device):
         lit = renderer.render(
             4, camera=Camera.look_at((-1.2, 1.5, 1.8), (-2.4, 1.0, -1.2), vertical_fov=np.radians(75))
         )
-    assert lit.aov("indirect").mean() > 0.1
+    assert lit.aov("diffuse_indirect").mean() > 0.1
     assert dark.color.mean() < 0.01 * lit.color.mean()
 
 

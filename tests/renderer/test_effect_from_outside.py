@@ -81,7 +81,7 @@ def renderer(device, scene):
 def glow(renderer):
     """The effect, put into the frame for one test."""
     made = Glow(renderer, GlowSettings())
-    made.insertion = renderer.insert(made, after="reflections")
+    made.insertion = renderer.insert(made, after="composite")
     yield made
     made.insertion.remove()
     renderer.debug = False

@@ -55,7 +55,7 @@ def insert(renderer):
     """Renderer.insert, for one test."""
     made = []
 
-    def inserted(declare, after="lighting", **more):
+    def inserted(declare, after="composite", **more):
         made.append(renderer.insert(declare, after, **more))
         return made[-1]
 
@@ -87,8 +87,8 @@ def test_every_stage_can_be_followed(renderer, insert):
 
 
 def test_those_of_one_stage_come_in_the_order_in_which_they_were_inserted(renderer, insert, slang):
-    insert(filling(renderer, slang, (1.0, 1.0, 1.0)), "reflections", name="white")
-    insert(filling(renderer, slang, (0.0, 0.0, 5.0)), "reflections", name="blue")
+    insert(filling(renderer, slang, (1.0, 1.0, 1.0)), "composite", name="white")
+    insert(filling(renderer, slang, (0.0, 0.0, 5.0)), "composite", name="blue")
     found = renderer.render(1, cut=True).color
     np.testing.assert_allclose(found, np.broadcast_to(np.float32([0, 0, 5]), found.shape), atol=1e-5)
 
@@ -184,10 +184,10 @@ def twice(graph, signals):
     ("declare", "after", "says"),
     [
         (stray, "antialiasing", "stray: signals.picture is 2x2, not 32x18 texels"),
-        (no_texture, "lighting", "no_texture: signals.radiance is 'red', not a texture"),
+        (no_texture, "composite", "no_texture: signals.radiance is 'red', not a texture"),
         (other_format, "post", "signals.display is rgba32_float, not rgba8_unorm"),
         (never_written, "lighting", "'look' of never_written .*test_insert.py:.* reads .*, which no pass writes"),
-        (twice, "lighting", "'write' of twice .* writes lighting 'radiance'.* use update"),
+        (twice, "composite", "'write' of twice .* writes composite 'radiance'.* use update"),
     ],
 )
 def test_what_does_not_fit_the_graph_is_said_in_each_frame_until_it_is_out(renderer, insert, declare, after, says):
@@ -248,7 +248,7 @@ def test_an_unknown_aov_is_an_error_beside_inserted_passes_too(renderer, insert)
 
 def test_a_renderer_that_is_dropped_goes_with_its_passes(device, scene, slang):
     with pica.Renderer(scene, size=(16, 9), device=device, settings=pica.Settings.preset("raster")) as renderer:
-        inserted = renderer.insert(filling(renderer, slang), "lighting")
+        inserted = renderer.insert(filling(renderer, slang), "composite")
         renderer.render(1)
     inserted.remove()
     inserted.renew()  # the renderer is closed: nothing happens

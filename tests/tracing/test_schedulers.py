@@ -32,7 +32,7 @@ def test_pictures_with_paths_are_equal(device):
     """Pipelines gather the paths that go on a few times, buffers after each ray."""
     values = {"reflections.mode": "ray_traced", "global_illumination.mode": "path_traced"}
     pipeline, buffers = (render(device, still_life(), 3, CAMERA, values=values | more) for more in (PIPELINE, BUFFERS))
-    assert pipeline.aov("indirect").mean() > 0.01 and pipeline.aov("reflections").mean() > 0.01
+    assert pipeline.aov("diffuse_indirect").mean() > 0.01 and pipeline.aov("reflections").mean() > 0.01
     assert_same(pipeline, buffers, tolerance=0 if device.is_software else 1e-4)
 
 

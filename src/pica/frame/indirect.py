@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from pica.graph.resources import Texture, update, write
+from pica.graph.resources import Texture, write
 
 ENDLESS = 32
 """Surfaces on the way of light that is reflected without a limit, for references: more bring next to nothing."""
@@ -25,6 +25,8 @@ class IndirectLight:
 
     arriving: Texture
     """(width, height, rgba32_float) light that arrives in each pixel, over albedo in nits; alpha 0: not known."""
+    reflected: Texture
+    """(width, height) of that what surfaces reflect diffusely, as frame/signals.py has it."""
     known: bool
     """Whether `arriving` may be asked: without filters it holds single rays."""
     bounces: int
@@ -39,15 +41,9 @@ class IndirectPictures:
 
     arriving: Texture
     """As IndirectLight's."""
-    indirect: Texture
-    """(width, height, rgba32_float) light that surfaces reflect diffusely of others, nits."""
-    radiance: Texture
-    """To which that is added."""
+    reflected: Texture
+    """Likewise."""
 
     def arguments(self) -> dict[str, Any]:
         """For the pass that fills them."""
-        return {
-            "arriving": write(self.arriving),
-            "indirect": write(self.indirect),
-            "radiance": update(self.radiance),
-        }
+        return {"arriving": write(self.arriving), "reflected": write(self.reflected)}

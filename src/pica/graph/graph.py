@@ -189,9 +189,10 @@ class FrameGraph:
     ) -> None:
         """Add a pass or ray effect over a grid of threads, with its shader parameters.
 
-        Each is a value; a texture, buffer or block that it reads; what it writes, as write(…) or update(…);
-        or a function that takes the frame and gives the value, asked in each frame. `when` takes the frame: in frames
-        where it is false the pass is left out. Raises GraphError where two passes write the same anew.
+        Each is a value; a texture, buffer or block that it reads, or a tuple of textures where the shader has an
+        array; what it writes, as write(…) or update(…); or a function that takes the frame and gives the value, asked
+        in each frame. `when` takes the frame: in frames where it is false the pass is left out. Raises GraphError where
+        two passes write the same anew.
         """
         name = str(getattr(step, "name", "pass"))
         self._add(PassNode(name, self._scope, _caller(), inputs, when or self._when, step=step, threads=threads))

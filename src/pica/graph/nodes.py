@@ -70,6 +70,9 @@ class Node:
                 self.previous.append(value.resource)
             case Resource():
                 self.reads.append(value)
+            case tuple():
+                for each in value:
+                    self._note(each)
             case _ if (block := _block_of(value)) is not None:
                 for each in block.fields:
                     self._note(each)
@@ -85,6 +88,8 @@ class Node:
                 self._each_frame.append((name, _newest(resource)))
             elif isinstance(resource, Texture | Buffer):
                 self.values[name] = resource.physical
+            elif isinstance(resource, tuple):
+                self.values[name] = tuple(each.physical for each in resource)
             elif (block := _block_of(value)) is not None:
                 self.values[name] = block.parameters
             elif callable(resource):

@@ -46,9 +46,11 @@ class Signals:
     shadows: ShadowTextures | None = None
     occlusion: Texture | None = None
     """Red: the open share of the surroundings. None where the effect is off."""
-    radiance: Texture = field(init=False)
-    """Light towards the camera so far, nits."""
     indirect: IndirectLight | None = None
+    parts: list[Texture] = field(default_factory=list)
+    """Light towards the camera by its kinds, as frame/signals.py has it, beside emission and surroundings."""
+    radiance: Texture = field(init=False)
+    """All of it, nits."""
     picture: Texture = field(init=False)
     """`radiance` antialiased, of the output's size."""
     alpha: Texture | None = None
@@ -58,7 +60,7 @@ class Signals:
 def declare(
     stages: Stages, graph: FrameGraph, s: Signals, denoiser: Denoiser | None = None, last: bool = False
 ) -> Iterator[str]:
-    """Declare a frame; gives the name of each as it is done. `last`: `denoiser` finishes the picture."""
+    """Declare a frame; gives the name of each stage as it is done. `last`: `denoiser` finishes the picture."""
     s.exposure = stages.post.exposure(graph)
     s.gbuffer = stages.gbuffer(graph, s.scene)
     if denoiser is not None:
@@ -74,18 +76,26 @@ def declare(
     yield "ambient_occlusion"
     noisy = stages.stochastic_light.samples(graph) if s.slots.noisy else None
     surroundings = stages.reflections.surroundings(graph) if stages.reflections else None
-    s.radiance = stages.lighting(graph, s.gbuffer, s.scene, s.light, s.shadows, s.occlusion, noisy, surroundings)
+    direct = [stages.lighting(graph, s.gbuffer, s.scene, s.light, s.shadows, s.occlusion, noisy, surroundings)]
     if noisy is not None:
-        stages.stochastic_light(graph, s.gbuffer, s.scene, noisy, s.radiance, s.reprojection)
+        direct.append(stages.stochastic_light(graph, s.gbuffer, s.scene, noisy, s.reprojection))
+    stages.lighting.offer(graph, *direct)
+    s.parts += direct
     yield "lighting"
     if stages.global_illumination is not None:
         s.indirect = stages.global_illumination(
-            graph, s.gbuffer, s.scene, s.light, s.reprojection, s.occlusion, s.exposure, s.radiance
+            graph, s.gbuffer, s.scene, s.light, s.reprojection, s.occlusion, s.exposure
         )
+        s.parts.append(s.indirect.reflected)
     yield "global_illumination"
     if stages.reflections is not None:
-        stages.reflections(graph, s.gbuffer, s.scene, s.light, s.reprojection, s.indirect, surroundings, s.radiance)
+        # What looks for its reflections in the picture needs that before they are in it.
+        picture = stages.composite.so_far(graph, s.gbuffer, s.scene, s.parts) if surroundings else None
+        inputs = s.light, s.reprojection, s.indirect, surroundings, picture
+        s.parts.append(stages.reflections(graph, s.gbuffer, s.scene, *inputs))
     yield "reflections"
+    s.radiance = stages.composite(graph, s.gbuffer, s.scene, s.parts)
+    yield "composite"
     s.picture, s.alpha = stages.antialiasing(graph, s.gbuffer, s.radiance, s.exposure)
     if denoiser is not None and last:
         s.picture = denoiser.finish(graph, s.picture)

@@ -65,12 +65,10 @@ class Renderer(Closing):
         checked(f"{type(self).__name__}: light_map", optional(instance(LightMap)), light_map)
         if light_map is not None:
             light_map.check_scene(scene)
-        self.light_map = light_map
-        self.size = checked_size(size)
-        super().__init__(open_device(device))
+        size = checked_size(size)
+        super().__init__(open_device(device), scene, size)
         expect_programs(self.device)
-        self.settings = runnable(self.device, settings or Settings())
-        self.scene = scene
+        self._settings = runnable(self.device, settings or Settings())
         with self.device.turn:
             self.view = SceneView(self.device, scene, self.settings)
             self._frames = self._make_frames()
@@ -139,9 +137,9 @@ class Renderer(Closing):
         """Put passes of the program's own into the frame, from the next one on (docs/guide/own-passes.md).
 
         `declare(graph, signals)` is called whenever the frame is declared, right after the stage `after`: "gbuffer",
-        "shadows", "ambient_occlusion", "lighting", "global_illumination", "reflections", "antialiasing" or "post". It
-        adds passes to the graph, and may replace the radiance, the picture or the display among the signals. `name`:
-        of the effect, unless told that of `declare`. Raises PicaError for an unknown stage, or a name that is taken.
+        "shadows", "ambient_occlusion", "lighting", "global_illumination", "reflections", "composite", "antialiasing" or
+        "post". It adds passes to the graph, and may append to the parts of light among the signals or replace the
+        radiance, the picture or the display. `name`: of the effect, unless told that of `declare`. Raises PicaError for an unknown stage, or a name that is taken.
         """
         taken = {"scene", "shared", *(each.name for each in self.effects)}
         taken.update(each.name for each in self._frame_plan.inserted)
@@ -176,7 +174,7 @@ class Renderer(Closing):
     @alone
     def resize(self, size: Size) -> None:
         """Render at another (width, height) from the next frame on, without history. Raises PicaError."""
-        self.size = checked_size(size)
+        self._size = checked_size(size)
         with self.device.turn:
             self._frames.resize(self.size)
             self._drop_histories()
@@ -188,7 +186,7 @@ class Renderer(Closing):
         settings = runnable(self.device, settings)
         with self.device.turn:
             self.view.configure(settings)
-            before, self.settings = self.settings, settings
+            before, self._settings = self.settings, settings
             changed = before.changed_groups(settings)
             if before.antialiasing.upscale != settings.antialiasing.upscale:
                 changed = EVERY_GROUP  # all works at another size

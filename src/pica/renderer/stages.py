@@ -5,6 +5,7 @@ from dataclasses import fields
 
 from pica.effects.ambient_occlusion.ambient_occlusion import AmbientOcclusion
 from pica.effects.antialiasing.antialiasing import Antialiasing
+from pica.effects.composite.composite import Composite
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.global_illumination.global_illumination import GlobalIllumination
 from pica.effects.lighting.lighting import DirectLighting
@@ -76,8 +77,10 @@ class Stages:
         )
         if "lighting" in changed:
             self.lighting = DirectLighting(device.part(), settings.lighting)
+        transparent = settings.visibility.background == "transparent"
+        if "visibility" in changed:
+            self.composite = Composite(device.part(), transparent)
         if changed & {"antialiasing", "visibility"}:
-            transparent = settings.visibility.background == "transparent"
             self.antialiasing = Antialiasing(device.part(), settings.antialiasing, transparent)
         if "post" in changed:
             self.post = Post(device.part(), settings.post)
@@ -101,6 +104,7 @@ class Stages:
             self.stochastic_light,
             self.global_illumination,
             self.reflections,
+            self.composite,
             self.antialiasing,
             self.post,
         )

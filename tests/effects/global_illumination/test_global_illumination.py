@@ -19,7 +19,7 @@ SURFELS = {"global_illumination.mode": "surfels", "global_illumination.surfels":
 
 
 def reflected(frame):
-    return frame.aov("indirect")
+    return frame.aov("diffuse_indirect")
 
 
 def direct_and_indirect(device, scene, frames, values=ON):
@@ -46,7 +46,7 @@ def test_a_still_picture_is_that_of_many_paths(device, name, values, tolerance):
     measured = MeasuredEffect(renderer, "global_illumination")
     for _ in range(96):
         renderer.advance(camera, jittered=False, capture=measured.offers)
-    found, expected = measured.result()["indirect"], measured.reference(256)["indirect"]
+    found, expected = measured.result()["diffuse_indirect"], measured.reference(256)["diffuse_indirect"]
     there = np.isfinite(expected)
     assert found[there].mean() == pytest.approx(expected[there].mean(), rel=tolerance)
     white = np.percentile(expected[there], 95)
@@ -85,7 +85,7 @@ def test_metal_fields_keep_no_light_from_matte_ones(device, mode):
     measured = MeasuredEffect(renderer, "global_illumination")
     for _ in range(48):
         renderer.advance(camera, jittered=False, capture=measured.offers)
-    found, expected = (light["indirect"][34:] for light in (measured.result(), measured.reference(96)))
+    found, expected = (light["diffuse_indirect"][34:] for light in (measured.result(), measured.reference(96)))
     there = np.isfinite(expected)
     assert found[there].mean() == pytest.approx(expected[there].mean(), rel=0.08)
 
@@ -138,7 +138,7 @@ def test_what_is_thinner_than_two_pixels_has_the_light_of_surfels(device):
     numbers = [[node.name for node in scene.nodes()].index(node.name) + 1 for node in wires]
     thin = np.isin(seen.to_numpy()[..., 0], numbers)
     assert thin.sum() > 100
-    found, expected = measured.result()["indirect"][thin], measured.reference(256)["indirect"][thin]
+    found, expected = measured.result()["diffuse_indirect"][thin], measured.reference(256)["diffuse_indirect"][thin]
     assert found.mean() == pytest.approx(expected.mean(), rel=0.1) and (found.mean(-1) > 0.2 * expected.mean(-1)).all()
 
 
@@ -150,8 +150,8 @@ def test_surfels_of_a_scene_at_rest_are_quiet(device):
     camera = scene.default_camera(1.5)
 
     def following():
-        renderer.advance(camera, jittered=False, capture=("indirect",))
-        return renderer.captured["indirect"]()
+        renderer.advance(camera, jittered=False, capture=("diffuse_indirect",))
+        return renderer.captured["diffuse_indirect"]()
 
     means = [following() for _ in range(140)][-1]
     later = following()

@@ -29,7 +29,7 @@ def renderer_of(device, scene, values):
 
 def lights(renderer, frames, camera=None):
     """(frames, height, width, 3) indirect light in each."""
-    return np.array([renderer.render(1, camera=camera).aov("indirect") for _ in range(frames)])
+    return np.array([renderer.render(1, camera=camera).aov("diffuse_indirect") for _ in range(frames)])
 
 
 def test_a_closed_box_is_as_bright_as_its_series_says(device):

@@ -114,10 +114,10 @@ def test_every_path_counts_once(device, name, values, edges):
     )
     assert frame.color.mean() == pytest.approx(expected.mean(), rel=0.01)
     shares = {
-        effect: frame.aov(effect).mean() / expected.mean() for effect in ("reflections", "indirect")
+        effect: frame.aov(effect).mean() / expected.mean() for effect in ("reflections", "diffuse_indirect")
     }  # of one frame
     assert shares["reflections"] > 0.1 or name == "cornell", "reflections are a part worth counting"
-    assert shares["indirect"] > 0.03 or name == "furnace", "so is indirect light"
+    assert shares["diffuse_indirect"] > 0.03 or name == "furnace", "so is indirect light"
 
 
 def under_clouds(roughness):

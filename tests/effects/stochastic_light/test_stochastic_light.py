@@ -136,7 +136,7 @@ def test_a_picture_at_rest_leaves_its_history_as_it_is_until_something_moves(dev
     for _ in range(130):
         renderer.advance(VIEW)
     resting = renderer.render(1, camera=VIEW)
-    assert "stochastic_light_history" not in resting.timings and "stochastic_light_add" in resting.timings
+    assert "stochastic_light_history" not in resting.timings and "stochastic_light_modulate" in resting.timings
     ball = next(node for node in scene.nodes() if node.name == "ball")
     ball.transform = move(0.01, 0, 0) @ ball.transform
     moved = renderer.render(1, camera=VIEW)
@@ -177,7 +177,7 @@ def test_only_noisy_light_is_filtered(device):
     def passes(scene, filters=True):
         return set(renderer_of(device, scene, filters=filters).render(1, camera=VIEW).timings)
 
-    mine = {"stochastic_light_history", "stochastic_light_filter", "stochastic_light_add"}
+    mine = {"stochastic_light_history", "stochastic_light_filter", "stochastic_light_modulate"}
     assert mine <= passes(SCENES["many lights"]())
     assert not mine & passes(SCENES["many lights"](), filters=False)
     assert not mine & passes(things(shining(PointLight(intensity=3.0), move(0, 2, 0))))

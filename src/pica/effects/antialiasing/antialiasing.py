@@ -23,7 +23,7 @@ class Antialiasing(Effect):
     name = "antialiasing"
 
     def __init__(self, device: Device, settings: AntialiasingSettings, transparent: bool = False) -> None:
-        """`transparent`: pictures have alpha, by which they are premultiplied."""
+        """`transparent`: pictures have alpha, by which they are premultiplied: `radiance` is 0 where it is 0."""
         self._settings = settings
         self._resolve = TemporalResolve(device, "antialiasing")
         self._coverage = Coverage(device) if transparent else None
@@ -47,7 +47,7 @@ class Antialiasing(Effect):
             graph.record("restarts", self._decide)
             alpha = None
             if self._coverage is not None:
-                alpha = self._coverage(graph, gbuffer, radiance, self._restarts)
+                alpha = self._coverage(graph, gbuffer, self._restarts)
                 graph.offer("alpha", (alpha,), partial(alpha_of, 0))
             picture = self._resolve(graph, gbuffer, radiance, exposure, self._restarts)
             if self._settings.sharpness > 0:

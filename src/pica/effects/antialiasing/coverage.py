@@ -9,7 +9,7 @@ import slangpy as spy
 from pica.effects.antialiasing.temporal_resolve import TemporalResolve
 from pica.frame.gbuffer import GBuffer
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Texture, update, write
+from pica.graph.resources import Texture, write
 from pica.rhi.device import Device
 
 
@@ -19,14 +19,11 @@ class Coverage:
 
     def __init__(self, device: Device) -> None:
         self._resolve = TemporalResolve(device, "coverage")
-        self._mask = device.compute("effects/antialiasing/mask_background.slang")
+        self._cover = device.compute("effects/antialiasing/coverage.slang")
 
-    def __call__(
-        self, graph: FrameGraph, gbuffer: GBuffer, radiance: Texture, restarts: Callable[[Any], bool] | None
-    ) -> Texture:
-        """Alpha in each of r, g and b (output size). Takes the surroundings out of this frame's `radiance`."""
+    def __call__(self, graph: FrameGraph, gbuffer: GBuffer, restarts: Callable[[Any], bool] | None) -> Texture:
+        """Alpha in each of r, g and b (output size)."""
         covered = graph.texture("covered", spy.Format.rgba16_float)
-        inputs = {"frame": graph.frame, "gbuffer": gbuffer, "radiance": update(radiance), "covered": write(covered)}
-        graph.add(self._mask, graph.grid, **inputs)
+        graph.add(self._cover, graph.grid, frame=graph.frame, gbuffer=gbuffer, covered=write(covered))
         one = graph.buffer("exposure of coverage", data=np.ones(1, np.float32))
         return self._resolve(graph, gbuffer, covered, one, restarts)

@@ -6,10 +6,12 @@ from pica.effects.global_illumination.light_map_indirect import LightMapIndirect
 from pica.effects.global_illumination.path_traced import PathTracedIndirect
 from pica.effects.global_illumination.surfels import SurfelIndirect
 from pica.effects.global_illumination.views import arriving_views
-from pica.frame.effect import Effect, Reference, ReferenceLayer, rgb
+from pica.frame.aovs import light_of
+from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import IndirectLight, IndirectPictures
 from pica.frame.reprojection import Reprojection
+from pica.frame.signals import SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture
@@ -21,10 +23,10 @@ from pica.tracing.ray_buffers import Tracer
 
 
 class GlobalIllumination(Effect):
-    """Adds the light that surfaces reflect diffusely of other lit surfaces."""
+    """The light that surfaces reflect diffusely of other lit surfaces."""
 
     name = "global_illumination"
-    aov_names = ("indirect",)
+    aov_names = ("diffuse_indirect",)
 
     def __init__(
         self,
@@ -52,7 +54,7 @@ class GlobalIllumination(Effect):
     def reference(self) -> Reference:
         """The same by many paths."""
         inputs = "frame", "gbuffer", "scene"
-        layers = {"indirect": ReferenceLayer("indirect", {"bounces": self._way.bounces})}
+        layers = {"diffuse_indirect": ReferenceLayer("diffuse_indirect", {"bounces": self._way.bounces})}
         return Reference("path_tracer/indirect_light.slang", "IndirectLight", "surface", inputs, layers, is_light=True)
 
     @property
@@ -69,22 +71,21 @@ class GlobalIllumination(Effect):
         reprojection: Reprojection,
         occlusion: Texture | None,
         exposure: Buffer,
-        radiance: Texture,
     ) -> IndirectLight:
-        """Add what this frame's surfaces reflect diffusely of others to `radiance`.
+        """What this frame's surfaces reflect diffusely of others.
 
         For surfels and light maps, `occlusion`: of the screen, None or detail finer than they are. For surfels,
         `exposure`: a float, what one nit was shown as in the frame before.
         """
         with graph.scope(self.name):
-            arriving, indirect = (graph.texture(name, spy.Format.rgba32_float) for name in ("arriving", "indirect"))
-            pictures = IndirectPictures(arriving, indirect, radiance)
+            arriving = graph.texture("arriving", spy.Format.rgba32_float)
+            pictures = IndirectPictures(arriving, graph.texture("reflected", SIGNAL))
             if isinstance(self._way, SurfelIndirect):
                 self._way(graph, gbuffer, scene, light, occlusion, exposure, pictures)
             elif isinstance(self._way, LightMapIndirect):
                 self._way(graph, gbuffer, scene, occlusion, pictures)
             else:
                 self._way(graph, gbuffer, scene, light, reprojection, pictures)
-            graph.offer("indirect", (pictures.indirect,), rgb)
-            arriving_views(graph, pictures.arriving)
-        return IndirectLight(pictures.arriving, self._way.is_smooth, self._bounces, self._way.cache)
+            graph.offer("diffuse_indirect", (pictures.reflected,), light_of)
+            arriving_views(graph, arriving)
+        return IndirectLight(arriving, pictures.reflected, self._way.is_smooth, self._bounces, self._way.cache)

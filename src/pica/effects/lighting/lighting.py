@@ -6,6 +6,7 @@ from pica.effects.lighting.ltc_tables import LtcTables
 from pica.effects.lighting.prefiltered import PrefilteredEnvironment
 from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
+from pica.frame.signals import BOTH_PARTS, diffuse_of, specular_of
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
@@ -17,9 +18,10 @@ from pica.settings import LightingSettings
 
 
 class DirectLighting(Effect):
-    """Radiance towards the camera from emission and direct light (width, height, rgba32_float), nits."""
+    """Direct light that surfaces reflect towards the camera, nits."""
 
     name = "lighting"
+    aov_names = ("diffuse_direct", "glossy_direct")
 
     def __init__(self, device: Device, settings: LightingSettings) -> None:
         self._ltc_tables = LtcTables(device)
@@ -37,17 +39,17 @@ class DirectLighting(Effect):
         noisy: Texture | None,
         mirrored: Texture | None,
     ) -> Texture:
-        """The lit picture of this frame; without `shadows` nothing casts any.
+        """The direct light of this frame, both parts as frame/signals.py has them; without `shadows` nothing casts any.
 
-        `noisy`: where the light of noisy slots goes (StochasticLightDenoiser.samples); it is not in the picture then.
-        None where there are none.
+        `noisy`: where the light of noisy slots goes (StochasticLightDenoiser.samples) instead. None where there are
+        none.
         `mirrored`: where what surfaces mirror of the prefiltered environment goes, likewise (Reflections.surroundings).
         `occlusion`: the open share of each pixel's surroundings, which dims the prefiltered environment, the only light
         here that has no shadows of its own.
         """
         with graph.scope(self.name):
             self._prefiltered.add_update(graph, scene)
-            radiance = graph.texture("radiance", spy.Format.rgba32_float)
+            direct = graph.texture("direct", BOTH_PARTS)
             not_filtered = graph.nothing(spy.Format.rgba16_float, layers=1)
             sampled = shadows.samples if shadows else None
             graph.add(
@@ -67,9 +69,15 @@ class DirectLighting(Effect):
                 occlusion=occlusion or graph.nothing(spy.Format.r16_float),
                 occluded=int(occlusion is not None),
                 prefiltered=self._prefiltered,
-                radiance=write(radiance),
+                direct=write(direct),
                 mirroredSurroundings=write(mirrored) if mirrored else graph.nothing(spy.Format.rgba32_float),
                 keepsMirrored=int(mirrored is not None),
                 noisyLight=write(noisy) if noisy else graph.nothing(spy.Format.rgba32_float, layers=2),
             )
-        return radiance
+        return direct
+
+    def offer(self, graph: FrameGraph, *shares: Texture) -> None:
+        """Let all direct light be looked at, which is the sum of these."""
+        with graph.scope(self.name):
+            graph.offer("diffuse_direct", shares, diffuse_of)
+            graph.offer("glossy_direct", shares, specular_of)

@@ -21,7 +21,7 @@ class OwnRays:
 
     def __init__(self, device: Device) -> None:
         self._collect = programs(device).compute(f"{_FOLDER}/own_rays.slang")
-        self._add = device.compute(f"{_FOLDER}/own_light.slang")
+        self._mend = device.compute(f"{_FOLDER}/own_light.slang")
         self._newest = -1
 
     def reset(self) -> None:
@@ -37,9 +37,8 @@ class OwnRays:
         ends: Texture,
         light: Texture,
         reflected: Texture,
-        radiance: Texture,
     ) -> None:
-        """Mend `reflected`, and `radiance`, which it is a part of.
+        """Mend `reflected`.
 
         `ends` and `light`: of this frame's rays, as reflected.slang has them.
         """
@@ -69,12 +68,11 @@ class OwnRays:
             **shared,
         )
         graph.add(
-            self._add,
+            self._mend,
             graph.grid,
             when=resting,
             missing=missing,
             squares=squares,
             reflected=update(reflected),
-            radiance=update(radiance),
             **shared,
         )

@@ -8,13 +8,15 @@ from pica.effects.reflections.own_rays import OwnRays
 from pica.effects.reflections.screen_rays import ScreenRays
 from pica.effects.reflections.traced_rays import TracedRays
 from pica.effects.reflections.views import PAST_VIEWS, accumulated_views, past_views, reflection_views
-from pica.frame.effect import Effect, Reference, ReferenceLayer, rgb
+from pica.frame.aovs import light_of
+from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import ENDLESS, IndirectLight
 from pica.frame.reprojection import Reprojection
+from pica.frame.signals import SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import History, Lifetime, Texture, update, write
+from pica.graph.resources import History, Lifetime, Texture, write
 from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
 from pica.rhi.device import Device
@@ -26,7 +28,7 @@ _LIGHT = spy.Format.rgba32_float
 
 
 class Reflections(Effect):
-    """Adds the light that surfaces mirror of others, of emissive triangles and of the environment."""
+    """The light that surfaces mirror of others, of emissive triangles and of the environment."""
 
     name = "reflections"
     aov_names = ("reflections",)
@@ -59,7 +61,7 @@ class Reflections(Effect):
 
     def surroundings(self, graph: FrameGraph) -> Texture | None:
         """Where the next call looks for what surfaces mirror of the prefiltered environment, (width, height,
-        rgba32_float) over albedo; None: that is not for reflections to bring."""
+        rgba32_float) over albedo; None: that is not for reflections to bring, and no picture is mirrored."""
         with graph.scope(self.name):
             return None if self._screen is None else graph.texture("mirrored surroundings", _LIGHT)
 
@@ -81,24 +83,25 @@ class Reflections(Effect):
         reprojection: Reprojection,
         indirect: IndirectLight | None,
         surroundings: Texture | None,
-        radiance: Texture,
-    ) -> None:
-        """Add what this frame's surfaces mirror to `radiance`. `indirect`: what else lights that; None: nothing.
+        picture: Texture | None,
+    ) -> Texture:
+        """What this frame's surfaces mirror, as frame/signals.py has it.
 
-        `surroundings`: as the function of that name gave it, filled.
+        `indirect`: what else lights that; None: nothing. `surroundings`: as the function of that name gave it, filled;
+        with it `picture`, the light of this frame towards the camera without what is mirrored.
         """
         with graph.scope(self.name):
             history = graph.history("history", {"history": _LIGHT}, layers=1)
             # Rays over the depth buffer find what was mirrored in the frame before.
             lifetime = Lifetime.FRAME if self._screen is None else Lifetime.KEPT
-            reflected = graph.texture("reflected", _LIGHT, lifetime=lifetime)
+            reflected = graph.texture("reflected", SIGNAL, lifetime=lifetime)
             ends = graph.texture("ends", _LIGHT, graph.half_size)
             brought = single = graph.texture("light", spy.Format.rgba32_uint, graph.half_size)
             if self._traced is not None:
                 mirrors = int(self._mirrors)
                 single = self._traced(graph, gbuffer, scene, light, indirect, ends, brought, mirrors)
             if self._screen is not None:
-                assert surroundings is not None
+                assert surroundings is not None and picture is not None
                 state = history.state
                 self._screen(
                     graph,
@@ -108,7 +111,7 @@ class Reflections(Effect):
                     surroundings,
                     known=lambda frame: int(self._filters and state.precedes(frame)),
                     mirrors=int(self._mirrors),
-                    radiance=radiance,
+                    picture=picture,
                     reflected=reflected,
                     ends=write(ends),
                     light=write(brought),
@@ -122,11 +125,11 @@ class Reflections(Effect):
                 scene=scene,
                 signal=signal,
                 reflected=write(reflected),
-                radiance=update(radiance),
             )
             if self._own is not None:
-                self._own(graph, gbuffer, scene, reprojection, ends, single, reflected, radiance)
-            graph.offer("reflections", (reflected,), rgb)
+                self._own(graph, gbuffer, scene, reprojection, ends, single, reflected)
+            graph.offer("reflections", (reflected,), light_of)
+        return reflected
 
     def _rebuild(
         self,

@@ -8,6 +8,7 @@ from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
 from pica.frame.grids import accumulate_grid
 from pica.frame.reprojection import Reprojection
+from pica.frame.signals import BOTH_PARTS
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, update, write
@@ -21,7 +22,7 @@ _PARTS = 2
 _STEPS = (1, 3, 9)
 """Pixels between the taps of the filter's passes; docs/measurements/tried.md compares others."""
 _HANDED_OVER = 56
-"""Frames without any change after which no pixel shows filtered light (stochastic_light_add.slang)."""
+"""Frames without any change after which no pixel shows filtered light (stochastic_light_modulate.slang)."""
 _KNOWN = 128
 """The same, after which a history learns nothing more: it stays as it is until something changes."""
 
@@ -35,7 +36,7 @@ class StochasticLightDenoiser(Effect):
         self._accumulate = programs(device).compute(f"{_FOLDER}/stochastic_light_history.slang")
         # A pass whose parameters differ from dispatch to dispatch would be bound anew each time.
         self._passes = [device.compute(f"{_FOLDER}/stochastic_light_filter.slang") for _ in _STEPS]
-        self._add = programs(device).compute(f"{_FOLDER}/stochastic_light_add.slang")
+        self._modulate = programs(device).compute(f"{_FOLDER}/stochastic_light_modulate.slang")
         self._remembers = self._smooths = True
 
     def samples(self, graph: FrameGraph) -> Texture:
@@ -50,10 +51,9 @@ class StochasticLightDenoiser(Effect):
         gbuffer: GBuffer,
         scene: SceneView,
         samples: Texture,
-        radiance: Texture,
         reprojection: Reprojection,
-    ) -> None:
-        """Add the filtered `samples` to `radiance`."""
+    ) -> Texture:
+        """The light of `samples`, filtered, both parts as frame/signals.py has them."""
         with graph.scope(self.name):
             history = graph.history("history", {"history": spy.Format.rgba32_uint}, layers=_PARTS)
             state = history.state
@@ -96,9 +96,9 @@ class StochasticLightDenoiser(Effect):
                     filtered=update(target) if number else write(target),
                     step=step,
                 )
-            result = filtered[len(_STEPS) % 2]
+            result, shared = filtered[len(_STEPS) % 2], graph.texture("shared", BOTH_PARTS)
             graph.add(
-                self._add,
+                self._modulate,
                 graph.grid,
                 frame=graph.frame,
                 gbuffer=gbuffer,
@@ -108,9 +108,10 @@ class StochasticLightDenoiser(Effect):
                 history=history["history"],
                 reprojection=reprojection,
                 smoothed=lambda frame: int(self._smooths),
-                radiance=update(radiance),
+                shared=write(shared),
             )
             stochastic_light_views(graph, samples, result, history["history"])
+        return shared
 
     def _remembering(self, frame: FrameContext) -> bool:
         return self._remembers

@@ -1,0 +1,1 @@
+"""The sum of all light towards the camera."""

@@ -1,0 +1,92 @@
+"""The picture of a frame before antialiasing: the sum of what all stages give."""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+import slangpy as spy
+
+from pica.frame.effect import Array, Effect, rgb
+from pica.frame.gbuffer import GBuffer
+from pica.frame.signals import BOTH_PARTS, SIGNAL
+from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture, write
+from pica.programs.library import programs
+from pica.programs.recipes import MaterialPass
+from pica.rhi.device import Device
+
+_MOST = {BOTH_PARTS: 4, SIGNAL: 8}
+"""composite.slang: MOST_PAIRS, MOST_SINGLE."""
+
+
+class Composite(Effect):
+    """Sums light towards the camera (width, height, rgba32_float), nits: parts, what surfaces emit, and what is seen of
+    the surroundings."""
+
+    name = "composite"
+    aov_names = ("combined", "environment")
+
+    def __init__(self, device: Device, transparent: bool) -> None:
+        """`transparent`: surroundings that the camera sees are left out."""
+        self._device, self._transparent = device, transparent
+        self._sum = self._made("composite")
+
+    @cached_property
+    def _sum_so_far(self) -> MaterialPass:
+        # A pass whose parameters differ from dispatch to dispatch would be bound anew each time.
+        return self._made("composite_so_far")
+
+    def _made(self, name: str) -> MaterialPass:
+        return programs(self._device).compute("effects/composite/composite.slang", name=name)
+
+    def so_far(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, parts: Sequence[Texture]) -> Texture:
+        """The sum without what later stages give, for one that mirrors it."""
+        return self._added(self._sum_so_far, "radiance so far", graph, gbuffer, scene, parts)
+
+    def __call__(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, parts: Sequence[Texture]) -> Texture:
+        """The whole sum. `parts`: as frame/signals.py has them."""
+        radiance = self._added(self._sum, "radiance", graph, gbuffer, scene, parts)
+        with graph.scope(self.name):
+            graph.offer("combined", (radiance,), rgb, on_request=True)
+            seen = gbuffer.textures["visibility"]
+            graph.offer("environment", (radiance, seen), _where_nothing_is_seen, on_request=True)
+        return radiance
+
+    def _added(
+        self,
+        step: MaterialPass,
+        name: str,
+        graph: FrameGraph,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        parts: Sequence[Texture],
+    ) -> Texture:
+        pairs = [part for part in parts if part.format == BOTH_PARTS]
+        singles = [part for part in parts if part.format == SIGNAL]
+        with graph.scope(self.name):
+            radiance = graph.texture(name, spy.Format.rgba32_float)
+            graph.add(
+                step,
+                graph.grid,
+                frame=graph.frame,
+                gbuffer=gbuffer,
+                scene=scene,
+                pairs=_filled_up(graph, pairs, BOTH_PARTS),
+                pairCount=len(pairs),
+                singles=_filled_up(graph, singles, SIGNAL),
+                singleCount=len(singles),
+                transparent=int(self._transparent),
+                radiance=write(radiance),
+            )
+        return radiance
+
+
+def _filled_up(graph: FrameGraph, textures: Sequence[Texture], kind: spy.Format) -> tuple[Texture, ...]:
+    """As many as the shader's array has."""
+    assert len(textures) <= _MOST[kind]
+    return (*textures, *[graph.nothing(kind)] * (_MOST[kind] - len(textures)))
+
+
+def _where_nothing_is_seen(radiance: Array, visibility: Array) -> Array:
+    return np.where(visibility[..., :1] == 0, rgb(radiance), np.float32(0))
