@@ -178,7 +178,7 @@ def test_the_graph_shows_it(renderer, glow, tmp_path):
     assert order.index("reflection_filter") < order.index("glow_rays") < order.index("temporal_resolve")
     history, light = own[1], own[3]
     assert "glow/glow mean" in history.previous and "glow/raw" in history.reads
-    assert history.writes == ("glow/glow mean",) and "lighting/radiance" in light.writes
+    assert history.writes == ("glow/glow mean",) and "composite/radiance" in light.writes
     (mean,) = (each for each in graph.resources if each.key == "glow/glow mean")
     assert (mean.format, mean.size, mean.lifetime) == ("rg32_float", SIZE, "history")
     assert graph.memory["glow"] == mean.bytes >= 2 * SIZE[0] * SIZE[1] * 8
@@ -207,3 +207,25 @@ def test_pictures_of_several_stages_can_be_replaced(renderer):
     inserted.remove()
     np.testing.assert_array_equal(frame.color, np.broadcast_to(np.float32([3, 2, 1]), frame.color.shape))
     assert (frame.display == frame.display[0, 0]).all() and frame.display[0, 0, 0] > frame.display[0, 0, 2]
+
+
+def test_light_of_its_own_is_part_of_the_sum(renderer):
+    """Packed as all parts are, before they are summed up."""
+    one = (127 - (127 - 25)) << 15  # as packFloat21 has it
+    low, high = (one | one << 21) & 0xFFFFFFFF, one >> 11 | one << 10
+
+    def shine(graph, signals):
+        part = graph.texture("light", spy.Format.rg32_uint)
+        graph.record(
+            "fill",
+            lambda frame, target: frame.encoder.clear_texture_uint(target, clear_value=[low, high, 0, 0]),
+            target=write(part),
+        )
+        signals.parts.append(part)
+
+    inserted = renderer.insert(shine, after="global_illumination")
+    brighter = renderer.render(1, cut=True, aovs=["combined", "instance"])
+    inserted.remove()
+    frame = renderer.render(1, cut=True, aovs=["combined"])
+    seen = brighter.aov("instance") > 0
+    np.testing.assert_allclose((brighter.aov("combined") - frame.aov("combined"))[seen], 1, atol=1e-5)

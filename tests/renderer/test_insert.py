@@ -170,6 +170,17 @@ def other_format(graph, signals):
     signals.display = graph.texture("display", spy.Format.rgba32_float, graph.output_size)
 
 
+def other_part(graph, signals):
+    signals.parts.append(graph.texture("part", spy.Format.rgba32_float))
+
+
+def many_parts(graph, signals):
+    for number in range(9):
+        part = graph.texture(f"part {number}", spy.Format.rg32_uint)
+        graph.clear(part)
+        signals.parts.append(part)
+
+
 def never_written(graph, signals):
     texture = graph.texture("empty", spy.Format.r32_float)
     graph.record("look", lambda frame, texture: None, texture=texture)
@@ -188,6 +199,8 @@ def twice(graph, signals):
         (other_format, "post", "signals.display is rgba32_float, not rgba8_unorm"),
         (never_written, "lighting", "'look' of never_written .*test_insert.py:.* reads .*, which no pass writes"),
         (twice, "composite", "'write' of twice .* writes composite 'radiance'.* use update"),
+        (other_part, "reflections", "other_part: signals.parts has .*, not a texture of 32x18 texels of rg32_uint or"),
+        (many_parts, "reflections", "composite: 10 parts of rg32_uint; it sums at most 8"),
     ],
 )
 def test_what_does_not_fit_the_graph_is_said_in_each_frame_until_it_is_out(renderer, insert, declare, after, says):

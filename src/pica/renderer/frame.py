@@ -22,6 +22,7 @@ STAGES = (
     "lighting",
     "global_illumination",
     "reflections",
+    "composite",
     "antialiasing",
     "post",
 )
@@ -31,7 +32,7 @@ STAGES = (
 @dataclass
 class Signals:
     """What stages hand on. A pass from outside finds here what is there already, and may put its own in the place of
-    `radiance`, `picture` and `display`."""
+    `radiance`, `picture` and `display`, or append light to `parts`."""
 
     scene: SceneView
     """As a parameter `scene` of passes (gpu_scene/scene.slang)."""
@@ -48,9 +49,10 @@ class Signals:
     """Red: the open share of the surroundings. None where the effect is off."""
     indirect: IndirectLight | None = None
     parts: list[Texture] = field(default_factory=list)
-    """Light towards the camera by its kinds, as frame/signals.py has it, beside emission and surroundings."""
+    """Light towards the camera so far, a picture for each kind (frame/signals.py), without what surfaces emit and the
+    surroundings."""
     radiance: Texture = field(init=False)
-    """All of it, nits."""
+    """From "composite" on all light towards the camera, nits."""
     picture: Texture = field(init=False)
     """`radiance` antialiased, of the output's size."""
     alpha: Texture | None = None

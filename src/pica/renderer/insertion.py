@@ -8,6 +8,7 @@ from weakref import ReferenceType
 import slangpy as spy
 
 from pica.errors import GraphError, PicaError, shown
+from pica.frame.signals import BOTH_PARTS, SIGNAL
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
 from pica.renderer.frame import STAGES, Signals
@@ -54,6 +55,12 @@ class Insertion:
                 raise GraphError(f"{self.name}: signals.{name} is {shown(texture)}, not a texture of the graph")
             if texture.size != size:
                 raise GraphError(f"{self.name}: signals.{name} is {_texels(texture.size)}, not {_texels(size)} texels")
+        for part in signals.parts:
+            if not isinstance(part, Texture) or part.size != graph.size or part.format not in (SIGNAL, BOTH_PARTS):
+                raise GraphError(
+                    f"{self.name}: signals.parts has {shown(part)}, not a texture of {_texels(graph.size)} texels of"
+                    f" {SIGNAL.name} or {BOTH_PARTS.name}"
+                )
         display = getattr(signals, "display", None)
         if display is not None and display.format != spy.Format.rgba8_unorm:
             raise GraphError(f"{self.name}: signals.display is {display.format.name}, not rgba8_unorm")

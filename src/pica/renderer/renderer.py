@@ -138,8 +138,9 @@ class Renderer(Closing):
 
         `declare(graph, signals)` is called whenever the frame is declared, right after the stage `after`: "gbuffer",
         "shadows", "ambient_occlusion", "lighting", "global_illumination", "reflections", "composite", "antialiasing" or
-        "post". It adds passes to the graph, and may append to the parts of light among the signals or replace the
-        radiance, the picture or the display. `name`: of the effect, unless told that of `declare`. Raises PicaError for an unknown stage, or a name that is taken.
+        "post". It adds passes to the graph, and may replace the radiance, the picture or the display among the signals,
+        or append to the parts of the light. `name`: of the effect, unless told that of `declare`. Raises PicaError for
+        an unknown stage, or a name that is taken.
         """
         taken = {"scene", "shared", *(each.name for each in self.effects)}
         taken.update(each.name for each in self._frame_plan.inserted)

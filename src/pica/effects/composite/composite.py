@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 import slangpy as spy
 
+from pica.errors import GraphError
 from pica.frame.effect import Array, Effect, rgb
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals import BOTH_PARTS, SIGNAL
@@ -83,8 +84,9 @@ class Composite(Effect):
 
 
 def _filled_up(graph: FrameGraph, textures: Sequence[Texture], kind: spy.Format) -> tuple[Texture, ...]:
-    """As many as the shader's array has."""
-    assert len(textures) <= _MOST[kind]
+    """As many as the shader's array has. Raises GraphError where there are more."""
+    if len(textures) > _MOST[kind]:
+        raise GraphError(f"composite: {len(textures)} parts of {kind.name}; it sums at most {_MOST[kind]}")
     return (*textures, *[graph.nothing(kind)] * (_MOST[kind] - len(textures)))
 
 
