@@ -25,7 +25,8 @@ def page(tmp_path_factory):
     assert (folder / "pica" / "quality.html").exists()
     text = (folder / "pica.html").read_text()
     missing = [name for name in pica.__all__ if not name.startswith("_") and f'href="#{name}"' not in text]
-    assert set(missing) == {"errors", "scenes"} == {path.stem for path in (folder / "pica").glob("[es]*.html")}
+    pages = {path.stem for path in (folder / "pica").glob("[egs]*.html")}
+    assert set(missing) == {"errors", "graph", "scenes"} == pages
     return unescape(re.sub(r"<[^>]*>", "", text))
 
 

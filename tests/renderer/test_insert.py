@@ -65,10 +65,10 @@ def insert(renderer):
 
 
 def filling(renderer, slang, color=(1.0, 2.0, 3.0), **more):
-    step = pica.compute_pass(renderer.device, slang(FILL))
+    step, shown = pica.compute_pass(renderer.device, slang(FILL)), color and spy.float3(*color)
 
     def fill(graph, signals):
-        given = {"frame": graph.frame, "target": update(signals.radiance), "color": spy.float3(*color)}
+        given = {"frame": graph.frame, "target": update(signals.radiance), "color": shown}
         given = {name: value for name, value in (given | more).items() if value is not None}
         graph.add(step, graph.grid, **given)
 
