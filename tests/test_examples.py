@@ -89,8 +89,8 @@ def test_an_effect_of_one_s_own(run):
     beside = np.zeros(ids.shape, bool)
     beside[:, :-1] |= ids[:, :-1] != ids[:, 1:]
     beside[:-1] |= ids[:-1] != ids[1:]
-    assert change[beside].mean() < -25 < change[~beside].mean()  # dark lines; exposure makes the rest lighter
-    assert change[~beside].std() < change[beside].std() / 2
+    assert change[beside].mean() < -25 < 0 < np.median(change[~beside])  # dark lines; exposure makes the rest lighter
+    assert np.corrcoef(change.ravel(), beside.ravel())[0, 1] < -0.6
 
 
 def test_two_settings_against_each_other(run, capsys):
