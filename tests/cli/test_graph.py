@@ -1,4 +1,5 @@
 import json
+import re
 from itertools import pairwise
 from xml.etree import ElementTree
 
@@ -23,7 +24,9 @@ def test_the_chart_is_xml_that_names_passes_resources_times_and_memory(picture):
     root, texts = picture
     assert root.tag == f"{SVG}svg" and texts[0].startswith("cornell, raster, 32x18, ")
     assert {"gbuffer", "shadow map lookup", "temporal_resolve", "tone_map", "radiance", "history moments"} <= set(texts)
-    assert any(text.endswith(" kB") for text in texts) and any(text.startswith("post: 0.") for text in texts)
+    assert any(text.endswith(" kB") for text in texts) and any(
+        re.fullmatch(r"post: \d+\.\d\d ms, .* kB", text) for text in texts
+    )
 
 
 def test_all_of_it_lies_within_the_picture(picture):
@@ -63,7 +66,7 @@ def test_without_a_file_there_is_a_table(device, run):
     rows = [line.split() for line in out.splitlines()]
     assert code == 0 and ["effect", "pass", "ms", "reads", "writes"] in rows
     (row,) = (row for row in rows if row[:2] == ["lighting", "lighting"])
-    assert float(row[2]) > 0 and "gbuffer/*," in row and row[-2:] == ["radiance,", "stochastic_light/samples"]
+    assert float(row[2]) > 0 and "gbuffer/*," in row and row[-1] == "stochastic_light/samples"
     (total,) = (row for row in rows if row[:1] == ["all"])
     assert float(total[1]) > 0 and float(total[2]) > 0
 
