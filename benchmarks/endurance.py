@@ -72,15 +72,14 @@ def fly(size: tuple[int, int], frames: int, surfels: int, device: str | None) ->
         turn = 8 * np.pi * share
         return 90 * np.sin(turn), 5.0, 90 * np.sin(2 * turn) / 2
 
-    assert renderer.global_illumination is not None
     milliseconds, most = [], 0
     for frame in range(frames):
         camera = pica.Camera.look_at(place(frame / frames), place((frame + 20) / frames), vertical_fov=np.radians(60))
         began = time.perf_counter()
-        renderer.advance(camera)
+        renderer.advance(camera, capture=("count.surfels",))
         renderer.device.handle.wait_for_idle()
         milliseconds.append(1e3 * (time.perf_counter() - began))
-        most = max(most, renderer.global_illumination.surfel_count()) if frame % 10 == 0 else most
+        most = max(most, renderer.captured["count.surfels"]()) if frame % 10 == 0 else most
         if (frame + 1) % max(frames // 20, 1) == 0:
             print(
                 f"{frame + 1} frames: resident {resident():.1f} MB, device {renderer.device.memory / 2**20:.2f} MB, "

@@ -79,12 +79,7 @@ def _baked(scene: Any, spacing: float | None, paths: int) -> tuple[pica.LightMap
 
 
 def _light(renderer: pica.Renderer) -> NDArray[np.float64]:
-    return (
-        next(effect for effect in renderer.effects if effect.name == "global_illumination")
-        .aovs()["indirect"]
-        .fetch()
-        .astype(np.float64)
-    )
+    return renderer.captured["indirect"]().astype(np.float64)
 
 
 def _converged(
@@ -100,7 +95,7 @@ def _converged(
     changes, first = [], 0.0
     before = None
     for frame in range(frames):
-        renderer.advance(camera, jittered=False)
+        renderer.advance(camera, jittered=False, capture=("indirect",))
         if frame == 0:
             first = _light(renderer).mean()
         if frame >= frames - 20:
@@ -132,7 +127,7 @@ def _step(scene: Any, camera: Camera, size: tuple[int, int], settings: pica.Sett
         if frame == 120:
             for node in lamps:
                 node.light = _brighter(node.light)
-        renderer.advance(camera, jittered=False)
+        renderer.advance(camera, jittered=False, capture=("indirect",))
         means.append(_light(renderer).mean())
     start, end = np.mean(means[110:120]), np.mean(means[220:])
     share = (np.array(means[120:]) - start) / (end - start)

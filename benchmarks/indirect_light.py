@@ -94,7 +94,7 @@ def _errors(
     measured = MeasuredEffect(renderer, "global_illumination")
     found = {}
     for frame in range(_FRAMES[motion][-1] + 1):
-        renderer.advance(play(frame), jittered=False)
+        renderer.advance(play(frame), jittered=False, capture=measured.offers)
         if frame not in _FRAMES[motion]:
             continue
         key = motion, 0 if motion == "still" else frame

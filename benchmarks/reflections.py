@@ -84,14 +84,14 @@ def main() -> None:
     exposure, before, changes = 0.0, None, []
     earlier, bounds = None, dict[str, list[float]]()
     for frame in frames:
-        color = renderer.advance(play(frame), jittered=False)["color"]
+        color = renderer.advance(play(frame), jittered=False, capture=lambda: {"instance", *measured.offers()})["color"]
         if frame not in compared:
             continue
         found, truth = measured.result()["reflections"], measured.reference(arguments.samples)["reflections"]
         exposure = exposure or exposure_for(np.asarray(color.to_numpy())[..., :3])
         shown, expected = exposed(found, exposure), exposed(np.nan_to_num(truth), exposure)
         there = np.isfinite(truth).all(-1)
-        numbers = renderer.gbuffer.aovs()["instance"].fetch()
+        numbers = renderer.captured["instance"]()
         names = [node.name for node in scene.nodes()]
         square = ((shown - expected) ** 2).mean(-1)
         for number in np.unique(numbers[there]):

@@ -94,7 +94,7 @@ def penumbras(device: Device, size: Any, settings: pica.Settings, arguments: arg
             (0, 0.2, 1), (0, 0, 0), vertical_fov=np.radians(50)
         )  # below the boards; x runs across the edge
         for _ in range(60):
-            renderer.advance(camera, jittered=arguments.jitter)
+            renderer.advance(camera, jittered=arguments.jitter, capture=measured.offers)
         (result,), (expected,) = measured.result().values(), measured.reference(arguments.samples).values()
         rows = slice(size[1] // 2 - 4, size[1] // 2 + 4)
         found[f"{height} m"] = [round(_width(layer[rows].mean(0)), 2) for layer in (result, expected)]
@@ -121,7 +121,7 @@ def trail(device: Device, size: Any, settings: pica.Settings, arguments: argpars
         before: Any = None
         errors = []
         for frame in range(31 + 60):
-            renderer.advance(play(min(frame, 30)), jittered=arguments.jitter)
+            renderer.advance(play(min(frame, 30)), jittered=arguments.jitter, capture=measured.offers)
             if frame in (22, 30, 31, 34, 38, 90):
                 (result,), (expected,) = measured.result().values(), measured.reference(512).values()
                 if frame == 22:

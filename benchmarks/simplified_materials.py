@@ -24,8 +24,11 @@ import slangpy as spy
 import pica
 from benchmarks.flight_helmet import helmet_on_plane
 from pica.effects.gbuffer.gbuffer import GBufferEffect
-from pica.frame.context import FrameSequence, Size
+from pica.frame.context import FrameContext, FrameSequence, Size
 from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.memory import Memory
+from pica.graph.plan import Plan
 from pica.pictures import write_png
 from pica.quality.picture_errors import compare, exposed
 from pica.rhi.device import Device
@@ -40,19 +43,33 @@ _SHADER = Path(__file__).with_name("one_bounce.slang")
 
 
 class OneBounce:
-    """The reflection of a scene in everything that the camera sees."""
+    """The reflection of a scene in everything that the camera sees, and the frames that it is measured in."""
 
-    def __init__(self, device: Device, size: Size, simplified: bool, cones: bool, tracer: Tracer | None) -> None:
+    def __init__(
+        self,
+        device: Device,
+        view: SceneView,
+        frames: FrameSequence,
+        simplified: bool,
+        cones: bool,
+        tracer: Tracer | None,
+    ) -> None:
+        size = frames.size
         device.handle.load_module_from_source("one_bounce", _SHADER.read_text(), _SHADER)
         self._trace = ray_effect(device, "one_bounce", "OneBounce", "surface", tracer, simplified)
         self._cones = int(cones)
         self._sum = device.texture("reflected", spy.Format.rgba32_float, size)
+        self.frames, self._view = frames, view
+        graph = FrameGraph(Memory(device), size, size, frames.block, frames.half_block)
+        self._gbuffer = GBufferEffect(device, "auto", tracer)(graph, view).block.parameters
+        self.plan = Plan(graph)
+        """The G-buffer."""
 
-    def __call__(self, frame: Any, gbuffer: Any, scene: SceneView, roughness: float) -> None:
+    def __call__(self, frame: FrameContext, roughness: float) -> None:
         """Add one sample a pixel."""
         if frame.index == 0:
             frame.encoder.clear_texture_float(self._sum)
-        values = {"frame": frame, "gbuffer": gbuffer, "scene": scene, "roughness": roughness}
+        values = {"frame": self.frames.block, "gbuffer": self._gbuffer, "scene": self._view, "roughness": roughness}
         self._trace(frame, frame.size, reflected=self._sum, cones=self._cones, **values)
 
     def mean(self) -> np.ndarray:
@@ -79,26 +96,24 @@ def measure(
     settings = pica.Settings().with_values({"rays.scheduler": scheduler})
     gpu_scene = SceneView(device, scene, settings)
     tracer = choose_tracer(device, settings.rays, gpu_scene)
-    gbuffer_effect = GBufferEffect(device, size, "auto", tracer)
+    options = {"detailed": (False, False), "simplified": (True, False), "cones": (False, True)}
     ways = {
-        "detailed": OneBounce(device, size, False, False, tracer),
-        "simplified": OneBounce(device, size, True, False, tracer),
-        "cones": OneBounce(device, size, False, True, tracer),
+        name: OneBounce(device, gpu_scene, FrameSequence(device, size, settings.seed), simplified, cones, tracer)
+        for name, (simplified, cones) in options.items()
     }
-    sequences = {name: FrameSequence(device, size, settings.seed) for name in ways}
     times: dict[str, list[float]] = {name: [] for name in ways}
     clock = time.process_time if device.is_software else time.perf_counter
     for number in range(frames):
         for name, way in ways.items():
-            frame = sequences[name].begin(camera)
+            frame = way.frames.begin(camera)
             gpu_scene.update(frame, frame.camera)
-            gbuffer = gbuffer_effect(frame, gpu_scene)
+            way.plan.replay(frame)
             device.handle.submit_command_buffer(frame.encoder.finish())
             device.handle.wait_for_idle()
             frame.encoder = device.handle.create_command_encoder()
             begun = clock()
-            way(frame, gbuffer, gpu_scene, roughness)
-            sequences[name].end(frame)
+            way(frame, roughness)
+            way.frames.end(frame)
             device.handle.wait_for_idle()
             if number:  # the first one compiles
                 times[name].append((clock() - begun) * 1e3)

@@ -1,10 +1,15 @@
 """Small scenes and pictures for the tests that render."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
+import slangpy as spy
 
 import pica
+from pica.graph.offers import Offer
+from pica.graph.plan import newest
+from pica.graph.resources import Buffer, Lifetime
+from pica.graph.resources import Texture as Texture2D
 from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
@@ -154,6 +159,31 @@ def render(device: Device, scene: Scene, frames: int = 1, camera: Camera | None 
 def trace(device: Device, scene: Scene, samples: int = 1, camera=None, size=SIZE, max_depth=None, values=None):
     tracer = pica.PathTracer(scene, size=size, max_depth=max_depth, settings=settings(values), device=device)
     return tracer.render(samples, camera=camera)
+
+
+def resource_of(renderer: pica.Renderer, scope: str, name: str) -> Texture2D | Buffer:
+    """What an effect declares by this name to the graph of the newest frame."""
+    return next(each for each in renderer._frame_plan._plan.resources if each.key == (scope, name))
+
+
+def held(renderer: pica.Renderer, scope: str, name: str) -> spy.Texture | spy.Buffer:
+    """The newest of a history, or what is kept: with the content that the newest frame left in it."""
+    resource = resource_of(renderer, scope, name)
+    assert resource.lifetime is not Lifetime.FRAME, "others may have its memory by now"
+    return newest(resource)
+
+
+def left_in(renderer: pica.Renderer, scope: str, name: str) -> Callable[[], tuple[str]]:
+    """As `capture` of Renderer.advance: what the frame's passes leave in a texture, by the name "test.NAME"."""
+
+    def offer() -> tuple[str]:
+        found = resource_of(renderer, scope, name)
+        plan, offered = renderer._frame_plan._plan, f"test.{name}"
+        last = max(node.index for node in plan.nodes if found in node.writes)
+        plan.offers[offered] = Offer(offered, scope, (found,), lambda values: values, None, last, on_request=True)
+        return (offered,)
+
+    return offer
 
 
 def orthographic(eye, target, height: float, near: float = 0.1, far: float = 20.0) -> Camera:

@@ -16,7 +16,7 @@ PACKAGE = Path(pica.__file__).parent
 FOLDERS = sorted(path.name for path in (PACKAGE / "effects").iterdir() if (path / "__init__.py").exists())
 SETTINGS = {"gbuffer": "visibility", "stochastic_light": "lighting"}
 """Groups that do not have the folder's name."""
-CALLERS = {"stages.py", "path_tracer/path_tracer.py"}
+CALLERS = {"renderer/stages.py", "path_tracer/path_tracer.py"}
 """What makes the stages of the hybrid frame, and the reference, which has a G-buffer and a display too."""
 
 
@@ -45,7 +45,7 @@ def test_nobody_but_the_frame_knows_it(folder):
     place = f"pica.effects.{folder}."
     outside = [file for file in PACKAGE.rglob("*.py") if (PACKAGE / "effects" / folder) not in file.parents]
     users = {file.relative_to(PACKAGE).as_posix() for file in outside if place in " ".join(imported(file))}
-    assert "stages.py" in users and users <= CALLERS
+    assert "renderer/stages.py" in users and users <= CALLERS
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
@@ -53,11 +53,11 @@ def test_it_is_called_once_in_the_frame(folder):
     (effect,) = effect_classes(folder)
     frame = next(
         node
-        for node in ast.walk(ast.parse((PACKAGE / "renderer.py").read_text()))
-        if isinstance(node, ast.FunctionDef) and node.name == "_advance"
+        for node in ast.walk(ast.parse((PACKAGE / "renderer" / "frame.py").read_text()))
+        if isinstance(node, ast.FunctionDef) and node.name == "declare"
     )
     calls = [node.func for node in ast.walk(frame) if isinstance(node, ast.Call)]
-    names = [call.attr for call in calls if isinstance(call, ast.Attribute) and ast.unparse(call.value) == "self"]
+    names = [call.attr for call in calls if isinstance(call, ast.Attribute) and ast.unparse(call.value) == "stages"]
     assert names.count(effect.name) == 1
 
 

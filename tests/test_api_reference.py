@@ -25,8 +25,8 @@ def page(tmp_path_factory):
     assert (folder / "pica" / "quality.html").exists()
     text = (folder / "pica.html").read_text()
     missing = [name for name in pica.__all__ if not name.startswith("_") and f'href="#{name}"' not in text]
-    pages = {path.stem for path in (folder / "pica").glob("[egs]*.html")}
-    assert set(missing) == {"errors", "graph", "scenes"} == pages
+    pages = {path.stem for path in (folder / "pica").glob("[cegs]*.html")}
+    assert set(missing) == {"color", "errors", "graph", "scenes"} == pages
     return unescape(re.sub(r"<[^>]*>", "", text))
 
 

@@ -123,6 +123,16 @@ def test_classes_are_those_of_extras_or_of_a_function(frame):
 
 
 @pytest.mark.device
+def test_a_key_that_no_node_has_is_a_warning(frame):
+    with pytest.warns(UserWarning) as caught:
+        labels, names = frame.semantic("clas")
+    keys = "the keys that nodes have are 'class', 'serial'"
+    says = f"semantic: no node has 'clas' among its extras; {keys}; did you mean 'class'?"
+    assert [str(each.message) for each in caught] == [says] and caught[0].filename == __file__
+    assert names == ("background",) and not labels.any()
+
+
+@pytest.mark.device
 @pytest.mark.parametrize(
     ("classes", "names", "says"),
     [

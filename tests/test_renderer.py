@@ -152,7 +152,7 @@ def test_the_mean_of_frames_is_a_mean(renderer):
         renderer.reset()
         for _ in range(index):
             renderer.advance(camera)
-        renderer.antialiasing.reset()
+        renderer._stages.antialiasing.restart()
         frames.append(renderer.render(1, camera=camera).color)
     renderer.reset()
     np.testing.assert_allclose(renderer.render(5, camera=twin).color, np.mean(frames, axis=0), rtol=1e-4, atol=1e-5)
@@ -181,7 +181,7 @@ def test_a_moving_camera_starts_the_mean_anew(device):
     renderer.reset()
     for _ in range(20):
         renderer.advance(OTHER)
-    renderer.antialiasing.reset()
+    renderer._stages.antialiasing.restart()
     np.testing.assert_array_equal(renderer.render(1, camera=OTHER).color, moved)
 
 
@@ -200,7 +200,7 @@ def test_a_moving_object_starts_the_mean_anew(device):
     renderer.render(10, camera=CAMERA)
     ball.transform = move(0, 2, 0) @ ball.transform
     moved = renderer.render(1, camera=CAMERA).color
-    renderer.antialiasing.reset()
+    renderer._stages.antialiasing.restart()
     assert not np.array_equal(moved, renderer.render(1, camera=CAMERA).color), "other noise in the next frame"
     # Nothing of the old place is left: the picture of one frame, bar its noise, is that of the moved scene.
     still = renderer.render(64, camera=CAMERA).color
@@ -332,5 +332,5 @@ def test_no_textures_or_buffers_are_made_after_the_first_frames(renderer):
 
 def test_settings_reach_the_renderer(device):
     renderer = pica.Renderer(still_life(), size=SIZE, settings=settings({"shadows.mode": "off"}), device=device)
-    assert renderer.settings.shadows.mode == "off" and renderer.shadows is None
+    assert renderer.settings.shadows.mode == "off" and renderer._stages.shadows is None
     assert not any("shadow" in name for name in renderer.render(1, camera=CAMERA).timings)

@@ -1,7 +1,7 @@
 import copy
 import json
 import pickle
-from dataclasses import FrozenInstanceError, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from types import SimpleNamespace
 from typing import Literal, get_args, get_origin, get_type_hints
 
@@ -87,9 +87,12 @@ def test_scalars_of_numpy_become_plain():
         ("shadows." + "x" * 10_000, 1, "xxx... is not one of"),
         ("post.auto_exposure", "maybe", "post.auto_exposure: 'maybe' is not true or false"),
         ("post.auto_exposure", 1, "post.auto_exposure: 1 is not true or false"),
-        ("shadow.mode", "hard", "setting 'shadow.mode' does not exist; 'shadow' is not one of ambient_occlusion, "),
+        ("shadow.mode", "hard", "setting 'shadow.mode' does not exist; did you mean 'shadows.mode'?"),
+        ("exposure", "1", "setting 'exposure' does not exist; did you mean 'post.exposure' or 'post.auto_exposure'?"),
+        ("shadows.mod", "hard", "setting 'shadows.mod' does not exist; did you mean 'mode'?"),
+        ("zzz.mode", "hard", "setting 'zzz.mode' does not exist; "),
         ("shadows.tint", "red", "setting 'shadows.tint' does not exist; 'tint' is not one of denoised_lights, "),
-        ("shadows.mode.x", "hard", "'mode.x' is not one of"),
+        ("shadows.mode.x", "hard", "setting 'shadows.mode.x' does not exist; did you mean 'mode'?"),
         ("shadows", "hard", "setting shadows: 'hard' is not one of low, medium, high; or write shadows.name=value"),
         ("shadows", ShadowsSettings, "is not one of low, medium, high"),
         ("debug", "high", "setting debug: 'high' is not a level, there are none; write debug.name=value"),
@@ -145,8 +148,22 @@ def test_distances_are_checked_together_however_they_are_ordered():
 
 
 def test_settings_do_not_change():
-    with pytest.raises(FrozenInstanceError):
+    with pytest.raises(SettingsError, match=r"^settings: seed: stays as it was made; .*: dataclasses\.replace"):
         Settings().seed = 1  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Settings(shadow=ShadowsSettings()), "settings: no field 'shadow'; did you mean 'shadows'?"),
+        (lambda: ShadowsSettings(mod="hard"), "shadows settings: no field 'mod'; did you mean 'mode'?"),
+        (lambda: ShadowsSettings(zzz=1), "shadows settings: no field 'zzz'; there are method, mode, "),
+    ],
+)
+def test_misspelt_fields_are_named(make, says):
+    with pytest.raises(SettingsError) as caught:
+        make()
+    assert str(caught.value).startswith(says)
 
 
 def test_settings_can_be_copied():

@@ -92,8 +92,10 @@ def test_aovs_of_effects_come_from_the_last_frame(device, renderer):
 
 def test_names_of_aovs_are_those_that_effects_give(renderer):
     renderer.render(1, camera=CAMERA)
+    offers = renderer._frame_plan._plan.offers.values()
     for effect in renderer.effects:
-        assert tuple(effect.aovs()) == effect.aov_names, effect.name
+        offered = tuple(offer.name for offer in offers if offer.scope == effect.name and offer.is_aov)
+        assert offered == effect.aov_names, effect.name
 
 
 @pytest.mark.parametrize(
@@ -133,7 +135,7 @@ def test_labels_are_those_of_a_picture(device, renderer):
         labels = renderer.labels(camera=view)
         renderer.reset()
         picture = renderer.render(1, camera=view)
-        assert labels.aov_names == tuple(name for name in renderer.gbuffer.aov_names if name != "uv")
+        assert labels.aov_names == tuple(name for name in renderer._stages.gbuffer.aov_names if name != "uv")
         for name in labels.aov_names:
             assert labels.aov(name).tobytes() == picture.aov(name).tobytes(), name
 

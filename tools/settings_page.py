@@ -4,11 +4,13 @@ python tools/settings_page.py
 """
 
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from pica.settings import Settings
 
 PAGE = Path(__file__).parent.parent / "docs" / "guide" / "settings.md"
+EXAMPLE_MARKS = "<!-- example: tools/settings_page.py writes it -->", "<!-- end of example -->"
 MARKS = "<!-- tables: tools/settings_page.py writes them -->", "<!-- end of tables -->"
 
 
@@ -18,9 +20,27 @@ def main() -> None:
 
 
 def renewed(page: str) -> str:
-    """The page with tables of today's schema."""
-    before, rest = page.split(MARKS[0])
-    return "\n".join([before + MARKS[0], "", tables(), rest[rest.index(MARKS[1]) :]])
+    """The page with the example and the tables of today's schema."""
+    for marks, text in ((EXAMPLE_MARKS, example()), (MARKS, tables())):
+        before, rest = page.split(marks[0])
+        page = "\n".join([before + marks[0], "", text, rest[rest.index(marks[1]) :]])
+    return page
+
+
+def example() -> str:
+    """What the schema holds, as Python's prompt would show it."""
+    schema = Settings.schema()
+    shown = {
+        'schema["settings"]["shadows.max_lights"]': schema["settings"]["shadows.max_lights"],
+        'schema["settings"]["shadows.mode"]["choices"]': schema["settings"]["shadows.mode"]["choices"],
+        'schema["groups"]["shadows"]["levels"]': schema["groups"]["shadows"]["levels"],
+        'schema["presets"]["raster"]["values"]': schema["presets"]["raster"]["values"],
+    }
+    lines = ["```python", "schema = pica.Settings.schema()"]
+    for code, value in shown.items():
+        long = {name: f"{each[:28]}…" for name, each in value.items() if isinstance(each, str) and len(each) > 30}
+        lines += [code, *(f"# {line}" for line in wrap(str({**value, **long}), 120))]
+    return "\n".join([*lines, "```", ""])
 
 
 def tables() -> str:

@@ -12,7 +12,6 @@ The scene's lamps must be of triangles, or no ray meets them.
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import slangpy as spy
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 import pica
 from pica import pictures, quality
 from pica.quality.effects import MeasuredEffect
+from pica.rhi.binding import ParameterBlock
 from pica.tracing.ray_effect import ray_effect
 
 _SHADER = Path(__file__).with_name("emitters_met.slang")
@@ -46,7 +46,7 @@ def main() -> None:
         settings = pica.Settings().with_values(values)
         renderer = pica.Renderer(scene, size=(width, height), settings=settings, light_map=light_map)
         for _ in range(given.frames):
-            renderer.advance(camera, jittered=False)
+            renderer.advance(camera, jittered=False, capture=("indirect",))
         return renderer
 
     ways = {
@@ -80,10 +80,10 @@ def _emitters_met(renderer: pica.Renderer, frames: int) -> NDArray[np.float32]:
     device.handle.load_module_from_source("emitters_met", _SHADER.read_text(), _SHADER)
     trace = ray_effect(device, "emitters_met", "EmittersMet", "surface", renderer.tracer)
     met = device.texture("light of lamps that rays met", spy.Format.rgba32_float, renderer.size)
-    frame: Any = inputs.pop("frame")
+    frame: ParameterBlock = inputs.pop("frame")
     inputs.pop("lightSlots")
     for number in range(frames):
-        frame.block.bind(index=number)
+        frame.bind(index=number)
         with device.record() as recording:
             if number == 0:
                 recording.encoder.clear_texture_float(met)

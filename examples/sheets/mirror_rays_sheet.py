@@ -22,6 +22,8 @@ from pica.scene.model import Mesh, Node, Scene, Section
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import at, move, turn
 
+RAW = "debug.reflections.raw"
+
 
 def stage(alpha: float) -> Scene:
     """A metal floor before things that shine and a wide board."""
@@ -59,11 +61,11 @@ def main() -> None:
         renderer = pica.Renderer(stage(arguments.alpha), size=(width, height), settings=settings)
         measured = MeasuredEffect(renderer, "reflections")
         for _ in range(arguments.frames):
-            color = renderer.advance(camera, jittered=False)["color"]
+            color = renderer.advance(camera, jittered=False, capture=("reflections", RAW))["color"]
         found[way] = measured.result()["reflections"]
         if way == "mirror_rays":
             exposure = quality.exposure_for(np.asarray(color.to_numpy())[..., :3])
-            raw = renderer.reflections.debug_aovs()["raw"].fetch() if renderer.reflections else found[way]
+            raw = renderer.captured[RAW]()
             truth = quality.exposed(np.nan_to_num(measured.reference(arguments.samples)["reflections"]), exposure)
     shown = {way: quality.exposed(light, exposure) for way, light in found.items()}
     errors = {way: quality.flip(picture, truth)[0] for way, picture in shown.items()}

@@ -14,11 +14,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import slangpy as spy
 from numpy.typing import NDArray
 
 import pica
 from pica import pictures, quality
 from pica.effects.ambient_occlusion.filter import RayFilter
+from pica.frame.gbuffer import GBuffer
+from pica.frame.reprojection import Reprojection
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture, write
 from pica.quality.effects import MeasuredEffect
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
@@ -73,10 +78,11 @@ def main() -> None:
 
     def filtered(change: Callable[[Device, Any], None]) -> tuple[pica.Renderer, NDArray[np.float32]]:
         renderer = pica.Renderer(scene, size=(width, height), settings=settings)
-        change(renderer.device, renderer.ambient_occlusion)
+        change(renderer.device, renderer._stages.ambient_occlusion)
+        measured = MeasuredEffect(renderer, "ambient_occlusion")
         for _ in range(given.frames):
-            renderer.advance(camera, jittered=False)
-        return renderer, MeasuredEffect(renderer, "ambient_occlusion").result()["open"]
+            renderer.advance(camera, jittered=False, capture=measured.offers)
+        return renderer, measured.result()["open"]
 
     renderer, present = filtered(lambda device, effect: None)
     reference = np.nan_to_num(MeasuredEffect(renderer, "ambient_occlusion").reference(1000)["open"], nan=1)
@@ -104,8 +110,19 @@ def _by_distance(device: Device, effect: Any) -> None:
     text = _changed("occlusion_rays", _DISTANT_RAYS)
     device.handle.load_module_from_source("distant_occlusion_rays", text, _FOLDER / "distant_occlusion_rays.slang")
     effect._trace = ray_effect(device, "distant_occlusion_rays", "OcclusionRays", "hit")
-    step = _filter_step(device, "distant_occlusion", _BY_DISTANCE)
-    effect._filter._smooth = lambda *frame, **values: step(*frame, occlusion=effect._raw, **values)
+    effect._filter = _FilterByDistance(device, effect._filter._mean._rays, effect._filter._max_distance)
+
+
+class _FilterByDistance(RayFilter):
+    def __call__(
+        self, graph: FrameGraph, gbuffer: GBuffer, occlusion: Texture, reprojection: Reprojection
+    ) -> tuple[Texture, Texture]:
+        history, signal = self._mean(graph, gbuffer, occlusion, reprojection)
+        filtered = graph.texture("filtered", spy.Format.rg16_float)
+        step = _filter_step(graph.device, "distant_occlusion", _BY_DISTANCE)
+        shared = {"frame": graph.frame, "gbuffer": gbuffer, "maxDistance": self._max_distance}
+        graph.add(step, graph.grid, occlusion=occlusion, signal=signal, filtered=write(filtered), **shared)
+        return history, filtered
 
 
 def _filter_step(device: Device, name: str, changes: Mapping[str, str]) -> ComputePass:

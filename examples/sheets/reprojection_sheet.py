@@ -87,19 +87,20 @@ def main() -> None:
     for title, changes in WAYS.items():
         renderer = pica.Renderer(stage(), size=(width, height))
         measured = MeasuredEffect(renderer, "reflections")
-        assert renderer.reflections is not None
-        renderer.reflections._accumulate = history_step(renderer.device, f"reprojection_sheet_{len(panels)}", changes)
+        reflections = renderer._stages.reflections
+        assert reflections is not None
+        reflections._accumulate = history_step(renderer.device, f"reprojection_sheet_{len(panels)}", changes)
         for frame in range(arguments.frames):
             x = arguments.step * (frame - arguments.frames)
-            color = renderer.advance(
-                Camera.look_at((x, 1.3, 4), (x, 0.5, 0), vertical_fov=np.radians(40.0)), jittered=False
-            )["color"]
+            camera = Camera.look_at((x, 1.3, 4), (x, 0.5, 0), vertical_fov=np.radians(40.0))
+            looked_at = "instance", "reflections"
+            color = renderer.advance(camera, jittered=False, capture=looked_at)["color"]
         if truth is None:
             many = measured.reference(arguments.samples)["reflections"]
             exposure = quality.exposure_for(np.asarray(color.to_numpy())[..., :3])
             truth = quality.exposed(np.nan_to_num(many), exposure)
             names = ["", *(node.name for node in renderer.scene.nodes())]
-            seen = np.array(names)[renderer.gbuffer.aovs()["instance"].fetch().astype(int)]
+            seen = np.array(names)[renderer.captured["instance"]().astype(int)]
         found = quality.exposed(measured.result()["reflections"], exposure)
         errors = ", ".join(f"{name} {error(found, truth, seen == name):.3f}" for name in ("floor", "balls"))
         panels[f"{title}: {errors}"] = found

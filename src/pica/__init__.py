@@ -15,6 +15,7 @@ TYPE_CHECKING = False  # as in `typing`, which takes longer to import than all o
 if TYPE_CHECKING:  # what checkers of types and editors know; a test holds it against _HOME
     from typing import Any
 
+    from pica import color as color
     from pica import errors as errors
     from pica import graph as graph
     from pica import scenes as scenes
@@ -98,7 +99,7 @@ if TYPE_CHECKING:  # what checkers of types and editors know; a test holds it ag
 
 __version__ = "0.1.0"
 
-_MODULES = ("errors", "graph", "scenes")
+_MODULES = ("color", "errors", "graph", "scenes")
 _PUBLIC = {
     "pica.baking.bake": ("bake",),
     "pica.errors": (

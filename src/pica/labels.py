@@ -1,6 +1,7 @@
 """Names for the numbers in the AOVs instance and material, as they were when the frame was rendered."""
 
 import difflib
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import PicaError, shown
+from pica.names import did_you_mean
 
 if TYPE_CHECKING:
     from pica.scene.node import Node
@@ -140,6 +142,8 @@ class Labels:
         names: Sequence[str] | None,
     ) -> Semantic:
         """See Frame.semantic."""
+        if isinstance(classes, str):
+            self._warn_of_missing(classes)
         of_nodes: dict[int, str] = {}
         for number, label in self.nodes.items():
             name = _class_of(label, classes)
@@ -153,6 +157,13 @@ class Labels:
         numbers = {name: number for number, name in enumerate(known)}
         values = {number: numbers[name] for number, name in of_nodes.items()}
         return Semantic(_looked_up(values, instance, np.int32), known)
+
+    def _warn_of_missing(self, key: str) -> None:
+        keys = dict.fromkeys(key for label in self.nodes.values() for key in label.extras)
+        if key not in keys:
+            there = f"the keys that nodes have are {_listed(keys)}" if keys else "no node has any"
+            hint = did_you_mean(key, keys)
+            warnings.warn(f"semantic: no node has {shown(key)} among its extras; {there}{hint}", stacklevel=4)
 
     def _named(self, which: "str | Node") -> set[int]:
         if isinstance(which, str):

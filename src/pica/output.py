@@ -12,6 +12,7 @@ from pica.aov_table import AOVS, AovInfo, aov_info
 from pica.color import srgb_encode
 from pica.errors import PicaError, shown
 from pica.labels import BACKGROUND, Labels, MaterialLabel, NodeLabel, Semantic
+from pica.names import did_you_mean
 
 if TYPE_CHECKING:
     from pica.scene.node import Node
@@ -117,8 +118,9 @@ class Frame:
 
         `classes`: the key of `extras` that names a node's class, or a function that gives it for a value of `ids`.
         Nodes without one (None) have that of the node above. 0 is "background": nothing is seen, or what has no
-        class. `names`: the table, from 1 on, which keeps numbers the same in all scenes; None sorts the classes of the
-        scene's nodes. Raises PicaError for a class that `names` lacks, or that is neither text nor a whole number.
+        class; a key that no node has is a warning. `names`: the table, from 1 on, which keeps numbers the same in all
+        scenes; None sorts the classes of the scene's nodes. Raises PicaError for a class that `names` lacks, or that is
+        neither text nor a whole number.
         """
         return self._known_labels().semantic(self.aov("instance"), classes, names)
 
@@ -183,6 +185,7 @@ class Frame:
             there = ", ".join(self._aov_names) or "none"
             known = AOVS.get(name) if isinstance(name, str) else None
             ask = f"; render(aovs=[{name!r}]) makes it" if known and known.on_request else ""
+            ask = ask or did_you_mean(name, self._aov_names)
             raise PicaError(f"no AOV {shown(name)} in this frame; there are {there}{ask}")
 
     def _known_labels(self) -> Labels:

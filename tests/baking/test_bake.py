@@ -108,21 +108,21 @@ def test_it_is_the_indirect_light_of_many_paths(device, cornell):
         pica.scenes.cornell(), size=SIZE, settings=settings(FROM_MAP), device=device, light_map=cornell
     )
     camera = renderer.scene.default_camera(1.5)
-    renderer.advance(camera, jittered=False)
     measured = MeasuredEffect(renderer, "global_illumination")
+    renderer.advance(camera, jittered=False, capture=measured.offers)
     found, expected = measured.result()["indirect"], measured.reference(128)["indirect"]
     there = np.isfinite(expected)
     assert found[there].mean() == pytest.approx(expected[there].mean(), rel=0.08)
     white = np.percentile(expected[there], 95)
     error = np.clip(found[there] / white, 0, 1) - np.clip(expected[there] / white, 0, 1)
     assert -10 * np.log10(np.mean(error**2)) > 20  # dB
-    assert renderer.global_illumination.ray_counts() == {}
+    assert not renderer.count_rays(camera).keys() & {"indirect_rays", "surfel_rays"}
 
 
 def test_the_raster_preset_takes_a_map_and_goes_without(device, cornell):
     scene, raster = pica.scenes.cornell(), pica.Settings.preset("raster")
     without = pica.Renderer(scene, size=SIZE, settings=raster, device=device)
-    assert without.global_illumination is None
+    assert without._stages.global_illumination is None
     dark = without.render(2).color
     lit = pica.Renderer(scene, size=SIZE, settings=raster, device=device, light_map=cornell).render(2)
     # Ambient occlusion dims it: of the surfaces, in their colour.

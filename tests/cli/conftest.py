@@ -71,9 +71,13 @@ class FakePathTracer(FakeRenderer):
 @pytest.fixture
 def calls(monkeypatch):
     """Replace the renderers and the loader, which are not even imported; what they were asked to render."""
-    scene = pica.Scene("fake")
     side = Camera.look_at((1, 0, 0), (0, 0, 0), name="side")
-    monkeypatch.setattr(scene, "cameras", lambda: [side], raising=False)
+
+    class Fake(pica.Scene):
+        def cameras(self):
+            return [side]
+
+    scene = Fake("fake")
     monkeypatch.setitem(vars(pica), "load", lambda path, *, environment=None, **_: scene)
     monkeypatch.setitem(vars(pica), "Renderer", FakeRenderer)
     monkeypatch.setitem(vars(pica), "PathTracer", FakePathTracer)

@@ -128,6 +128,10 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--animation", "9" * 5000], "no animation"),
         (["--animation", "-1"], "no animation '-1'"),
         (["--preset", "best"], "preset 'best'"),
+        (["--preset", "hybird"], "is not one of hybrid, raster, low, medium, high; did you mean 'hybrid'?"),
+        (["--set", "shadow.mode=hard"], "setting 'shadow.mode' does not exist; did you mean 'shadows.mode'"),
+        (["--aov", "nromal"], "no AOV 'nromal' in this frame; there are depth, normal; did you mean 'normal'?"),
+        (["--path-traced", "--frames", "4"], "--frames is for the hybrid renderer; with --path-traced, use --samples"),
         (["--set", "shadows.mode"], "not group.name=value"),
         (["--set", ""], "--set '' is not group.name=value"),
         (["--set", "="], "setting '' does not exist"),
@@ -169,6 +173,17 @@ def test_bad_input_is_one_line_and_no_file(run, calls, tmp_path, arguments, says
     assert (code, out) == (2, "")
     assert err.startswith("pica: ") and says in err and err[:-1].isprintable() and len(err) < 1100
     assert not list(tmp_path.iterdir())
+
+
+def test_what_path_tracing_does_not_read_is_a_warning(run, calls, tmp_path):
+    given = ["--set", "shadows.mode=hard", "--set", "post.exposure=1", "--set", "seed=2", "--set", "lighting=high"]
+    more = ["m.glb", "-o", tmp_path / "o.png", "--size", "8x4", *given]
+    code, _, err = run("render", *more, "--path-traced")
+    says = "--path-traced: --set shadows.mode, --set lighting changes nothing, as path tracing does not read it"
+    assert code == 0 and err.startswith(f"pica: warning: {says}\n")
+    assert "warning" not in run("render", *more)[2]
+    assert "--preset low changes nothing" in run("render", *more[:5], "--preset", "low", "--path-traced")[2]
+    assert run("render", *more[:5], "--set", "shadows.transparent=false", "--path-traced")[2].count("warning") == 0
 
 
 @pytest.mark.parametrize("kind", ["folder", "pipe", "device"])

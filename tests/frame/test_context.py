@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 import slangpy as spy
-from pica.frame.snapshot import Snapshot, checked_size
 
 from pica.errors import PicaError
+from pica.frame.arguments import checked_size
 from pica.frame.context import FrameSequence, camera_constants, radical_inverse, same_view
+from pica.graph.snapshot import Snapshot
 from pica.scene.camera import Camera
 from tests.building import orthographic
 from tests.tracing.kernels import read, run

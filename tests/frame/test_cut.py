@@ -23,6 +23,7 @@ SETTINGS = pica.Settings().with_values(
     }
 )
 """Without noise: what differs between two pictures of a view are ghosts."""
+FOUND = "debug.reprojection.found"
 
 
 def orbit(degrees: float) -> Camera:
@@ -50,7 +51,7 @@ def renderer(device):
 
 
 def frame(renderer: pica.Renderer, camera: Camera) -> np.ndarray:
-    return renderer.advance(camera, jittered=False)["color"].to_numpy()[..., :3]
+    return renderer.advance(camera, jittered=False, capture=(FOUND,))["color"].to_numpy()[..., :3]
 
 
 def test_nothing_of_another_view_is_left_after_a_jump(renderer):
@@ -60,7 +61,7 @@ def test_nothing_of_another_view_is_left_after_a_jump(renderer):
     for _ in range(4):
         frame(renderer, orbit(0))
     np.testing.assert_allclose(frame(renderer, orbit(170)), expected, rtol=1e-5)
-    assert not renderer.reprojection.found.to_numpy().any()
+    assert not renderer.captured[FOUND]().any()
 
 
 def test_a_camera_that_moves_keeps_what_it_knows(renderer):
@@ -68,7 +69,7 @@ def test_a_camera_that_moves_keeps_what_it_knows(renderer):
     for step in range(4):
         frame(renderer, orbit(3 * step))
         if step:
-            assert np.count_nonzero(renderer.reprojection.found.to_numpy()) > 0.85 * SIZE[0] * SIZE[1]
+            assert np.count_nonzero(renderer.captured[FOUND]()) > 0.85 * SIZE[0] * SIZE[1]
 
 
 def test_motion_is_told_over_a_jump(renderer):

@@ -7,6 +7,10 @@ import slangpy as spy
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.frame.aovs import motion_of
 from pica.frame.context import FrameSequence, half_size, representative
+from pica.graph.graph import FrameGraph
+from pica.graph.memory import Memory
+from pica.graph.plan import Plan
+from pica.graph.resources import write
 from pica.scene.camera import Camera
 from pica.scene.coat import Coat
 from pica.scenes.basic_meshes import box, plane
@@ -59,22 +63,50 @@ class Halves:
         self.device, self.size, self.half = device, size, half_size(size)
         node = placed(box(1, lambert(0.9, **more)), move(0, 0.5, 0) @ turn("y", 30))
         self.scene = gpu_scene(device, scene_of(placed(plane(9, 9, lambert())), node))
-        self.sequence, self.fill = FrameSequence(device, size, 3), GBufferEffect(device, size, "raster")
+        self.sequence, self.fill = FrameSequence(device, size, 3), GBufferEffect(device, "raster")
         self.effect = ray_effect(device, "reflection_probe", "Reflection", "surface")
-        texture = spy.Format.rgba32_float
-        self.found = device.texture("found", texture, size), device.texture("found at half", texture, self.half)
+        self.memory, self.plan = Memory(device), None
 
-    def __call__(self, camera):
-        """The frame's number, both G-buffers and both (height, width, 4) results."""
+    def declare(self, at_half=True):
+        """The frame: a G-buffer, and a reflection ray from it and, if so, from that of half size."""
+        graph = FrameGraph(self.memory, self.size, self.size, self.sequence.block, self.sequence.half_block)
+        self.full = self.fill(graph, self.scene)
+        sizes = [("found", self.full, graph.frame, self.size)]
+        if at_half:
+            self.half_gbuffer = self.full.at_half(graph)
+            assert self.full.at_half(graph) is self.half_gbuffer, "made once"
+            sizes.append(("found at half", self.half_gbuffer, graph.half_frame, self.half))
+        self.names = []
+        for name, gbuffer, frame, size in sizes:
+            found = graph.texture(name, spy.Format.rgba32_float, size)
+            graph.add(self.effect, size, frame=frame, gbuffer=gbuffer, scene=self.scene, found=write(found))
+            textures = {"found": found, **gbuffer.textures}
+            self.names.append({each: f"{name}: {each}" for each in textures})
+            for each, texture in textures.items():
+                graph.offer(f"{name}: {each}", (texture,), lambda values: values)
+        self.plan = Plan(graph)
+
+    def advance(self, camera, only=None):
+        """The frame's number, and what fetches both G-buffers' textures and what rays from them found."""
         frame = self.sequence.begin(camera)
         self.scene.update(frame, frame.camera)
-        full = self.fill(frame, self.scene)
-        half = full.at_half(frame)
-        assert full.at_half(frame) is half, "made once"
-        for context, gbuffer, found in zip((frame, frame.at_half()), (full, half), self.found, strict=True):
-            self.effect(context, context.size, frame=context, gbuffer=gbuffer, scene=self.scene, found=found)
+        if self.plan is None:  # what materials the scene has is known by now
+            self.declare()
+        frame.requested = frozenset(name for names in self.names for name in names.values() if only is None)
+        found = self.plan.replay(frame, only)
         self.sequence.end(frame)
-        return frame.index, full, half, *(texture.to_numpy() for texture in self.found)
+        return frame.index, found
+
+    def __call__(self, camera):
+        """The frame's number, both G-buffers' textures and both (height, width, 4) results."""
+        index, found = self.advance(camera)
+        full, half = ({each: found[name]() for each, name in names.items()} for names in self.names)
+        return index, full, half, full["found"], half["found"]
+
+    @property
+    def previous_visibility(self):
+        """What the newest frame at half size found of the one before."""
+        return self.half_gbuffer.shapes.state.sets[1]["visibility"].to_numpy()
 
 
 def chosen(values, index):
@@ -107,15 +139,15 @@ def test_the_g_buffer_is_that_of_the_pixel_which_stands_for_four(device):
     for camera in cameras:
         index, full, half, *_ = halves(camera)
         for texture in ("visibility", "depth", "normals", "material", "emission"):
-            expected = chosen(full.textures[texture].to_numpy(), index)
-            np.testing.assert_array_equal(half.textures[texture].to_numpy(), expected)
-        assert half.has_room_for("coats")
-        seen = chosen(full.textures["material"].to_numpy(), index)[..., 2] >> 24 & 4 != 0
-        expected = chosen(full.textures["coats"].to_numpy(), index)[seen]
-        np.testing.assert_array_equal(half.textures["coats"].to_numpy()[seen], expected)
+            expected = chosen(full[texture], index)
+            np.testing.assert_array_equal(half[texture], expected)
+        assert half["coats"].shape[1::-1] == halves.half
+        seen = chosen(full["material"], index)[..., 2] >> 24 & 4 != 0
+        expected = chosen(full["coats"], index)[seen]
+        np.testing.assert_array_equal(half["coats"][seen], expected)
         assert (expected[:, 0] == (204 | 102 << 8)).any()
-        motion = motion_of(half.textures["motion"].to_numpy())
-        expected = chosen(motion_of(full.textures["motion"].to_numpy()), index)
+        motion = motion_of(half["motion"])
+        expected = chosen(motion_of(full["motion"]), index)
         np.testing.assert_allclose(motion[..., :2], expected[..., :2] / 2, atol=1 / 500)
     assert np.abs(expected[..., :2]).max() > 1
 
@@ -134,25 +166,29 @@ def test_nothing_is_taken_unless_asked_for_and_what_is_old_is_not_known(device):
     camera = CAMERAS["perspective"]
 
     def without():
-        frame = halves.sequence.begin(camera)
-        halves.scene.update(frame, frame.camera)
-        halves.fill(frame, halves.scene)
-        halves.sequence.end(frame)
+        halves.advance(camera, only="gbuffer")
 
+    halves.advance(camera)
+    halves.declare(at_half=False)
     for _ in range(2):
-        without()
+        halves.advance(camera)
     before = device.memory
-    without()
+    halves.advance(camera)
     assert device.memory == before
-    _, _, half, *_ = halves(camera)
+    halves.declare()
+    halves(camera)
     taken = device.memory - before
     assert taken > 0
-    assert not half._previous["visibility"].to_numpy().any(), "there was none in the frame before"
-    _, _, half, *_ = halves(camera)
-    assert half._previous["visibility"].to_numpy().any()
+    assert not halves.previous_visibility.any(), "there was none in the frame before"
+    halves(camera)
+    assert halves.previous_visibility.any()
     without()
-    _, _, half, *_ = halves(camera)
-    assert not half._previous["visibility"].to_numpy().any()
+    halves(camera)
+    assert not halves.previous_visibility.any()
     assert device.memory - before == taken
-    halves.fill.resize((16, 16))
+    halves.declare(at_half=False)
+    assert device.memory == before
+    halves.sequence.resize((16, 16))
+    halves.size = (16, 16)
+    halves.declare(at_half=False)
     assert device.memory < before

@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import slangpy as spy
-from pica.frame.history import History
 
 import pica
 from pica.frame.aovs import motion_of
@@ -35,11 +33,11 @@ def renderer(device):
 
 def advance(renderer, camera=VIEW, jittered=True):
     """The words of a frame and what they were found from."""
-    buffers = renderer.advance(camera, jittered=jittered)
-    aovs = renderer.gbuffer.aovs()
-    seen = {name: aovs[name].fetch() for name in ("depth", "geometric_normal")}
+    aovs, words = ("depth", "geometric_normal"), "debug.reprojection.found"
+    buffers = renderer.advance(camera, jittered=jittered, capture=(*aovs, words))
+    seen = {name: renderer.captured[name]() for name in aovs}
     seen |= {"record": buffers["visibility"].to_numpy()[..., 0], "motion": motion_of(buffers["motion"].to_numpy())}
-    return renderer.reprojection.found.to_numpy(), {**seen, "camera": camera}
+    return renderer.captured[words](), {**seen, "camera": camera}
 
 
 def stillness(words):
@@ -128,30 +126,3 @@ def test_a_light_that_changes_ends_all_stillness(renderer):
     sun.transform = turn("y", 1) @ sun.transform
     words, _ = advance(renderer)
     assert not stillness(words).any() and (words & 255).any()
-
-
-def test_a_history_takes_turns_and_forgets(device):
-    history = History(device, "test", {"mean": spy.Format.r32_float, "mostMoments": spy.Format.rg32_float}, (64, 64))
-
-    class Frame:
-        index = 0
-
-    first = history.turn(Frame)
-    assert history.empty and set(first) == {"mean", "previousMean", "mostMoments", "previousMostMoments"}
-    Frame.index = 1
-    second = history.turn(Frame)
-    assert not history.empty and second["previousMean"] is first["mean"] and second["mean"] is first["previousMean"]
-    assert history.current["mean"] is second["mean"] and history.length == 2
-    assert not history.precedes(Frame) and not history.stays(Frame, 1)
-    Frame.index = 2
-    assert not history.stays(Frame, 3), "not long enough"
-    assert history.stays(Frame, 2) and history.current["mean"] is second["mean"] and history.length == 2
-    Frame.index = 4
-    history.turn(Frame)
-    assert history.empty, "what is older than the frame before is of no use"
-    Frame.index = 5
-    history.turn(Frame)
-    memory = device.memory
-    history.resize((512, 64))
-    assert history.length == 0 and history.current["mean"].width == 512 and device.memory > memory
-    history.give_back()

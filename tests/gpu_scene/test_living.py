@@ -12,7 +12,7 @@ from pica.scene.skin import Skin, deform
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move
 from tests.assets import ASSETS, needs_assets
-from tests.building import lambert, placed, scene_of, shining, uniform
+from tests.building import held, lambert, placed, scene_of, shining, uniform
 
 SIZE = (96, 72)
 CAMERA = pica.Camera.look_at((0, 2.5, 6), (0, 0.5, 0), vertical_fov=np.radians(40))
@@ -117,7 +117,7 @@ def test_motion_vectors_of_a_skinned_mesh_are_those_of_its_vertices(device):
 
 
 def gpu_visibility(renderer):
-    return renderer.gbuffer._buffer.textures["visibility"].to_numpy()
+    return held(renderer, "gbuffer", "shapes visibility").to_numpy()
 
 
 def frame_jitter(index):

@@ -77,8 +77,8 @@ def running(device, scene, values=None) -> pica.Renderer:
 
 def albedo(renderer: pica.Renderer) -> float:
     """What a frame shows in the middle."""
-    renderer.advance(CAMERA)
-    picture = renderer.gbuffer.aovs()["albedo"].fetch()
+    renderer.advance(CAMERA, capture=("albedo",))
+    picture = renderer.captured["albedo"]()
     return round(float(picture[SIZE[1] // 2, SIZE[0] // 2, 0]), 3)
 
 

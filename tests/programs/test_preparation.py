@@ -215,4 +215,12 @@ def test_a_long_wait_is_told_once_where_nobody_listens(monkeypatch, caplog):
         assert caplog.messages == []
         compilation.tell(2)
     (message,) = caplog.messages
-    assert "2 of 4 programs after 12 s, about 5 s more" in message and "pica prepare" in message
+    assert "2 of 4 programs after 12 s, about 12 s more if nothing else runs" in message and "pica prepare" in message
+
+
+def test_the_forecast_is_rather_too_long_than_too_short():
+    """Seconds at which the n-th of 35 programs of the scene cornell was there, with an empty cache and two workers."""
+    measured = {4: 1.8, 8: 3.0, 11: 6.8, 18: 7.8, 23: 9.2, 28: 10.2, 32: 11.2, 35: 11.9}
+    for done, elapsed in measured.items():
+        left = measured[35] - elapsed
+        assert 0.95 * left <= compiling.seconds_left(elapsed, done, 35) <= 3 * left + 0.1

@@ -109,9 +109,8 @@ def wall(material: Material):
 
 def seen(renderer: pica.Renderer, name: str) -> float:
     """What a frame shows in the middle."""
-    renderer.advance(CAMERA)
-    picture = renderer.gbuffer.aovs()[name].fetch()
-    return float(picture[8, 8, 0])
+    renderer.advance(CAMERA, capture=(name,))
+    return float(renderer.captured[name]()[8, 8, 0])
 
 
 def lit(renderer: pica.Renderer) -> bool:

@@ -27,7 +27,7 @@ class Renderer:
         self.by_owner.append({lighting: 1.0 + number, PlanPart(1, "lighting", 4): 2.0, None: 0.5})
 
     def count_rays(self, camera):
-        return {"shadow_rays": 32}
+        return {"shadow_rays": 32, "reflection_rays": 8}
 
 
 @pytest.mark.parametrize(
@@ -46,6 +46,7 @@ def test_fewer_frames_on_the_processor_and_each_is_told(is_software, asked, fram
     assert (result["frames"], result["warm_up"]) == (frames, warm_up)
     assert len(renderer.finished) == frames
     assert told == [(done + 1, frames + warm_up) for done in range(frames + warm_up)]
+    assert result["rays"] == {"shadow_rays": 32, "reflection_rays": 8}
 
 
 def test_times_by_effect_are_medians_of_the_measured_frames():

@@ -85,8 +85,13 @@ def test_files_and_arrays_are_completed_alike():
         ({"normals": CUBE[:5]}, "normals: for 5 vertices, but there are 8 positions"),
         ({"uv": CUBE}, "uv: has the shape (8, 3), not (vertices, 2)"),
         ({"uv1": CUBE[:2, :2]}, "uv1: for 2 vertices, but there are 8 positions"),
-        ({"colors": CUBE[:, :2] + 1}, "colors: has the shape (8, 2), not (vertices, 3) or (vertices, 4)"),
-        ({"colors": CUBE}, "colors: row 0 is negative (-0.5)"),
+        ({"colors": np.ones((8, 2))}, "colors: has the shape (8, 2), not (vertices, 3) or (vertices, 4)"),
+        ({"colors": CUBE}, "colors: row 0 is not from 0 to 1 (-0.5)"),
+        (
+            {"colors": np.full((8, 3), 180)},
+            "colors: row 0 is not from 0 to 1 (180); numbers up to 255 must be uint8",
+        ),
+        ({"colors": np.full((8, 3), 2.0)}, "colors: row 0 is not from 0 to 1 (2); numbers up to 255 must be uint8"),
         ({"tangents": np.ones((8, 4))}, "tangents: they stand on normals, so give both"),
         ({"material": "red"}, "material: 'red' is not a Material"),
         ({"smooth": 1}, "smooth: 1 is not True or False"),
@@ -110,3 +115,21 @@ def test_it_can_be_shown(device):
     scene.add(Node("cube", mesh=Mesh.from_arrays(CUBE, FACES)))
     frame = pica.Renderer(scene, size=(32, 32), device=device).render(1)
     assert frame.color[16, 16].min() > 0.2
+
+
+def test_colours_of_eight_bits_count_255ths():
+    colors = np.array([0, 51, 255] * 8, np.uint8).reshape(8, 3)
+    section = Section.from_arrays(CUBE, FACES, colors=colors)
+    assert section.colors[0] == pytest.approx([0, 0.2, 1, 1])
+    section.colors = np.full((8, 4), 102, np.uint8)
+    assert section.colors[0] == pytest.approx([0.4] * 4)
+    with pytest.raises(pica.SceneError, match=r"^section: colors: row 0 is not from 0 to 1 \(2\)"):
+        section.colors = np.full((8, 4), 2.0)
+
+
+def test_pixels_are_no_radiance():
+    with pytest.raises(pica.SceneError) as caught:
+        pica.Environment(np.full((2, 4, 3), 200, np.uint8))
+    hint = "give floats in nits; of a picture, pica.color.srgb_decode(picture / 255)"
+    assert str(caught.value) == f"environment: radiance: an array of uint8 is not radiance; {hint}"
+    assert pica.Environment(pica.color.srgb_decode(np.full((2, 4, 3), 255, np.uint8) / 255)).radiance.max() == 1

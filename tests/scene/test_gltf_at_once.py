@@ -10,7 +10,7 @@ import pytest
 
 from pica.errors import SceneError
 from pica.scene.animation import Channel
-from pica.scene.checked_field import unchecked_constructor
+from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf import columns, read
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element

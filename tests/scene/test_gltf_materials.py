@@ -230,7 +230,7 @@ def test_pictures_of_other_formats_are_left_out_with_a_warning(
     file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
     file.add("images", **image)
     file.add("textures", **texture)
-    with pytest.warns(UserWarning, match=r"model.gltf: .*left out"):
+    with pytest.warns(UserWarning, match=r"model.gltf: .*left out, .*; export the file with PNG, JPEG or WebP"):
         assert material_of(file, tmp_path).base_color_texture is None
 
 

@@ -4,9 +4,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pica import pictures
 from pica.errors import SceneError
 from pica.scene.environment import Environment
-from pica.scene.loading import default_environment, load
+from pica.scene.loading import default_environment, load, read_environment
 from tests.assets import ASSETS, needs_assets
 from tests.scene.gltf_files import GltfFile
 
@@ -96,3 +97,11 @@ def test_environments_from_files(tmp_path: Path) -> None:
 def test_a_missing_environment_is_named(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"sky.hdr: no such file"):
         load(triangle(tmp_path), environment=tmp_path / "sky.hdr")
+
+
+def test_an_environment_of_eight_bits_is_srgb_of_0_to_1_nit(tmp_path):
+    pixels = np.full((2, 4, 3), 188, np.uint8)
+    pixels[0] = 255
+    pictures.write_png(tmp_path / "sky.png", pixels)
+    radiance = read_environment(tmp_path / "sky.png").radiance
+    assert radiance[0] == pytest.approx(1.0) and radiance[1] == pytest.approx(0.503, abs=2e-3)

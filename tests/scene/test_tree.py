@@ -108,7 +108,7 @@ def test_only_nodes_are_added_and_removed(stranger):
 
 def test_children_and_parents_are_set_by_add_alone():
     for name in ("children", "parent"):
-        with pytest.raises(TypeError, match=name):
+        with pytest.raises(SceneError, match=f"no field '{name}'"):
             Node(**{name: None})
 
 

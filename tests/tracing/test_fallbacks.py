@@ -37,7 +37,7 @@ def without_embree(monkeypatch):
 @pytest.fixture
 def told(raster_only):
     """The warnings of a test, as if it had the device for itself."""
-    raster_only.shared(fallbacks.Told).messages.clear()
+    raster_only.shared(fallbacks.WarningLog).messages.clear()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         yield lambda: [str(warning.message).split(": ", 1)[1] for warning in caught]

@@ -8,6 +8,10 @@ import slangpy as spy
 
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.frame.context import FrameSequence
+from pica.graph.graph import FrameGraph
+from pica.graph.memory import Memory
+from pica.graph.plan import Plan
+from pica.graph.resources import write
 from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.material import Image, Material, Sampler, Texture
@@ -155,17 +159,22 @@ def reflections(device: Device, camera: Camera, frames: int, cones: bool, *nodes
     """(frames, height, width) what a mirror shows of a checkerboard behind the camera, in jittered frames."""
     device.handle.load_module_from_source("mirror", MIRROR)
     scene = gpu_scene(device, scene_of(*nodes))
-    sequence, fill = FrameSequence(device, SIZE, 0), GBufferEffect(device, SIZE, "raster")
+    sequence = FrameSequence(device, SIZE, 0)
+    graph = FrameGraph(Memory(device), SIZE, SIZE, sequence.block, sequence.half_block)
+    gbuffer = GBufferEffect(device, "raster")(graph, scene)
+    colors = graph.texture("colors", spy.Format.rgba32_float)
     effect = ray_effect(device, "mirror", "Mirror", "surface")
-    colors = device.texture("colors", spy.Format.rgba32_float, SIZE)
-    pictures = []
+    inputs = {"scene": scene, "frame": graph.frame, "gbuffer": gbuffer, "cones": int(cones)}
+    graph.add(effect, SIZE, colors=write(colors), **inputs)
+    graph.offer("colors", (colors,), lambda values: values[..., 0])
+    plan, pictures = Plan(graph), []
     for _ in range(frames):
         frame = sequence.begin(camera)
         scene.update(frame, frame.camera)
-        gbuffer = fill(frame, scene)
-        effect(frame, SIZE, scene=scene, frame=frame, gbuffer=gbuffer, colors=colors, cones=int(cones))
+        frame.requested = frozenset({"colors"})
+        found = plan.replay(frame)
         sequence.end(frame)
-        pictures.append(colors.to_numpy()[..., 0])
+        pictures.append(found["colors"]())
     return np.array(pictures)
 
 

@@ -2,6 +2,7 @@
 
 import math
 import re
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +21,9 @@ Based Rendering", section 5.1.2)."""
 
 MAX_SIDE = 16384
 """Pixels; what graphics devices allow for one picture."""
+
+_OF_PATH_TRACING = ("visibility.", "geometry.", "rays.", "shadows.transparent.", "post.", "seed.")
+"""What the path tracer's settings begin with, a dot at the end."""
 
 MOST = 1_000_000
 """Of what is counted: frames, samples, pictures."""
@@ -87,6 +91,16 @@ def parse_settings(preset: str, texts: list[str] | None, ev: float | None = None
             raise PicaError(f"--ev and --set {clash[0]} both say how to expose")
         values |= {"post.auto_exposure": False, "post.exposure": -ev - _SATURATION}
     return pica.Settings.preset(preset).with_values(values)
+
+
+def warn_of_unread(preset: str, texts: list[str] | None) -> None:
+    """Warn of settings that are given and that path tracing does not read."""
+    names = [text.partition("=")[0].strip() for text in texts or []]
+    unread = [f"--set {name}" for name in dict.fromkeys(names) if not f"{name}.".startswith(_OF_PATH_TRACING)]
+    unread = [*([f"--preset {preset}"] if preset != "hybrid" else []), *unread]
+    if unread:
+        fault = "changes nothing, as path tracing does not read it"
+        warnings.warn(f"--path-traced: {', '.join(unread)} {fault}", stacklevel=2)
 
 
 def load_light_map(path: Path | None, settings: "Settings") -> "LightMap | None":

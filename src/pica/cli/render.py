@@ -36,7 +36,7 @@ def render(
         ),
     ],
     size: options.Size = "1280x720",
-    frames: options.Frames = 16,
+    frames: Annotated[int | None, options.count("Frames to accumulate, 16 unless told.")] = None,
     preset: options.Preset = "hybrid",
     values: options.Values = None,
     ev: options.Ev = None,
@@ -105,7 +105,11 @@ def render(
         settings = settings.with_values({"visibility.background": "transparent"})
     if light_map is not None and path_traced:
         raise PicaError("--light-map is for the hybrid renderer; --path-traced finds all light itself")
+    if path_traced:
+        options.warn_of_unread(preset, values)
     baked = options.load_light_map(light_map, settings)
+    if frames is not None and path_traced:
+        raise PicaError("--frames is for the hybrid renderer; with --path-traced, use --samples")
     if samples is not None and not path_traced:
         raise PicaError("--samples is for --path-traced; without it, use --frames")
     if denoise and denoise_fast:
@@ -131,7 +135,7 @@ def render(
     else:
         renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked)
         renderer.debug = any(name.startswith("debug.") for name in aov or [])
-        kind, count = "frames", frames
+        kind, count = "frames", frames or 16
     result: dict[str, Any] = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), kind: count}
     result["denoised"] = way
     said = f"{'x'.join(map(str, pixels))}, {count} {kind}{', denoised' if way else ''}"

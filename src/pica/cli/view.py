@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pica.errors import PicaError
+from pica.names import did_you_mean
 
 if TYPE_CHECKING:
     from pica import Camera, Limits, Scene
@@ -46,7 +47,10 @@ class View:
     scene: Annotated[
         str, typer.Argument(metavar="SCENE", help=f"A .gltf or .glb file, or one of {', '.join(BUILT_IN)}.")
     ]
-    env: Annotated[Path | None, _option("FILE", "Environment picture, .hdr or .exr.")] = None
+    env: Annotated[
+        Path | None,
+        _option("FILE", "Environment picture, .hdr or .exr; a .png or .jpg is taken as sRGB, 0 to 1 nit."),
+    ] = None
     env_strength: Annotated[float | None, _option("X", "Multiplies the environment's light; 0 takes it away.")] = None
     env_rotation: Annotated[
         float | None, _option("DEGREES", "Turns the environment about the vertical axis, from +Z towards +X.")
@@ -157,7 +161,8 @@ def parse_limits(texts: list[str] | None) -> "Limits":
         except ValueError:
             raise PicaError(f"--limit {text!r} is not name=number") from None
         if name.strip() not in LIMITS:
-            raise PicaError(f"--limit {text!r}: there are {', '.join(LIMITS)}")
+            hint = did_you_mean(text.partition("=")[0], LIMITS)
+            raise PicaError(f"--limit {text!r}: there are {', '.join(LIMITS)}{hint}")
     return pica.Limits(**values)
 
 
@@ -175,7 +180,8 @@ def _load(name: str, environment: Path | None, allow_outside: bool, limits: "Lim
             scene.environment = read_environment(environment, Budget(limits))
         return scene
     if not name or (not Path(name).suffix and not Path(name).exists()):
-        raise PicaError(f"no file and no built-in scene {name!r}; the built-in ones are {', '.join(BUILT_IN)}")
+        hint = did_you_mean(name, BUILT_IN)
+        raise PicaError(f"no file and no built-in scene {name!r}; the built-in ones are {', '.join(BUILT_IN)}{hint}")
     return pica.load(name, environment=environment, allow_outside=allow_outside, limits=limits, up=up)
 
 

@@ -56,6 +56,15 @@ class FrameContext:
         self.recording.encoder = encoder
 
     @property
+    def variant(self) -> int:
+        """Which of a pass's sets of parameters to use."""
+        return self.recording.variant
+
+    @variant.setter
+    def variant(self, variant: int) -> None:
+        self.recording.variant = variant
+
+    @property
     def profiler(self) -> Profiler:
         """Times the passes."""
         return self.recording.profiler
@@ -83,6 +92,8 @@ class FrameSequence:
         frame (frame/half.slang)."""
         self._device, self._upscale = device, upscale
         self._previous: Camera | None = None
+        self._known: dict[int, deque[tuple[Camera, dict[str, Any]]]] = {step: deque(maxlen=2) for step in (1, 2)}
+        """Constants of the newest two cameras, at full and at half size."""
         self._jitter = 0.0, 0.0
         self._index = 0
         self._in_flight: deque[int] = deque()
@@ -99,6 +110,8 @@ class FrameSequence:
         """At which effects work."""
         self.block.bind(size=spy.uint2(*self.size), outputSize=spy.uint2(*output_size))
         self.half_block.bind(size=spy.uint2(*half_size(self.size)), outputSize=spy.uint2(*output_size))
+        for known in self._known.values():
+            known.clear()
         self.reset()
 
     def reset(self) -> None:
@@ -136,18 +149,27 @@ class FrameSequence:
         return context
 
     def _bind(self, camera: Camera, previous: Camera, jitter: tuple[float, float]) -> None:
-        size, aspect, index = self.size, self.output_size[0] / self.output_size[1], self._index
+        index = self._index
         for block, step in ((self.block, 1), (self.half_block, 2)):
             before = self._jitter
             if step == 2:
                 jitter, before = _half_jitter(index, jitter), _half_jitter(index - 1, before)
             block.bind(
-                camera=camera_constants(camera, size, aspect, step),
-                previousCamera=camera_constants(previous, size, aspect, step),
+                camera=self._constants_of(camera, step),
+                previousCamera=self._constants_of(previous, step),
                 jitter=spy.float2(*jitter),
                 previousJitter=spy.float2(*before),
                 index=index,
             )
+
+    def _constants_of(self, camera: Camera, step: int) -> dict[str, Any]:
+        """The same dictionary for the same camera, which blocks then need not be given again."""
+        for known, constants in self._known[step]:
+            if known is camera:
+                return constants
+        constants = camera_constants(camera, self.size, self.output_size[0] / self.output_size[1], step)
+        self._known[step].append((camera, constants))
+        return constants
 
     def end(self, frame: FrameContext) -> None:
         """Hand the frame to the GPU, waiting while too many are under way."""

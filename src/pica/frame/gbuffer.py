@@ -20,14 +20,15 @@ _USAGE = {"visibility": TEXTURE_USAGE | spy.TextureUsage.render_target}
 class GBuffer:
     """Textures of one size that a frame fills; the fields of frame/gbuffer.slang."""
 
-    def __init__(self, graph: FrameGraph, size: Size, optional: Collection[str]) -> None:
-        """Declare them. `optional`: "coats" and "lobes", where materials have such."""
+    def __init__(
+        self, graph: FrameGraph, size: Size, optional: Collection[str], lifetime: Lifetime = Lifetime.FRAME
+    ) -> None:
+        """Declare them. `optional`: "coats" and "lobes", where materials have such. `lifetime`: of all but shapes."""
         self.size, self._optional = size, frozenset(optional)
         self.shapes: History = graph.history("shapes", _SHAPES, size, usage=_USAGE)
-        # Kept, as whoever advances a renderer by hand reads them after the frame.
-        made = {name: graph.texture(name, kind, size, lifetime=Lifetime.KEPT) for name, kind in _MATERIALS.items()}
+        made = {name: graph.texture(name, kind, size, lifetime=lifetime) for name, kind in _MATERIALS.items()}
         for name, kind in _OPTIONAL.items():
-            made[name] = graph.texture(name, kind, size if name in optional else (1, 1), lifetime=Lifetime.KEPT)
+            made[name] = graph.texture(name, kind, size if name in optional else (1, 1), lifetime=lifetime)
         self.textures: Mapping[str, Texture] = {**self.shapes.textures, **made}
         self.block: Block
         self._half: GBuffer | None = None

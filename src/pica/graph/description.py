@@ -137,8 +137,7 @@ def _memory_of(plan: Plan, resource: Texture | Buffer) -> Any:
 def _described(resource: Texture | Buffer, rows: list[int], lane: int) -> ResourceInfo:
     made, texture = [resource.physical], resource if isinstance(resource, Texture) else None
     if isinstance(resource, Texture) and resource.history is not None:
-        name = next(name for name, each in resource.history.textures.items() if each is resource)
-        made = [textures[name] for textures in resource.history.state.sets]
+        made = [textures[resource.part] for textures in resource.history.sets]
     return ResourceInfo(
         resource.name,
         resource.scope,

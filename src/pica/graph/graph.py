@@ -48,9 +48,10 @@ class FrameGraph:
         output_size: Size,
         frame: ParameterBlock | None = None,
         half_frame: ParameterBlock | None = None,
+        requested: frozenset[str] = frozenset(),
     ) -> None:
         """`size`: at which effects work; `output_size`: of the picture. `frame` and `half_frame`: the constants that
-        shaders read, of a frame and of one of half its size."""
+        shaders read, of a frame and of one of half its size. `requested`: names of offers that somebody asks for."""
         self.device: Device = memory.device
         self.memory = memory
         self.size, self.output_size = size, output_size
@@ -60,6 +61,7 @@ class FrameGraph:
         self.resources: list[Resource] = []
         self.histories: list[History] = []
         self.offers: dict[str, Offer] = {}
+        self.requested = requested
         self._names: dict[tuple[str, str], str] = {}
         self._scope = "frame"
         self._when: Condition | None = None
@@ -105,12 +107,14 @@ class FrameGraph:
         layers: int | None = None,
         lifetime: Lifetime = Lifetime.FRAME,
         usage: spy.TextureUsage = TEXTURE_USAGE,
+        scratch: bool = False,
     ) -> Texture:
-        """Declare a texture; `size` None is the size at which effects work."""
+        """Declare a texture; `size` None is the size at which effects work. `scratch`: although it is filled under a
+        condition, no pass reads it in a frame in which none has filled it, so that others may have its memory."""
         texture = Texture(
             name, self._scope, _caller(), lifetime, format=texture_format, size=size or self.size, layers=layers
         )
-        texture.usage = usage
+        texture.usage, texture.scratch = usage, scratch
         return self._declared(texture)
 
     def buffer(
@@ -149,8 +153,8 @@ class FrameGraph:
             for each, texture_format in formats.items()
         }
         history = History(textures, self.memory.history(self._scope, name))
-        for texture in textures.values():
-            texture.history = history
+        for each, texture in textures.items():
+            texture.history, texture.part = history.state, each
         self.histories.append(history)
         return history
 
@@ -185,7 +189,7 @@ class FrameGraph:
     ) -> None:
         """Add a pass or ray effect over a grid of threads, with its shader parameters.
 
-        Each is a value; a texture, buffer, history or block that it reads; what it writes, as write(…) or update(…);
+        Each is a value; a texture, buffer or block that it reads; what it writes, as write(…) or update(…);
         or a function that takes the frame and gives the value, asked in each frame. `when` takes the frame: in frames
         where it is false the pass is left out. Raises GraphError where two passes write the same anew.
         """
@@ -220,11 +224,15 @@ class FrameGraph:
         `prepare` takes the frame, which it then has in view, and gives `read`. `on_request`: only by its name.
         """
         assert (read is None) != (prepare is None)
+        on_request = on_request or name in self.offers
         self.offers[name] = Offer(name, self._scope, sources, read, prepare, len(self.nodes) - 1, on_request)
 
-    def requested(self, name: str) -> Condition:
-        """As `when` of passes that make what is offered by this name: whether somebody asks for it."""
-        return lambda frame: name in frame.requested
+    def wants(self, *names: str) -> bool:
+        """Whether somebody asks for one of these offers, which take passes of their own: these are added only then. All
+        the same they are offered; who asks later has the frame declared anew."""
+        for name in names:
+            self.offers[name] = Offer(name, self._scope, (), None, None, len(self.nodes) - 1, on_request=True)
+        return not self.requested.isdisjoint(names)
 
     def _add(self, node: Node) -> None:
         node.index = len(self.nodes)

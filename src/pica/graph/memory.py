@@ -17,6 +17,8 @@ class HistoryState:
     def __init__(self) -> None:
         self.sets: list[dict[str, spy.Texture]] = [{}, {}]
         """The newest first."""
+        self.parity = 0
+        """Which of the two is the newest, 0 or 1."""
         self.description: Any = None
         self.length = 0
         """Frames in a row that wrote it, with this one."""
@@ -46,6 +48,7 @@ class HistoryState:
             return
         self._swapped_in = frame
         self.sets.reverse()
+        self.parity = 1 - self.parity
         self.length = self.length + 1 if frame.index == self._newest + 1 else 1
         self._newest = frame.index
 

@@ -2,12 +2,15 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import slangpy as spy
 
 from pica.graph.resources import Block, Buffer, Lifetime, Previous, Resource, Texture, Update, Write
 from pica.rhi.passes import Recording
+
+if TYPE_CHECKING:
+    from pica.graph.memory import HistoryState
 
 
 class Frame(Recording, Protocol):
@@ -50,6 +53,8 @@ class Node:
         self._each_frame: list[tuple[str, Callable[[Any], Any]]] = []
         for value in self.inputs.values():
             self._note(value)
+        found = {id(state): state for state in map(_history_of, self.inputs.values()) if state is not None}
+        self._states = list(found.values())
 
     def __str__(self) -> str:
         return f"pass {self.name!r} of {self.scope} ({self.where})"
@@ -65,7 +70,7 @@ class Node:
                 self.previous.append(value.resource)
             case Resource():
                 self.reads.append(value)
-            case _ if isinstance(block := getattr(value, "block", None), Block):
+            case _ if (block := _block_of(value)) is not None:
                 for each in block.fields:
                     self._note(each)
 
@@ -80,7 +85,7 @@ class Node:
                 self._each_frame.append((name, _newest(resource)))
             elif isinstance(resource, Texture | Buffer):
                 self.values[name] = resource.physical
-            elif isinstance(block := getattr(value, "block", None), Block):
+            elif (block := _block_of(value)) is not None:
                 self.values[name] = block.parameters
             elif callable(resource):
                 self._each_frame.append((name, resource))
@@ -91,7 +96,7 @@ class Node:
         """Its arguments in this frame."""
         for written in self.writes:
             if isinstance(written, Texture) and written.history is not None:
-                written.history.state.swap(frame)
+                written.history.swap(frame)
         for name, find in self._each_frame:
             self.values[name] = find(frame)
         return self.values
@@ -111,8 +116,18 @@ class PassNode(Node):
     def record(self, frame: Frame) -> None:
         """Dispatch it."""
         assert self.step is not None
+        values = self.resolve(frame)
         threads = self.threads(frame) if callable(self.threads) else self.threads
-        self.step(frame, threads, **self.resolve(frame))
+        frame.variant = self._variant()
+        self.step(frame, threads, **values)
+        frame.variant = 0
+
+    def _variant(self) -> int:
+        """A number for each state that the histories among its arguments may be in."""
+        variant = 0
+        for state in self._states:
+            variant = 2 * variant + state.parity
+        return variant
 
 
 @dataclass(eq=False)
@@ -138,29 +153,34 @@ class BlockNode(Node):
         self.parameters.bind(**self.resolve(frame))
 
 
+def _block_of(value: Any) -> Block | None:
+    """Of a block itself, or of what has one."""
+    found = value if isinstance(value, Block) else getattr(value, "block", None)
+    return found if isinstance(found, Block) else None
+
+
+def _history_of(value: Any) -> "HistoryState | None":
+    resource = value.resource if isinstance(value, Write | Update | Previous) else value
+    return resource.history if isinstance(resource, Texture) else None
+
+
 def _previous(texture: Texture) -> Callable[[Any], spy.Texture]:
-    history, name = texture.history, _name_in(texture)
-    assert history is not None
-    state = history.state
+    state, name = texture.history, texture.part
+    assert state is not None
     return lambda frame: state.previous(frame, name)
 
 
 def _newest(texture: Texture) -> Callable[[Any], spy.Texture]:
-    history, name = texture.history, _name_in(texture)
-    assert history is not None
-    state = history.state
+    state, name = texture.history, texture.part
+    assert state is not None
     return lambda frame: state.sets[0][name]
-
-
-def _name_in(texture: Texture) -> str:
-    assert texture.history is not None
-    return next(name for name, each in texture.history.textures.items() if each is texture)
 
 
 def lives_in_frame(resource: Resource) -> bool:
     """Whether others may have its memory before and after."""
     if resource.lifetime is not Lifetime.FRAME:
         return False
-    # What a pass leaves out in some frames must still be there for those who read it then.
-    users = {id(node.when) if node.when else None for node in (*resource.writers, *resource.readers)}
-    return len(users) == 1 or all(node.when is None for node in resource.writers)
+    # What no pass fills in some frames must still be there for those who read it then.
+    fill = [node for node in resource.writers if resource not in node.reads]
+    conditions = {id(node.when) if node.when else None for node in (*resource.writers, *resource.readers)}
+    return resource.scratch or len(conditions) == 1 or any(node.when is None for node in fill)

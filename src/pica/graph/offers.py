@@ -29,6 +29,11 @@ class Offer:
     on_request: bool
 
     @property
+    def is_declared(self) -> bool:
+        """Whether the graph makes it; else the frame has to be declared anew for it."""
+        return self.read is not None or self.prepare is not None
+
+    @property
     def is_aov(self) -> bool:
         """Whether it is one of the frame's AOVs: names with a dot in them are for debugging and measurements."""
         return "." not in self.name

@@ -56,10 +56,12 @@ class Plan:
         graph.memory.allocate(kept, graph.histories, self.places.items())
         for node in self.nodes:
             node.bind()
+        for resource in graph.resources:  # or a plan were a circle, and its memory stayed until that is collected
+            resource.writers, resource.readers = [], []
         self.memory = graph.memory
 
     def replay(self, frame: Frame, only: str | None = None) -> dict[str, Lazy]:
-        """Record the frame. Returns what fetches each offer that `frame.requested` names, once the device is done.
+        """Record the frame. Returns what waits for the device and fetches each offer that `frame.requested` names.
 
         `only`: nothing but the passes of this effect.
         """
@@ -84,6 +86,10 @@ class Plan:
         """The same of all other effects; `debug`: views for debugging too."""
         return {each.name for each in self._wanted(wanted, debug) if each.scope != scope}
 
+    def lacks(self, names: Collection[str]) -> frozenset[str]:
+        """Of these offers, those that take passes for which the frame has to be declared anew."""
+        return frozenset(name for name in names if name in self.offers and not self.offers[name].is_declared)
+
     def names_of(self, kind: str) -> frozenset[str]:
         """All offers whose names begin with this and a dot."""
         return frozenset(name for name in self.offers if name.startswith(f"{kind}."))
@@ -100,8 +106,8 @@ class Plan:
         offered = [each for each in self.offers.values() if each.name not in pictures]
         if wanted is not None:
             return [each for each in offered if each.name in wanted]
-        shown = [each for each in offered if each.is_aov or (debug and each.name.startswith("debug."))]
-        return [each for each in shown if not each.on_request]
+        views = [each for each in offered if debug and each.name.startswith("debug.")]
+        return [each for each in offered if each.is_aov and not each.on_request] + views
 
     def _captures_of(self, names: frozenset[str]) -> dict[int, list[str]]:
         if names not in self._captures:
@@ -120,6 +126,7 @@ class Plan:
 
         def fetch() -> Array:
             with device.turn:
+                device.handle.wait_for_idle()
                 return read(*(part.array() for part in parts))
 
         return fetch
@@ -158,8 +165,7 @@ class Plan:
 def newest(resource: Texture | Buffer) -> Any:
     """What holds it on the device at this moment."""
     if isinstance(resource, Texture) and resource.history is not None:
-        name = next(name for name, each in resource.history.textures.items() if each is resource)
-        return resource.history.state.sets[0][name]
+        return resource.history.sets[0][resource.part]
     return resource.physical
 
 

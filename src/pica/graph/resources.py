@@ -39,6 +39,8 @@ class Resource:
     where: str
     """File and line of the declaration."""
     lifetime: Lifetime
+    scratch: bool = False
+    """Whether no pass reads it in frames in which none has filled it, although conditions do not tell."""
     writers: "list[Node]" = field(default_factory=list, repr=False)
     readers: "list[Node]" = field(default_factory=list, repr=False)
     physical: Any = field(default=None, repr=False)
@@ -61,7 +63,9 @@ class Texture(Resource):
     size: Size = (1, 1)
     layers: int | None = None
     usage: spy.TextureUsage = TEXTURE_USAGE
-    history: "History | None" = field(default=None, repr=False)
+    history: "HistoryState | None" = field(default=None, repr=False)
+    """Of which it is a texture, by the name `part`."""
+    part: str = ""
 
     @property
     def description(self) -> tuple[Any, ...]:

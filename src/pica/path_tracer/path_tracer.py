@@ -128,7 +128,7 @@ class PathTracer(Closing):
             self._first, self._last = done == 1, done == samples
             with self.device.turn:
                 frame = self._begin(camera)
-                plan = plan or self._declare(denoiser)
+                plan = plan or self._declare(denoiser, wanted)
                 captured = plan.names("gbuffer", wanted) if self._first else set()
                 if self._last:
                     captured |= {"color", "display"} | ({"alpha"} if self._transparent else set())
@@ -139,6 +139,8 @@ class PathTracer(Closing):
                     labels = self.view.name_labels()
                 if done == samples:
                     timings = self.device.profiler.flush()
+                    if denoiser is not None:  # what it needs goes with the picture
+                        self._declare()
             if progress is not None:
                 progress(done, samples)
         color, display = self._black_pictures.watched(found, self.scene, self.settings)
@@ -152,10 +154,10 @@ class PathTracer(Closing):
         self.view.update(frame, frame.camera)
         return frame
 
-    def _declare(self, denoiser: Denoiser | None) -> Plan:
+    def _declare(self, denoiser: Denoiser | None = None, wanted: frozenset[str] | None = None) -> Plan:
         """A sample, and what only the first and the last of a picture do."""
         while True:
-            types, graph = self.view.material_types, self._graph()
+            types, graph = self.view.material_types, self._graph(wanted or frozenset())
             with graph.when(lambda frame: self._first):
                 gbuffer = self._gbuffer(graph, self.view)
             with graph.scope("path_tracer"):
@@ -173,8 +175,9 @@ class PathTracer(Closing):
             if self.view.material_types == types:  # else some were found that are made for more features
                 return plan
 
-    def _graph(self) -> FrameGraph:
-        return FrameGraph(self._memory, self.size, self.size, self._frames.block, self._frames.half_block)
+    def _graph(self, requested: frozenset[str]) -> FrameGraph:
+        blocks = self._frames.block, self._frames.half_block
+        return FrameGraph(self._memory, self.size, self.size, *blocks, requested)
 
     def _add_sample(self, graph: FrameGraph, total: Texture, denoiser: Denoiser | None) -> None:
         """Add a path a pixel to `total`."""

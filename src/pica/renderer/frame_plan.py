@@ -1,5 +1,6 @@
 """The frame's graph: declared when its structure changes, else replayed as it is."""
 
+from collections.abc import Callable
 from typing import Any
 
 from pica.denoising.denoiser import Denoiser
@@ -27,6 +28,7 @@ class FramePlan:
         self._plan: Plan | None = None
         self._labels: Plan | None = None
         self._structure: Any = None
+        self._requested: frozenset[str] = frozenset()
         self._label_structure: Any = None
         self.inserted: list[Insertion] = []
         """What comes from outside, in this order after its stages."""
@@ -37,28 +39,51 @@ class FramePlan:
         """Stages are others: declare the frame again."""
         self._structure = self._label_structure = None
 
-    def of(self, stages: Stages, frames: FrameSequence, view: SceneView, denoiser: Denoiser | None, last: bool) -> Plan:
-        """The plan for a frame of the scene as it is now. All its programs are made before its first frame."""
-        while self._plan is None or self._structure != self._structure_of(stages, frames, view, denoiser, last):
-            structure = self._structure_of(stages, frames, view, denoiser, last)
-            self._plan = self._declare(stages, frames, view, denoiser, last)
-            self._structure = structure  # what cannot be declared is tried again in the next frame
-            self._labels = self._label_memory = None
-            view.make_programs()  # which may find some that are made for more features
-        return self._plan
+    def of(
+        self,
+        stages: Stages,
+        frames: FrameSequence,
+        view: SceneView,
+        wanted: Callable[[Plan], frozenset[str]],
+        denoiser: Denoiser | None = None,
+        last: bool = False,
+    ) -> tuple[Plan, frozenset[str]]:
+        """The plan for a frame of the scene as it is now, and what to capture: `wanted` chooses of what a plan offers.
 
-    def of_gbuffer(self, stages: Stages, frames: FrameSequence, view: SceneView) -> Plan:
+        All programs are made before a plan's first frame.
+        """
+        requested = wanted(self._plan).intersection(self._requested) if self._plan is not None else frozenset()
+        while True:
+            structure = self._structure_of(stages, frames, view, denoiser, last)
+            if self._plan is None or (structure, requested) != (self._structure, self._requested):
+                self._structure, self._requested = None, requested  # what cannot be declared is tried again
+                self._plan = self._declare(stages, frames, view, denoiser, last)
+                self._structure = structure
+                self._labels = self._label_memory = None
+                view.make_programs()  # which may find some that are made for more features
+                continue
+            names = wanted(self._plan)
+            lacking = self._plan.lacks(names)
+            if not lacking:
+                return self._plan, names
+            requested |= lacking
+
+    def of_gbuffer(
+        self, stages: Stages, frames: FrameSequence, view: SceneView, wanted: Callable[[Plan], frozenset[str]]
+    ) -> tuple[Plan, frozenset[str]]:
         """A plan whose passes of the effect "gbuffer" fill the G-buffer; only these programs need be made."""
         structure = self._gbuffer_structure(frames, view)
         if self._plan is not None and self._structure is not None and self._structure[0] == structure:
-            return self._plan
+            names = wanted(self._plan)
+            if not self._plan.lacks(names):
+                return self._plan, names
         if self._labels is None or self._label_structure != structure:
             self._label_structure = structure
             self._label_memory = self._label_memory or Memory(self._device.part())
-            graph = FrameGraph(self._label_memory, frames.size, frames.output_size, frames.block, frames.half_block)
+            graph = self._graph(self._label_memory, frames, frozenset(stages.gbuffer.aov_names))
             stages.gbuffer(graph, view)
             self._labels = Plan(graph)
-        return self._labels
+        return self._labels, wanted(self._labels)
 
     def describe(self) -> GraphDescription:
         """The newest plan. Raises PicaError before the first frame."""
@@ -81,10 +106,13 @@ class FramePlan:
         features = known_features(view.material_types)
         return frames, frames.size, frames.output_size, COATS in features, LOBES in features
 
+    def _graph(self, memory: Memory, frames: FrameSequence, requested: frozenset[str]) -> FrameGraph:
+        return FrameGraph(memory, frames.size, frames.output_size, frames.block, frames.half_block, requested)
+
     def _declare(
         self, stages: Stages, frames: FrameSequence, view: SceneView, denoiser: Denoiser | None, last: bool
     ) -> Plan:
-        graph = FrameGraph(self.memory, frames.size, frames.output_size, frames.block, frames.half_block)
+        graph = self._graph(self.memory, frames, self._requested)
         self.signals = signals = Signals(view, stages.slots)
         for stage in declare(stages, graph, signals, denoiser, last):
             for insertion in self.inserted:

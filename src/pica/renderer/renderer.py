@@ -255,15 +255,13 @@ class Renderer(Closing):
         jittered: bool = True,
         denoiser: Denoiser | None = None,
         last: bool = False,
-        wanted: Callable[[Plan], frozenset[str]] | None = None,
+        wanted: Callable[[Plan], frozenset[str]] = lambda plan: frozenset(),
     ) -> dict[str, spy.Texture]:
         """`wanted` tells what to capture of what the frame offers."""
         frame = self._begin(camera, wait, jittered)
         self._running = True
         self._stages.slots.update(self.view.lights)
-        plan = self._frame_plan.of(self._stages, self._frames, self.view, denoiser, last)
-        if wanted is not None:
-            frame.requested = wanted(plan)
+        plan, frame.requested = self._frame_plan.of(self._stages, self._frames, self.view, wanted, denoiser, last)
         self.captured = plan.replay(frame)
         self._frames.end(frame)
         signals = self._frame_plan.signals
@@ -336,6 +334,8 @@ class Renderer(Closing):
                     labels = self.view.name_labels()
                 if done == frames:
                     timings = self.device.profiler.flush()
+                    if denoiser is not None:  # what it needs goes with the picture
+                        self._frame_plan.of(self._stages, self._frames, self.view, lambda plan: frozenset())
             if progress is not None:
                 progress(done, frames)
         color, display = found.pop("color"), found.pop("display")
@@ -358,8 +358,9 @@ class Renderer(Closing):
         with self.device.turn:
             self._frames.rewind()
             frame = self._begin(camera, wait=True, jittered=False)
-            plan = self._frame_plan.of_gbuffer(self._stages, self._frames, self.view)
-            frame.requested = frozenset(plan.names("gbuffer", wanted))
+            plan, frame.requested = self._frame_plan.of_gbuffer(
+                self._stages, self._frames, self.view, lambda plan: frozenset(plan.names("gbuffer", wanted))
+            )
             found = plan.replay(frame, only="gbuffer")
             self._frames.end(frame)
             self._frames.rewind()

@@ -4,7 +4,7 @@ SlangPy reads zero from an unbound resource without a word; here it is a Binding
 dispatch. Values are written only when they change, which keeps a pass at a few microseconds.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import slangpy as spy
@@ -42,19 +42,30 @@ class Parameters:
         Raises BindingError for a name that the shader does not have, DeviceError for a table that is too large for it.
         """
         for name, value in values.items():
-            if self._values.get(name) is value:
-                continue
-            if name not in self._names:
-                raise BindingError(f"{self._what}: no parameter {name!r}; it has {', '.join(sorted(self._names))}")
-            block = value if isinstance(value, ParameterBlock) else getattr(value, "block", None)
-            if block is not None:
-                block.check()
-            if name in self._structs and isinstance(value, spy.Buffer):
-                self._bind_rows(name, value)
-            else:
-                self._cursor[name] = value if block is None else block.shader_object
-            self._values[name] = value
-            self._unbound.discard(name)
+            if self._values.get(name) is not value:
+                self._bind(name, value)
+
+    def bind_all(self, values: Mapping[str, Any]) -> None:
+        """As `bind`; raises BindingError too while a parameter has never been bound."""
+        bound = self._values
+        for name, value in values.items():
+            if bound.get(name) is not value:
+                self._bind(name, value)
+        if self._unbound:
+            self.check()
+
+    def _bind(self, name: str, value: Any) -> None:
+        if name not in self._names:
+            raise BindingError(f"{self._what}: no parameter {name!r}; it has {', '.join(sorted(self._names))}")
+        block = value if isinstance(value, ParameterBlock) else getattr(value, "block", None)
+        if block is not None:
+            block.check()
+        if name in self._structs and isinstance(value, spy.Buffer):
+            self._bind_rows(name, value)
+        else:
+            self._cursor[name] = value if block is None else block.shader_object
+        self._values[name] = value
+        self._unbound.discard(name)
 
     def _bind_rows(self, name: str, table: spy.Buffer) -> None:
         """As rhi/rows.slang reads it."""

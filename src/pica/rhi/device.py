@@ -44,6 +44,7 @@ class DeviceRecording:
 
     encoder: spy.CommandEncoder
     profiler: Profiler
+    variant: int = 0
 
 
 @dataclass(eq=False)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import SceneError
+from pica.names import checked_names
 from pica.scene.arrays import affine, doubles
 from pica.scene.checked_field import CheckedField, described, fitting, read_only
 from pica.scene.fixed import Fixed
@@ -28,6 +29,7 @@ _PLACING: dict[Path, int] = {"translation": 3, "rotation": 4, "scale": 3}
 _NO_TURN = "a quaternion of zeros is no rotation"
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True, eq=False)
 class Pose:
     """Where a node stands relative to its parent, in the three parts that animations move. Raises SceneError for what
@@ -84,6 +86,7 @@ def _node(value: Any) -> "Node":
 _KEYS = {(1,): "(keys,)", (2, 3): "(keys, components) or, for CUBICSPLINE, (keys, 3, components)"}
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True, eq=False)
 class Channel:
     """What one value of one node is over time. Arrays are kept as they are. Raises SceneError for what does not fit."""

@@ -2,10 +2,13 @@
 
 from dataclasses import dataclass
 
+from pica.errors import SceneError
+from pica.names import checked_names
 from pica.scene.checked_field import CheckedField
 from pica.scene.values import number
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class Anisotropy:
     """Highlights that are drawn out along the tangent (KHR_materials_anisotropy; docs/guide/materials.md).

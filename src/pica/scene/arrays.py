@@ -33,6 +33,28 @@ def doubles(*shape: Shape, low: float = -LARGEST) -> Check[NDArray[np.float64]]:
     return _numbers(np.dtype(np.float64), shape, low)
 
 
+def shares(*shape: Shape) -> Check[NDArray[np.float32]]:
+    """Numbers from 0 to 1 as 32-bit floats; uint8 counts 255ths, as glTF's normalized integers do."""
+    given = floats(*shape)
+
+    def check(values: Any) -> NDArray[np.float32]:
+        if getattr(values, "dtype", None) == np.uint8:
+            values = np.asarray(values) / np.float32(255)
+        kept = given(values)
+        check_shares(kept)
+        return kept
+
+    return check
+
+
+def check_shares(values: NDArray[np.float32]) -> None:
+    """Raises UnfitError for what is not from 0 to 1."""
+    if values.min(initial=0) < 0 or values.max(initial=0) > 1:
+        outside = (values < 0) | (values > 1)
+        hint = "; numbers up to 255 must be uint8" if values.max() > 1 else ""
+        raise UnfitError(f"{place_of(outside)}is not from 0 to 1 ({values[outside][0]:g}){hint}")
+
+
 def numbers(*shape: Shape) -> Check[NDArray[Any]]:
     """Finite numbers that fit 32-bit floats, of whatever type they are."""
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError
-from pica.scene.arrays import floats, integers, place_of
+from pica.scene.arrays import floats, integers, place_of, shares
 from pica.scene.material import Material
 from pica.scene.mesh import Section
 from pica.scene.normals import face_normals, perpendicular, unit_normals, vertex_normals
@@ -19,8 +19,8 @@ Attributes = dict[str, NDArray[Any]]
 
 
 def _colors(values: Any) -> NDArray[np.float32]:
-    """(vertices, 3 or 4) not negative."""
-    found = floats("vertices", "channels", low=0)(values)
+    """(vertices, 3 or 4) from 0 to 1."""
+    found = shares("vertices", "channels")(values)
     if found.shape[1] not in (3, 4):
         raise UnfitError(f"has the shape {found.shape}, not (vertices, 3) or (vertices, 4)")
     return found

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError, shown
+from pica.names import checked_names
 from pica.scene.arrays import LARGEST_SIDE, affine, doubles
 from pica.scene.checked_field import CheckedField, ReadOnlyCopies, described
 from pica.scene.values import UnfitError, angle, checked, choice, number, optional, positive, text, vector, whole
@@ -48,6 +49,7 @@ def _rigid(matrix: ArrayLike) -> NDArray[np.float64]:
     return kept
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True, eq=False)
 class Camera(ReadOnlyCopies):
     """A camera in the world. It looks along its own -Z, +Y up, as in glTF.

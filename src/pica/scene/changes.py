@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 from weakref import ref
 
-from pica.scene.checked_field import ReadOnlyCopies
+from pica.scene.construction import FieldsOnly
 
 if TYPE_CHECKING:
     from pica.scene.model import Node, Scene
@@ -110,7 +110,7 @@ class Followers:
         self._references = []
 
 
-class Followed(ReadOnlyCopies):
+class Followed(FieldsOnly):
     """What several nodes may show, such as a material: who shows it hears when one of its tracked fields is set."""
 
     _followers: "ClassVar[Followers | tuple[()]]" = ()

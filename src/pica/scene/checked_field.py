@@ -1,17 +1,15 @@
 """Fields of dataclasses that keep only what fits them, so that an error points at the line that set it."""
 
-import re
 from collections.abc import Callable
-from dataclasses import MISSING, fields
 from typing import Any, Generic, NoReturn, TypeVar, overload
 
 import numpy as np
 
 from pica.errors import SceneError, shown
+from pica.names import kind_of
 from pica.scene.values import Check, UnfitError
 
 _Value = TypeVar("_Value")
-_Made = TypeVar("_Made")
 _REQUIRED = object()
 
 
@@ -87,38 +85,6 @@ class ReadOnlyCopies:
         vars(self).update(state | arrays)
 
 
-def unchecked_constructor(made: type[_Made]) -> Callable[..., _Made]:
-    """What makes objects of a dataclass of values that are known to fit: many times as fast as the class itself.
-
-    Nothing is checked or converted, `__post_init__` is not called, and fields that are not given have their defaults.
-    For files of many objects, whose values their reader has checked.
-    """
-    defaults: dict[str, Any] = {}
-    factories: dict[str, Callable[[], Any]] = {}
-    checked = {name for name, value in vars(made).items() if isinstance(value, CheckedField)}
-    for field in fields(made):  # type: ignore[arg-type]  # of a dataclass
-        factory = field.default if isinstance(field.default, type) else field.default_factory
-        if callable(factory) and field.name in checked:
-            defaults[field.name] = read_only(factory())  # which all may share
-        elif callable(factory):
-            factories[field.name] = factory
-        elif field.default is not MISSING:
-            defaults[field.name] = field.default
-
-    def construct(**values: Any) -> _Made:
-        kept = defaults | values
-        for name, factory in factories.items():
-            if name not in values:
-                kept[name] = factory()
-        for name in checked.intersection(values):
-            kept[name] = read_only(values[name])
-        constructed = object.__new__(made)
-        object.__setattr__(constructed, "__dict__", kept)  # classes may be frozen
-        return constructed
-
-    return construct
-
-
 def fitting(holder: object, field: str, check: Check[_Value], value: Any) -> _Value:
     """The value to keep in a field of an object. Raises SceneError where it does not fit."""
     try:
@@ -136,6 +102,6 @@ def check_again(holder: object) -> None:
 
 def described(holder: object) -> str:
     """What a message calls an object: its class and, where it is known by then, its name."""
-    kind = re.sub("(?<!^)(?=[A-Z])", " ", type(holder).__name__).lower()
+    kind = kind_of(type(holder))
     name = vars(holder).get("name")
     return f"{kind} {shown(name)}" if isinstance(name, str) and name else kind

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from pica.errors import SceneError
+from pica.names import checked_names
 from pica.scene.checked_field import CheckedField
 from pica.scene.light import COLOR, Color
 from pica.scene.values import UnfitError, flag, items, number
@@ -19,6 +21,7 @@ _NOT_NEGATIVE = number(0)
 _CLEAR: Color = (0.0, 0.0, 0.0)
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class Coat:
     """A dielectric layer that lets light through to what lies below (docs/guide/materials.md, "Coats").

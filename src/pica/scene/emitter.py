@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.errors import SceneError
+from pica.names import checked_names
 from pica.scene.arrays import doubles
 from pica.scene.checked_field import CheckedField
 from pica.scene.deformer import Floats
@@ -29,6 +31,7 @@ def _two_colors(values: Any) -> tuple[Color, Color]:
     return COLOR(pair[0]), COLOR(pair[1])
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True, eq=False)
 class Emitter:
     """Gives off `count` particles in every `life` seconds, evenly, for ever; each flies freely and fades.

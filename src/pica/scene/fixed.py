@@ -1,21 +1,43 @@
 """Objects whose public attributes stay as they were made."""
 
+import functools
 from typing import Any
 
 from pica.errors import SceneError
+from pica.names import unknown
 from pica.scene.checked_field import described, read_only
 
 
 class Fixed:
-    """Refuses to have a public attribute assigned again, which nobody who shows the object would hear of. Arrays that
-    are assigned become read-only views."""
+    """Refuses to have a public attribute assigned again, which nobody who shows the object would hear of, and one that
+    its class's own `__init__` has not made. Arrays that are assigned become read-only views."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "__init__" in vars(cls):
+            cls.__init__ = _completing(cls, cls.__init__)  # type: ignore[method-assign]
 
     def __setattr__(self, name: str, value: Any) -> None:
         public = not name.startswith("_")
         if public and name in vars(self):
             raise SceneError(f"{described(self)}: {name}: stays as it was made; make another one")
+        if public and "_complete" in vars(self) and not hasattr(type(self), name):
+            properties = [each for each in dir(type(self)) if isinstance(getattr(type(self), each), property)]
+            raise SceneError(f"{described(self)}: {unknown(name, [*vars(self), *properties])}")
         super().__setattr__(name, read_only(value) if public else value)
 
     def _renew(self, **values: Any) -> None:
         """Set public attributes again, from a method that tells who shows the object."""
         vars(self).update({name: read_only(value) for name, value in values.items()})
+
+
+def _completing(cls: type, construct: Any) -> Any:
+    """The `__init__` of a class, after which its objects have all of their attributes."""
+
+    @functools.wraps(construct)
+    def complete(self: Fixed, *values: Any, **named: Any) -> None:
+        construct(self, *values, **named)
+        if type(self) is cls:
+            vars(self)["_complete"] = True
+
+    return complete

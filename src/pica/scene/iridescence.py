@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from pica.errors import SceneError
+from pica.names import checked_names
 from pica.scene.checked_field import CheckedField
 from pica.scene.values import number
 
@@ -9,6 +11,7 @@ _SHARE = number(0, 1)
 _NANOMETRES = number(0, 1e5)
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class Iridescence:
     """A film of a thickness near the wavelength of light, whose colour follows thickness and angle

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pica.errors import SceneError, shown
+from pica.names import checked_names
 from pica.scene.channels import ALL_CHANNELS, checked_channels
 from pica.scene.checked_field import CheckedField, described
 from pica.scene.values import BRIGHTEST, LARGEST, angle, choice, number, optional, positive, text, vector
@@ -45,6 +46,7 @@ class _AnyLight:
                 raise SceneError(f"{described(self)}: {name}: {fault}")
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class DirectionalLight(_AnyLight):
     """A light so far away that its rays are parallel, such as the sun."""
@@ -57,6 +59,7 @@ class DirectionalLight(_AnyLight):
     name: CheckedField[str] = CheckedField(text, "")
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class PointLight(_AnyLight):
     """A light that shines equally in all directions, from a sphere of the given radius."""
@@ -71,6 +74,7 @@ class PointLight(_AnyLight):
     name: CheckedField[str] = CheckedField(text, "")
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class SpotLight(_AnyLight):
     """A point light limited to a cone."""
@@ -95,6 +99,7 @@ class SpotLight(_AnyLight):
             raise SceneError(f"{described(self)}: inner_cone_angle: {fault}")
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class RectangleLight(_AnyLight):
     """A rectangle in its node's XY plane that shines from its -Z side."""
@@ -109,6 +114,7 @@ class RectangleLight(_AnyLight):
     name: CheckedField[str] = CheckedField(text, "")
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class DiskLight(_AnyLight):
     """A disk in its node's XY plane that shines from its -Z side."""
@@ -121,6 +127,7 @@ class DiskLight(_AnyLight):
     name: CheckedField[str] = CheckedField(text, "")
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class SphereLight(_AnyLight):
     """A sphere around its node's origin that shines outwards."""
@@ -133,6 +140,7 @@ class SphereLight(_AnyLight):
     name: CheckedField[str] = CheckedField(text, "")
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class TubeLight(_AnyLight):
     """A tube along its node's X axis with round ends, a capsule, that shines outwards."""

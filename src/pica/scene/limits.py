@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from pica.errors import SceneError
+from pica.names import checked_names
 
 FREE_BYTES = 10**9
 """What any load may take, however small its files: a flat picture of 16384x8192 pixels is a few kilobytes as PNG."""
@@ -14,6 +15,7 @@ OBJECT_BYTES = 1 << 12
 """What a node, a material or another thing of which a scene has many counts as: Python objects of 2 to 3 kB."""
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class Limits:
     """What one load may take at most, its environment included; counted before memory is taken.

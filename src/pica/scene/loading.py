@@ -32,7 +32,9 @@ def load(
     limits: Limits | None = None,
     up: str = "y",
 ) -> Scene:
-    """Load a .gltf or .glb file, lit from all around by `environment` (a .hdr or .exr file, or one in memory).
+    """Load a .gltf or .glb file, lit from all around by `environment`: a .hdr or .exr file, or one in memory.
+
+    A .png or .jpg is taken too, as sRGB: its light is 0 to 1 nit, so a sun in it lights no more than white paper.
 
     A scene without any light, or whose materials emit next to none, gets a neutral sky, and a warning that says so.
     `allow_outside`: read buffers and pictures from files outside the asset's folder too, such as textures in "../".
@@ -99,7 +101,7 @@ _KEY_DIRECTION: NDArray[np.float64] = np.array([0.5, 0.7, 0.6]) / np.linalg.norm
 
 
 def read_environment(path: Path, budget: Budget | None = None) -> Environment:
-    """The picture of the surroundings in a .hdr or .exr file. Raises SceneError."""
+    """The picture of the surroundings in a .hdr or .exr file, or in a .png or .jpg of 0 to 1 nit. Raises SceneError."""
     budget, name = budget or Budget(), printable(path)
     radiance = pictures.read_radiance(path, budget.take_picture, lambda length: budget.read_file(path, length))
     try:

@@ -8,12 +8,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pica.errors import shown
+from pica.errors import SceneError, shown
+from pica.names import checked_names
 from pica.scene.anisotropy import Anisotropy
 from pica.scene.arrays import integers, picture
 from pica.scene.changes import Followed
 from pica.scene.checked_field import CheckedField
 from pica.scene.coat import Coat, coats
+from pica.scene.construction import fields_only
 from pica.scene.iridescence import Iridescence
 from pica.scene.light import COLOR, WHITE, Color
 from pica.scene.material_registry import STANDARD
@@ -56,6 +58,7 @@ class Wrap(Enum):
     CLAMP_TO_EDGE = "clamp_to_edge"
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class Sampler:
     """How a texture is read between and outside its texels."""
@@ -70,6 +73,7 @@ Encoding = Literal["srgb", "linear"]
 _ENCODING = choice("srgb", "linear")
 
 
+@fields_only
 @dataclass(eq=False)
 class Image(Followed):
     """Pixels of a texture: (height, width, 4) uint8, row 0 on top; what they mean depends on the use.
@@ -96,6 +100,7 @@ class Image(Followed):
         return Image(checked("image: array", picture(texels), array), name, encoding)
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True, eq=False)
 class Texture:
     """An image as one material uses it."""
@@ -135,6 +140,7 @@ def _index_of_refraction(value: Any) -> float:
     return found
 
 
+@fields_only
 @dataclass(eq=False)
 class Material(Followed):
     """Metallic-roughness material; factors multiply their textures (glTF 2.0, 3.9).

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError, shown
-from pica.scene.arrays import floats, integers, place_of
+from pica.scene.arrays import floats, integers, place_of, shares
 from pica.scene.changes import Followed
 from pica.scene.checked_field import CheckedField, check_again, described
+from pica.scene.construction import fields_only
 from pica.scene.material import Material
 from pica.scene.primitives import Primitives
 from pica.scene.tracked_field import TrackedField
@@ -18,6 +19,7 @@ from pica.scene.values import flag, instance, items, optional, text
 _OFFSETS = optional(floats("targets", "vertices", 3))
 
 
+@fields_only
 @dataclass(eq=False)
 class Section(Followed):
     """A part of a mesh with one material (a glTF primitive): indexed triangles. One without triangles shows nothing.
@@ -42,8 +44,8 @@ class Section(Followed):
     """(vertices, 2) first texture coordinates, v down."""
     uv1: TrackedField[NDArray[np.float32]] = TrackedField(floats("vertices", 2))
     """(vertices, 2) second texture coordinates."""
-    colors: TrackedField[NDArray[np.float32]] = TrackedField(floats("vertices", 4))
-    """(vertices, 4) linear, multiplies the base colour."""
+    colors: TrackedField[NDArray[np.float32]] = TrackedField(shares("vertices", 4))
+    """(vertices, 4) linear, 0 to 1, multiplies the base colour; uint8 counts 255ths of that, as in glTF."""
     indices: TrackedField[NDArray[np.uint32]] = TrackedField(integers(np.uint32, "triangles", 3))
     """(triangles, 3), counter-clockwise from the front."""
     material: TrackedField[Material] = TrackedField(instance(Material))
@@ -96,8 +98,9 @@ class Section(Followed):
 
         `normals`: (vertices, 3) of any length; without them, the means of the triangles round each vertex or, with
         `smooth` False, those of the triangles, whose corners become vertices of their own. `uv`, `uv1`: (vertices, 2),
-        v down, or zeros. `colors`: (vertices, 3) or with alpha (vertices, 4), linear, or white. `tangents`: (vertices,
-        4), only beside normals; without them, those of the material's normal map, where a vertex may become two.
+        v down, or zeros. `colors`: (vertices, 3) or with alpha (vertices, 4), linear, floats from 0 to 1 or uint8 for
+        255ths, as in glTF; or white. `tangents`: (vertices, 4), only beside normals; without them, those of the
+        material's normal map, where a vertex may become two.
         `material`: white, rough and not a metal if none. Raises SceneError, which names the argument, for what is not
         finite or does not fit.
         """
@@ -153,6 +156,7 @@ _WEIGHTS_OFF = 1e-2
 """By how much sums of weights, which files have in as few as eight bits, may differ from 1."""
 
 
+@fields_only
 @dataclass(eq=False)
 class Mesh(Followed):
     """Sections and primitives that move together. One without any shows nothing. Raises SceneError for other things."""

@@ -12,6 +12,7 @@ from pica.scene.animation import Animation, together
 from pica.scene.camera import Camera
 from pica.scene.changes import ChangeSet, Listeners
 from pica.scene.checked_field import CheckedField, described, fitting
+from pica.scene.construction import FieldsOnly
 from pica.scene.environment import Environment
 from pica.scene.extents import framed, subject_box, whole_box
 from pica.scene.mesh import Mesh, Section
@@ -22,7 +23,7 @@ from pica.scene.values import UnfitError, instance, items, number, optional, tex
 __all__ = ["Mesh", "Node", "Scene", "Section"]
 
 
-class Scene:
+class Scene(FieldsOnly):
     """Nodes and an environment. A renderer keeps a copy on the GPU and follows what is assigned to any field of it, of
     its nodes and of what these show; what is not followed cannot be written."""
 
@@ -30,12 +31,14 @@ class Scene:
     environment: TrackedField[Environment | None] = TrackedField(optional(instance(Environment)), None)
     """Environments are immutable: set another one, such as `dataclasses.replace(scene.environment, strength=2.0)`."""
 
+    animations: list[Animation]
+
     def __init__(self, name: str = "", environment: Environment | None = None) -> None:
         self._listeners = Listeners(self)
         self.name = name
         self.environment = environment
         self._roots: list[Node] = []
-        self.animations: list[Animation] = []
+        self.animations = []
         self._together: tuple[tuple[Animation, ...], Animation] = ((), Animation([]))
 
     @property

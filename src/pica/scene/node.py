@@ -16,7 +16,8 @@ from pica.scene.arrays import affine, affines, doubles, integers
 from pica.scene.camera import Camera
 from pica.scene.changes import Listeners
 from pica.scene.channels import ALL_CHANNELS, checked_channels
-from pica.scene.checked_field import CheckedField, ReadOnlyCopies, described, fitting, read_only
+from pica.scene.checked_field import CheckedField, described, fitting, read_only
+from pica.scene.construction import FieldsOnly, fields_only
 from pica.scene.deformer import CameraFacing, Deformer
 from pica.scene.light import WIDEST, Light, extent
 from pica.scene.mesh import Mesh
@@ -41,8 +42,9 @@ _IN_PLACE = np.eye(4)
 _IN_PLACE.setflags(write=False)
 
 
+@fields_only
 @dataclass(eq=False)
-class Node(ReadOnlyCopies):
+class Node(FieldsOnly):
     """A place in the world and what stands there. Set `transform` to move it with its children.
 
     Whatever is assigned to a field is in the next picture. Arrays that fields give are read-only.
@@ -116,9 +118,9 @@ class Node(ReadOnlyCopies):
         if pose is not None:
             vars(self)["pose"] = pose
         matrix.setflags(write=False)
-        self._transform = matrix
+        self.__dict__["_transform"] = matrix  # past FieldsOnly: what moves is set in every frame
         for node in self.walk() if self._children else (self,):
-            node._world = None
+            node.__dict__["_world"] = None
             for listener in node._listeners or ():
                 listener.moved[node] = None
                 for skinned in node._carried:
@@ -229,11 +231,11 @@ class Node(ReadOnlyCopies):
             outdated.append(above)
             above = above._parent
         world = above._transform if above._world is None else above._world
-        above._world = world
+        above.__dict__["_world"] = world
         for node in reversed(outdated):
             world = world.dot(node._transform)  # unlike @ it has no words for what overflows: check does
             world.setflags(write=False)
-            node._world = world
+            node.__dict__["_world"] = world
         return world
 
     def add(self, child: "Node") -> "Node":

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError, shown
+from pica.names import checked_names
 from pica.scene.arrays import doubles, integers
 from pica.scene.checked_field import fitting, read_only
 from pica.scene.deformer import FROM_THE_FRONT, CameraFacing, Eye, Floats, unit
@@ -20,6 +21,7 @@ _MOST = 1 << 24
 _IDENTITIES = optional(integers(np.int64, "n"))
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True, eq=False)
 class Particles:
     """What there is to see of n particles at one moment. Arrays of one row go for all of them."""

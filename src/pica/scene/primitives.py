@@ -10,6 +10,7 @@ from pica.errors import SceneError, shown
 from pica.scene.arrays import doubles, floats, numbers
 from pica.scene.changes import Followed
 from pica.scene.checked_field import check_again, read_only
+from pica.scene.construction import fields_only
 from pica.scene.material import Material
 from pica.scene.tracked_field import TrackedField
 from pica.scene.values import UnfitError, checked, instance, text
@@ -28,6 +29,7 @@ def _arrays(values: Any) -> dict[str, NDArray[np.generic]]:
     return kept
 
 
+@fields_only
 @dataclass(eq=False)
 class Primitives(Followed):
     """A part of a mesh with one material: primitives of one shape, which rays meet as they are.

@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass
 
+from pica.errors import SceneError
+from pica.names import checked_names
 from pica.scene.checked_field import CheckedField
 from pica.scene.light import WHITE, Color
 from pica.scene.values import number, vector
 
 
+@checked_names(SceneError)
 @dataclass(frozen=True)
 class Sheen:
     """Light that fibres scatter, most where the surface is seen or lit from the side

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import SceneError
+from pica.names import checked_names
 from pica.scene.arrays import doubles
 from pica.scene.checked_field import described, fitting
 from pica.scene.fixed import Fixed
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 
+@checked_names(SceneError)
 @dataclass(eq=False)
 class Skin(Fixed):
     """Joints that vertices follow. Make it when the joints hang in their tree, where they then stay.
@@ -65,6 +67,7 @@ class Skin(Fixed):
         rows: dict[Node | None, int] = {node: row for row, node in enumerate(self.links, start=1)}
         self._parent_rows = [rows.get(node.parent, 0) for node in self.links]
         self._joint_rows = [rows.get(joint, 0) for joint in self.joints]
+        self._complete = True
 
     @property
     def world(self) -> Floats:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.arrays import as_array, floats, place_of
+from pica.scene.arrays import as_array, check_shares, floats
 from pica.scene.values import UnfitError
 
 _ANY = floats()
@@ -38,8 +38,5 @@ def texels(values: Any) -> NDArray[np.uint8]:
 
 
 def _quantized(values: NDArray[np.float32]) -> NDArray[np.uint8]:
-    outside = (values < 0) | (values > 1)
-    if outside.any():
-        hint = "; numbers up to 255 must be uint8" if values.max() > 1 else ""
-        raise UnfitError(f"{place_of(outside)}is not from 0 to 1 ({values[outside][0]:g}){hint}")
+    check_shares(values)
     return np.rint(values * 255).astype(np.uint8)

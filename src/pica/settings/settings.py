@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, get_type_hints
 
 from pica.errors import SettingsError, plain, shown
+from pica.names import checked_names, did_you_mean
 from pica.settings.groups import (
     AmbientOcclusionSettings,
     AntialiasingSettings,
@@ -50,7 +51,8 @@ class Settings(Group):
     def preset(name: str) -> "Settings":
         """Named settings, one of PRESETS: "hybrid" is the default. Raises SettingsError."""
         if not isinstance(name, str) or name not in PRESETS:
-            raise SettingsError(f"preset {shown(name)} is not one of {', '.join(PRESETS)}")
+            fault = f"preset {shown(name)} is not one of {', '.join(PRESETS)}"
+            raise SettingsError(fault + did_you_mean(name, PRESETS))
         return Settings().with_values(PRESETS[name].values)
 
     def with_values(self, values: Mapping[str, Value]) -> "Settings":
@@ -131,6 +133,9 @@ GROUPS = {
     name: hint for name, hint in get_type_hints(Settings).items() if isinstance(hint, type) and issubclass(hint, Group)
 }
 
+for each in (*GROUPS.values(), Settings):
+    checked_names(SettingsError)(each)
+
 
 def _at_level(level: str) -> dict[str, Value]:
     return {name: level for name, group in GROUPS.items() if level in group.levels}
@@ -159,6 +164,10 @@ def _value(group: type[Group], path: str, name: str, value: Any) -> Any:
     """The value of a setting, read if it is text. Raises SettingsError if there is no such setting."""
     known = declared(group)
     if name not in known:
-        names = ", ".join(sorted([*known, *GROUPS] if group is Settings else known))
-        raise SettingsError(f"setting {shown(path)} does not exist; {shown(name)} is not one of {names}")
+        groups = [*GROUPS.values(), Settings] if group is Settings else [group]
+        names = [*known, *GROUPS] if group is Settings else list(known)
+        all_paths = [dotted(each, setting) for each in groups for setting in declared(each)]
+        hint = did_you_mean(path, [*all_paths, *GROUPS]) if group is Settings else did_you_mean(name, names)
+        listed = f"; {shown(name)} is not one of {', '.join(sorted(names))}"
+        raise SettingsError(f"setting {shown(path)} does not exist{hint or listed}")
     return known[name].read(value) if isinstance(value, str) else value

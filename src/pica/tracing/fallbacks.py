@@ -5,22 +5,16 @@ import warnings
 
 from pica.errors import DeviceError
 from pica.rhi.device import Device
-from pica.settings import Settings
+from pica.settings import PRESETS, Settings
+from pica.settings.setting import Value
 from pica.tracing import embree
 
-WITHOUT_RAYS = {
-    "visibility.primary": "raster",
-    "shadows.method": "maps",
-    "ambient_occlusion.mode": "ground_truth",
-    "lighting.environment": "prefiltered",
-    "reflections.mode": "screen_space",
-    "global_illumination.mode": "light_map",
-}
-"""By setting, what each stage does without rays; the preset "raster" is all of these."""
+WITHOUT_RAYS = PRESETS["raster"].values
+"""By setting, what each stage does without rays."""
 
 
-class Told:
-    """What the user of a device has been told already."""
+class WarningLog:
+    """Warnings that the user of a device has had."""
 
     def __init__(self, _: Device) -> None:
         self.messages: set[str] = set()
@@ -50,14 +44,14 @@ def check_traces(device: Device, what: str) -> None:
 
 def say_once(device: Device, message: str) -> None:
     """A warning, unless the device has given it before."""
-    told = device.shared(Told).messages
+    told = device.shared(WarningLog).messages
     if message not in told:
         told.add(message)
         warnings.warn(message, stacklevel=4)
 
 
-def _by_embree(settings: Settings) -> dict[str, str]:
-    changes = {}
+def _by_embree(settings: Settings) -> dict[str, Value]:
+    changes: dict[str, Value] = {}
     if settings.rays.scheduler == "pipeline":
         changes["rays.scheduler"] = "buffers"
     if settings.rays.tracer == "device":
@@ -65,7 +59,7 @@ def _by_embree(settings: Settings) -> dict[str, str]:
     return changes
 
 
-def _without_rays(settings: Settings) -> dict[str, str]:
+def _without_rays(settings: Settings) -> dict[str, Value]:
     shadows = settings.shadows.mode != "off" and settings.shadows.method == "rays"
     needed = {
         "visibility.primary": settings.visibility.primary == "rays",

@@ -55,15 +55,18 @@ class PathPipeline:
         self._parts = (*parts, _ALL)
         source = _RAY_GENERATION.format(module=import_path(module), effect=effect, detail=detail)
         generation = ShaderSource(f"{unique(module)}_{effect}_{detail}_paths", source, module)
-        self._pipeline = RayPipeline(device, name, generation, detail, simplified, with_module, len(self._parts))
-        self._buffers = RayBuffers(device, name, generation)
+        self._pipeline = RayPipeline(device, name, generation, detail, simplified, with_module)
+        self._buffers = RayBuffers(device, name, generation, shared=True)
+        self._grid: tuple[int, int] | None = None
         self._counts = device.buffer("path counts", data=np.zeros(2 * len(self._parts), np.uint32), struct_size=4)
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
         """Record the effect over a (width, height) grid with these parameters."""
         size = grid[0] * grid[1]
+        if grid != self._grid:
+            self._grid, self._size = grid, spy.uint2(*grid)
         recording.encoder.clear_buffer(self._counts)
-        values |= {"counts": self._counts, "grid": spy.uint2(*grid), **self._buffers.for_rays(size)}
+        values |= {"counts": self._counts, "grid": self._size, **self._buffers.for_rays(size)}
         for part, most in enumerate(self._parts):
             threads = (size, 1) if part else grid
             self._pipeline(recording, threads, part=part, most=most, **values)

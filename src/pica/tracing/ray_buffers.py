@@ -1,6 +1,7 @@
 """Ray effects as compute kernels around buffers of rays and hits, which something else traces in between (tier 1)."""
 
 import time
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -185,10 +186,11 @@ class BufferEffect:
 
 
 class RayBuffers:
-    """An effect's rays under way, what it knows of them, and two queues that take turns; and what else each ray has."""
+    """An effect's rays under way, the state of each, and two queues that take turns; and what else each ray has."""
 
-    def __init__(self, device: Device, name: str, source: ShaderSource, **more: int) -> None:
-        """`source`: where `rays`, `states` and `next` are declared. `more`: bytes a ray of further buffers."""
+    def __init__(self, device: Device, name: str, source: ShaderSource, shared: bool = False, **more: int) -> None:
+        """`source`: where `rays`, `states` and `next` are declared. `shared`: effects that run one after the other have
+        the same buffers, which may be larger than they need. `more`: bytes a ray of further buffers."""
         layout = device.session.link_program([source.loaded(device)], [])
         strides = {
             parameter.name: parameter.type_layout.element_type_layout.stride
@@ -197,16 +199,50 @@ class RayBuffers:
         }
         self._device, self._name = device, name
         self._strides = strides | {"queue": strides["next"]} | more
+        self._scratch = _shared_scratch(device) if shared else Scratch(device)
         self._count = 0
         self._buffers: dict[str, spy.Buffer] = {}
 
     def for_rays(self, count: int) -> dict[str, spy.Buffer]:
-        """The buffers, with room for just so many rays."""
-        if count != self._count:
+        """The buffers, with room for just so many rays unless they are shared."""
+        if count != self._count or self._buffers != self._scratch.buffers:
             self._count = count
-            self._device.give_back(*self._buffers.values())
-            self._buffers = {
-                name: self._device.buffer(f"{self._name} {name}", size=count * stride, struct_size=stride)
-                for name, stride in self._strides.items()
-            }
+            for name, stride in self._strides.items():
+                self._scratch.make_room(f"{self._name} {name}", name, count * stride, stride)
+            self._buffers = dict(self._scratch.buffers)
         return self._buffers
+
+
+class Scratch:
+    """Buffers of which nothing is needed once an effect has run."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device.part()
+        self.buffers: dict[str, spy.Buffer] = {}
+        self.shared = False
+
+    def make_room(self, label: str, name: str, size: int, stride: int) -> None:
+        """Have a buffer of this name and at least this size; of just this size where nobody shares it."""
+        found = self.buffers.get(name)
+        if found is not None:
+            if found.size == size or (self.shared and found.size > size):
+                return
+            self._device.give_back(found)
+        self.buffers[name] = self._device.buffer(label, size=size, struct_size=stride)
+
+
+class _SharedScratch:
+    """Of a device: there while an effect uses it."""
+
+    def __init__(self, device: Device) -> None:
+        self.current: weakref.ref[Scratch] | None = None
+
+
+def _shared_scratch(device: Device) -> Scratch:
+    place = device.shared(_SharedScratch)
+    scratch = place.current() if place.current is not None else None
+    if scratch is None:
+        scratch = Scratch(device)
+        scratch.shared = True
+        place.current = weakref.ref(scratch)
+    return scratch

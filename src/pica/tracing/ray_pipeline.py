@@ -100,19 +100,24 @@ class _RayProgram:
         self,
         device: Device,
         name: str,
-        parts: int,
         program: spy.ShaderProgram,
         pipeline: spy.RayTracingPipeline,
         table: spy.ShaderTable,
     ) -> None:
         self._name, self._pipeline, self._table = name, pipeline, table
-        # Parameters that differ from part to part would be bound anew each time.
-        self._parts = [ProgramParameters(device.handle, name, program) for _ in range(parts)]
+        self._device, self._program = device.handle, program
+        self._parameters: dict[tuple[int, int], ProgramParameters] = {}
+
+    def _parameters_of(self, part: int, variant: int) -> ProgramParameters:
+        """What differs from part to part, or from frame to frame, would be bound anew each time."""
+        found = self._parameters.get((part, variant))
+        if found is None:
+            found = self._parameters[part, variant] = ProgramParameters(self._device, self._name, self._program)
+        return found
 
     def __call__(self, recording: Recording, grid: tuple[int, int], values: dict[str, Any]) -> None:
-        parameters = self._parts[values.get("part", 0)]
-        parameters.bind(**values)
-        parameters.check()
+        parameters = self._parameters_of(values.get("part", 0), recording.variant)
+        parameters.bind_all(values)
         recording.profiler.begin(recording.encoder, self._name)
         encoder = recording.encoder.begin_ray_tracing_pass()
         encoder.bind_pipeline(self._pipeline, self._table, parameters.root)
@@ -138,13 +143,11 @@ class RayPipeline:
         detail: HitDetail,
         simplified: bool = False,
         with_module: str | None = None,
-        parts: int = 1,
     ) -> None:
-        """`parts`: dispatches in a frame, told apart by a parameter `part`."""
         self.name = name
         generation.loaded(device)  # a fault shows here, not in the first frame
         recipe = RayRecipe(generation, detail, simplified, with_module)
-        self._program = ForTypes(programs(device), recipe, lambda made: _RayProgram(device, name, parts, *made))
+        self._program = ForTypes(programs(device), recipe, lambda made: _RayProgram(device, name, *made))
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
         """Record the effect, or its part `part`, over a (width, height) grid with these parameters."""

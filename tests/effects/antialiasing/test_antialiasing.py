@@ -66,7 +66,7 @@ def test_a_still_picture_is_the_plain_mean(device, upscale):
         renderer, frames = renderer_of(device, scene), []
         for _ in range(9):
             frames.append(shown(renderer.advance(camera())))
-            renderer.antialiasing.reset()
+            renderer._stages.antialiasing.restart()
         np.testing.assert_allclose(still, np.mean(frames, axis=0), rtol=1e-5, atol=1e-6)
 
 
@@ -77,7 +77,7 @@ def test_coming_to_rest_neither_jumps_nor_leaves_a_trace(device):
         moving = shown(renderer.advance(camera(0.4 * PIXEL * frame)))
         plain.advance(camera(0.4 * PIXEL * frame))
     stop = camera(0.4 * PIXEL * 11)
-    plain.antialiasing.reset()
+    plain._stages.antialiasing.restart()
     for frame in range(34):
         resting, mean = shown(renderer.advance(stop)), shown(plain.advance(stop))
         if frame == 0:

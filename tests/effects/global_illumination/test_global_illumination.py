@@ -43,9 +43,9 @@ def test_a_still_picture_is_that_of_many_paths(device, name, values, tolerance):
     renderer = pica.Renderer(getattr(pica.scenes, name)(), size=SIZE, settings=settings(values), device=device)
     camera = renderer.scene.default_camera(1.5)
     camera = replace(camera, transform=move(0.013, 0.007, 0) @ camera.transform)  # no pixel's centre is on an edge
-    for _ in range(96):
-        renderer.advance(camera, jittered=False)
     measured = MeasuredEffect(renderer, "global_illumination")
+    for _ in range(96):
+        renderer.advance(camera, jittered=False, capture=measured.offers)
     found, expected = measured.result()["indirect"], measured.reference(256)["indirect"]
     there = np.isfinite(expected)
     assert found[there].mean() == pytest.approx(expected[there].mean(), rel=tolerance)
@@ -82,9 +82,9 @@ def test_metal_fields_keep_no_light_from_matte_ones(device, mode):
     values = {"global_illumination.mode": mode, "global_illumination.bounces": "1"}
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     camera = pica.Camera.look_at((0, 1.8, 2.6), (0, 0.2, -0.5), vertical_fov=np.radians(50))
-    for _ in range(48):
-        renderer.advance(camera, jittered=False)
     measured = MeasuredEffect(renderer, "global_illumination")
+    for _ in range(48):
+        renderer.advance(camera, jittered=False, capture=measured.offers)
     found, expected = (light["indirect"][34:] for light in (measured.result(), measured.reference(96)))
     there = np.isfinite(expected)
     assert found[there].mean() == pytest.approx(expected[there].mean(), rel=0.08)
@@ -132,12 +132,12 @@ def test_what_is_thinner_than_two_pixels_has_the_light_of_surfels(device):
         scene.add(node)
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(SURFELS), device=device)
     camera = scene.default_camera(1.5)
+    measured = MeasuredEffect(renderer, "global_illumination")
     for _ in range(24):
-        seen = renderer.advance(camera, jittered=False)["visibility"]
+        seen = renderer.advance(camera, jittered=False, capture=measured.offers)["visibility"]
     numbers = [[node.name for node in scene.nodes()].index(node.name) + 1 for node in wires]
     thin = np.isin(seen.to_numpy()[..., 0], numbers)
     assert thin.sum() > 100
-    measured = MeasuredEffect(renderer, "global_illumination")
     found, expected = measured.result()["indirect"][thin], measured.reference(256)["indirect"][thin]
     assert found.mean() == pytest.approx(expected.mean(), rel=0.1) and (found.mean(-1) > 0.2 * expected.mean(-1)).all()
 
@@ -150,8 +150,8 @@ def test_surfels_of_a_scene_at_rest_are_quiet(device):
     camera = scene.default_camera(1.5)
 
     def following():
-        renderer.advance(camera, jittered=False)
-        return renderer.global_illumination.aovs()["indirect"].fetch()
+        renderer.advance(camera, jittered=False, capture=("indirect",))
+        return renderer.captured["indirect"]()
 
     means = [following() for _ in range(140)][-1]
     later = following()
@@ -184,8 +184,10 @@ def test_the_pool_of_surfels_never_runs_over(device):
     for frame in range(40):
         angle = frame * 0.7
         target = (np.cos(angle), 1.2, np.sin(angle))
-        picture = renderer.render(1, camera=pica.Camera.look_at((0, 1.5, 0), target, vertical_fov=np.radians(70)))
-        assert renderer.global_illumination.ray_counts()["surfel_rays"] <= 1024 and np.isfinite(picture.color).all()
+        camera = pica.Camera.look_at((0, 1.5, 0), target, vertical_fov=np.radians(70))
+        assert renderer.count_rays(camera)["surfel_rays"] <= 1024
+        picture = renderer.render(1, camera=camera)
+        assert np.isfinite(picture.color).all()
     assert reflected(picture).mean() > 0.05
 
 
@@ -197,7 +199,8 @@ def test_surfels_lie_evenly(device):
     picture = renderer.render(1)
     coverage = picture.aov("debug.global_illumination.coverage")[picture.aov("instance") > 0]
     assert coverage.mean() > 1 and coverage.std() / coverage.mean() < 0.3
-    assert 0 < renderer.global_illumination.surfel_count() < 20_000
+    renderer.advance(renderer.scene.default_camera(SIZE[0] / SIZE[1]), capture=("count.surfels",))
+    assert 0 < renderer.captured["count.surfels"]() < 20_000
 
 
 def test_what_is_known_of_surfels_can_be_seen(device):

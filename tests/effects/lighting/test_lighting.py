@@ -264,7 +264,7 @@ def test_no_scene_takes_more_rays_than_the_budget(device, level, rays):
     scene = stage(*many_lights(12), *lamp(), sun, environment=uniform(0.3, 0.4, 0.5))
     renderer = pica.Renderer(scene, size=SIZE, settings=pica.Settings().with_values({"shadows": level}), device=device)
     renderer.render(1, camera=VIEW)
-    traced = renderer.shadows.ray_counts()["shadow_rays"]
+    traced = renderer.count_rays(VIEW)["shadow_rays"]
     assert (rays - 1) * SIZE[0] * SIZE[1] < traced <= rays * SIZE[0] * SIZE[1]
     assert renderer.single_lights == ["sun"][: rays - 1], "the strongest light is another one"
 

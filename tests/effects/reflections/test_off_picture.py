@@ -81,10 +81,10 @@ def test_other_global_illumination_is_asked_from_the_next_frame_on(device, baked
     for values in (SURFELS, {"global_illumination.mode": "off"}, {"global_illumination.mode": "path_traced"}):
         renderer.configure(on.with_values(values))
         renderer.advance(TOWARDS_THE_MIRROR)
-    kept = renderer.reflections
+    kept = renderer._stages.reflections
     renderer.configure(on.with_values({"global_illumination.mode": "restir"}))
     assert renderer.render(16, camera=TOWARDS_THE_MIRROR).color.mean() == pytest.approx(1, abs=0.03)
-    assert renderer.reflections is kept
+    assert renderer._stages.reflections is kept
 
 
 def test_the_reference_has_all_of_that_light_too(device, baked):

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+import slangpy as spy
 
 import pica
+from pica.frame.aovs import history_length, light_of
 from pica.quality.effects import MeasuredEffect, compare_effect
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
@@ -11,7 +13,7 @@ from pica.scene.light import DiskLight, PointLight, RectangleLight, SphereLight,
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, turn
-from tests.building import lambert, placed, scene_of, settings, shining, trace, uniform
+from tests.building import held, lambert, left_in, placed, scene_of, settings, shining, trace, uniform
 
 SIZE = (64, 48)
 UNFILTERED = {
@@ -163,7 +165,7 @@ def test_a_still_picture_is_what_many_rays_find(device, roughness, tolerance):
     renderer = pica.Renderer(scene, size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device)
     measured = MeasuredEffect(renderer, "reflections")
     for _ in range(64):
-        renderer.advance(camera, jittered=False)
+        renderer.advance(camera, jittered=False, capture=measured.offers)
     found, truth = measured.result()["reflections"], measured.reference(512)["reflections"]
     there = np.isfinite(truth)
     assert found[there].mean() == pytest.approx(truth[there].mean(), rel=tolerance)
@@ -187,19 +189,20 @@ def test_a_picture_at_rest_becomes_that_of_own_rays(device):
             device=device,
         )
         measured = MeasuredEffect(renderer, "reflections")
-        kept = renderer.reflections._own
-        renderer.reflections._own = kept if own else None
+        if not own:
+            renderer._stages.reflections._own = None
         for _ in range(180):
-            renderer.advance(camera, jittered=False)
+            renderer.advance(camera, jittered=False, capture=measured.offers)
         found, truth = measured.result()["reflections"], measured.reference(1024)["reflections"]
         errors.append(np.nanmean((found - truth) ** 2))
         if own:
-            before = kept._textures["missing"].to_numpy()[..., 3].max()
+            missing = held(renderer, "reflections", "missing light")
+            before = missing.to_numpy()[..., 3].max()
             for _ in range(34):
                 renderer.advance(
                     Camera.look_at((1.3, 0.9, 2.2), (0, 0.4, 0), vertical_fov=np.radians(40)), jittered=False
                 )
-            assert before > 30 and 0 < kept._textures["missing"].to_numpy()[..., 3].max() < 4
+            assert before > 30 and 0 < missing.to_numpy()[..., 3].max() < 4
     assert errors[0] < 0.5 * errors[1], errors
 
 
@@ -222,7 +225,7 @@ CURVED = ball_before_stripes, Camera.look_at((0, 1.2, 4), (0, 1, 0), vertical_fo
 
 
 @pytest.mark.parametrize(("scene", "camera"), [FLAT, CURVED], ids=["flat", "curved"])
-def test_what_a_mirror_shows_moves_with_its_image(device, monkeypatch, scene, camera):
+def test_what_a_mirror_shows_moves_with_its_image(device, scene, camera):
     """Its history is found where the image of the mirrored point was, not where the mirror was."""
     errors = []
     for follows in (True, False):
@@ -230,14 +233,14 @@ def test_what_a_mirror_shows_moves_with_its_image(device, monkeypatch, scene, ca
             scene(), size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device
         )
         if not follows:
-            accumulate = renderer.reflections._accumulate
-            blank = device.texture("nowhere", renderer.reflections._textures["distances"].format, SIZE)
+            accumulate = renderer._stages.reflections._accumulate
+            blank = device.texture("nowhere", spy.Format.rg32_float, SIZE)
             blank.copy_from_numpy(np.zeros_like(blank.to_numpy()))
 
             def without_distances(*arguments, accumulate=accumulate, blank=blank, **values):
                 return accumulate(*arguments, **(values | {"distances": blank}))
 
-            monkeypatch.setattr(renderer.reflections, "_accumulate", without_distances)
+            renderer._stages.reflections._accumulate = without_distances  # before the frame is declared
         errors.append(np.mean(compare_effect(renderer, "reflections", "camera", 10, 32, camera).psnr[4:]))
     assert errors[0] > errors[1] + 1.5
 
@@ -248,7 +251,7 @@ def test_views_show_where_the_past_was_looked_for(device):
         mirrored_board(), size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device
     )
     renderer.debug = True
-    assert "debug.reflections.of_image" not in renderer.render(1, camera=FLAT[1]).aov_names, "nothing was before"
+    assert not renderer.render(1, camera=FLAT[1]).aov("debug.reflections.of_image").any(), "nothing was before"
     apart = []
     for aside in (0.1, 0.2, 0.2):
         frame = renderer.render(1, camera=Camera.look_at((aside, 0.8, 3), (aside, 0.2, 0), vertical_fov=np.radians(50)))
@@ -264,29 +267,29 @@ def test_views_show_where_the_past_was_looked_for(device):
 
 
 @pytest.mark.parametrize(("error", "least", "most"), [(300, 1, 2), (10, 150, 310)], ids=["one ray", "all rays"])
-def test_what_one_ray_alone_finds_leaves_no_blotch(device, monkeypatch, error, least, most):
+def test_what_one_ray_alone_finds_leaves_no_blotch(device, error, least, most):
     """A frame 300 times as bright as those before: noise, where its rays differ as much, and else another light."""
     scene, _ = under_clouds(0.7)
     renderer = pica.Renderer(scene, size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device)
-    effect = renderer.reflections
-    accumulate, kind = effect._accumulate, effect._textures["reconstructed"].format
+    effect = renderer._stages.reflections
+    accumulate = effect._accumulate
     frames = {}
     for light, deviation in ((1, 0.3), (300, error)):
-        frames[light] = device.texture(f"light {light}", kind, SIZE)
+        frames[light] = device.texture(f"light {light}", spy.Format.rgba32_float, SIZE)
         found = np.full_like(frames[light].to_numpy(), light)
         found[..., 3] = deviation**2
         frames[light].copy_from_numpy(found)
     shown = [1] * 12 + [300] + [1] * (error == 300)
-    for number, light in enumerate(shown):
 
-        def given(*arguments, light=light, **values):
-            return accumulate(*arguments, **(values | {"reconstructed": frames[light]}))
+    def given(frame, threads, /, **values):
+        return accumulate(frame, threads, **(values | {"reconstructed": frames[shown[frame.index]]}))
 
-        monkeypatch.setattr(effect, "_accumulate", given)
+    effect._accumulate = given  # before the frame is declared
+    for number in range(len(shown)):
         aside = 0.002 * number
         renderer.advance(Camera.look_at((aside, 1, 2.5), (aside, 0.3, 0), vertical_fov=np.radians(40)), jittered=False)
-    history = effect._history.current["history"].to_numpy().reshape(SIZE[1], SIZE[0], 4)
-    assert least <= np.median(history[history[..., 3] > 0][:, 0]) < most
+    history = held(renderer, "reflections", "history history").to_numpy().reshape(SIZE[1], SIZE[0], 4)
+    assert least <= np.median(light_of(history)[history_length(history) > 0][:, 0]) < most
 
 
 def test_off_traces_nothing_and_leaves_what_shines_to_the_samples(device):
@@ -306,8 +309,9 @@ def test_what_mirrors_show_is_lit_by_the_environment(device, way):
     values = {"reflections.mode": "ray_traced", "lighting.environment": way, "global_illumination.mode": "off"}
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     measured = MeasuredEffect(renderer, "reflections")
+    camera = Camera.look_at((0, 1, 0.5), (0, 1, -1), vertical_fov=np.radians(40))
     for _ in range(16):
-        renderer.advance(Camera.look_at((0, 1, 0.5), (0, 1, -1), vertical_fov=np.radians(40)), jittered=False)
+        renderer.advance(camera, jittered=False, capture=measured.offers)
     found, truth = measured.result()["reflections"], measured.reference(256)["reflections"]
     assert np.nanmean(truth) > 0.1
     assert np.nanmean(found, (0, 1)) == pytest.approx(np.nanmean(truth, (0, 1)), rel=0.05)
@@ -337,9 +341,10 @@ def test_mirror_rays_draw_a_glossy_floor(device, alpha, bias, better):
         values = {"reflections.mode": "ray_traced", "reflections.reconstruction": way}
         renderer = pica.Renderer(scene, size=(96, 72), settings=settings(values), device=device)
         measured = MeasuredEffect(renderer, "reflections")
-        renderer.advance(camera, jittered=False)
+        ends = left_in(renderer, "reflections", "ends")
+        renderer.advance(camera, jittered=False, capture=lambda: {*measured.offers(), *ends()})  # noqa: B023
         found = np.nan_to_num(measured.result()["reflections"])
-        densities = renderer.reflections._textures["ends"].to_numpy()[..., 3]
+        densities = renderer.captured["test.ends"]()[..., 3]
         assert (densities < 0).any() == (way == "mirror_rays"), "mirror rays have none"
         if truth is None:
             truth = np.nan_to_num(measured.reference(512)["reflections"])

@@ -146,9 +146,8 @@ def test_nothing_shadows_itself(device, height, mode):
 def arriving(device, scene, values):
     """What the maps of the only light say, (height, width); 0 where there is nothing."""
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
-    renderer.advance(ABOVE)
-    device.handle.wait_for_idle()
-    return renderer.shadows.filtered.to_numpy()[..., 0].astype(np.float32)
+    renderer.advance(ABOVE, capture=("debug.shadows.filtered",))
+    return renderer.captured["debug.shadows.filtered"]()[..., 0].astype(np.float32)
 
 
 def test_a_ball_has_no_acne(device):
@@ -249,7 +248,7 @@ def test_views_list_only_what_they_may_see(device):
     camera = pica.Camera.look_at((0.5, 1.5, 2), (0.5, 0.2, 0), vertical_fov=np.radians(40))
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(HARD), device=device)
     renderer.render(1, camera=camera)
-    listed = renderer.shadows.maps.draw_counts.to_numpy().view(np.uint32)[::2].astype(int)
+    listed = renderer._stages.shadows.maps.draw_counts.to_numpy().view(np.uint32)[::2].astype(int)
     assert listed[0] < len(crowd) / 4
     assert listed.max() <= len(crowd) + 1
     assert (np.diff(listed) >= 0).all()

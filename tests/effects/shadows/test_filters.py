@@ -12,7 +12,7 @@ from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, PointLight, RectangleLight, SphereLight
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, turn
-from tests.building import lambert, orthographic, placed, scene_of, settings, shining
+from tests.building import lambert, left_in, orthographic, placed, scene_of, settings, shining
 
 SIZE = (96, 64)
 VIEW = Camera.look_at((0.3, 2.6, 3.2), (0, 0.3, 0), vertical_fov=math.radians(40))
@@ -57,9 +57,8 @@ def truth(device):
             renderer = renderer_of(device, stage(shining(*LIGHTS[name])), history=1)
             weighted = 0
             for _ in range(300):
-                renderer.advance(VIEW)
-                (samples,) = renderer.shadows.debug_aovs()["raw"].textures
-                weighted = weighted + samples.to_numpy().astype(np.float64)
+                renderer.advance(VIEW, capture=left_in(renderer, "shadows", "samples"))
+                weighted = weighted + renderer.captured["test.samples"]()[0].astype(np.float64)
             kept[name] = weighted[..., 0] / np.maximum(weighted[..., 3], 1e-9), weighted[..., 3] > 300 * 0.05
         return kept[name]
 
@@ -202,9 +201,8 @@ def test_a_sharp_shadow_is_no_change(device):
     renderer = renderer_of(device, scene, denoiser="anisotropic")
     for _ in range(12):
         elsewhere.transform = move(1e-3, 0, 0) @ elsewhere.transform
-        buffers = renderer.advance(VIEW, jittered=False)
-    views = renderer.shadows.debug_aovs()
-    shadow, history = (views[name].fetch()[..., 0] for name in ("filtered", "history"))
+        buffers = renderer.advance(VIEW, jittered=False, capture=("debug.shadows.filtered", "debug.shadows.history"))
+    shadow, history = (renderer.captured[f"debug.shadows.{name}"]()[..., 0] for name in ("filtered", "history"))
     floor = buffers["visibility"].to_numpy()[..., 0] == 1
     edges = (np.abs(np.diff(shadow, axis=1)) > 0.2) & floor[:, 1:] & floor[:, :-1]
     assert edges.sum() > 20

@@ -11,7 +11,7 @@ from pica.frame.gbuffer import GBuffer
 from pica.gpu_scene.draws import CULL, FRONT, DrawKind, Facing
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import write
+from pica.graph.resources import Lifetime, write
 from pica.programs.library import programs
 from pica.programs.recipes import ForTypes, MaterialPass
 from pica.programs.scene_features import COATS, LOBES, known_features
@@ -143,7 +143,9 @@ class GBufferEffect(Effect):
         """The G-buffer of this frame."""
         with graph.scope(self.name):
             known = known_features(scene.material_types)
-            gbuffer = GBuffer(graph, graph.size, [feature.word for feature in known & {COATS, LOBES}])
+            optional = [feature.word for feature in known & {COATS, LOBES}]
+            # Whoever advances a renderer by hand reads them after the frame.
+            gbuffer = GBuffer(graph, graph.size, optional, Lifetime.KEPT)
             if self._raster is not None:
                 self._raster(graph, scene, gbuffer)
             if self._rays is not None:
@@ -159,18 +161,18 @@ class GBufferEffect(Effect):
     def _offer(self, graph: FrameGraph, scene: SceneView, gbuffer: GBuffer) -> None:
         for name, (sources, read) in gbuffer_aovs(scene).items():
             graph.offer(name, tuple(gbuffer.textures[source] for source in sources), prepare=read)
-        uv = graph.texture("texture coordinates", spy.Format.rg32_float)
-        graph.record(
-            "texture_coordinates",
-            self._find_coordinates,
-            when=graph.requested("uv"),
-            scene=scene,
-            constants=graph.frame,
-            visibility=gbuffer.textures["visibility"],
-            depth=gbuffer.textures["depth"],
-            uv=write(uv),
-        )
-        graph.offer("uv", (uv,), lambda coordinates: coordinates, on_request=True)
+        if graph.wants("uv"):
+            uv = graph.texture("texture coordinates", spy.Format.rg32_float)
+            graph.record(
+                "texture_coordinates",
+                self._find_coordinates,
+                scene=scene,
+                constants=graph.frame,
+                visibility=gbuffer.textures["visibility"],
+                depth=gbuffer.textures["depth"],
+                uv=write(uv),
+            )
+            graph.offer("uv", (uv,), lambda coordinates: coordinates)
         if self._rays is not None:
             pixels = graph.size[0] * graph.size[1]
             graph.offer("rays.primary_rays", (), lambda: pixels, on_request=True)

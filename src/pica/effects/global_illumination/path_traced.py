@@ -4,7 +4,7 @@ import numpy as np
 import slangpy as spy
 
 from pica.effects.global_illumination.path_resampling import PathResampling
-from pica.effects.global_illumination.views import indirect_views
+from pica.effects.global_illumination.views import filter_views, ray_views
 from pica.frame.gbuffer import GBuffer
 from pica.frame.grids import accumulate_grid
 from pica.frame.indirect import ENDLESS, IndirectPictures
@@ -66,7 +66,7 @@ class PathTracedIndirect:
         pictures: IndirectPictures,
     ) -> None:
         """Fill the pictures."""
-        history = graph.history("indirect light", {"history": _LIGHT, "moments": _LIGHT}, layers=1)
+        history = graph.history("indirect light", {"history": spy.Format.rgba32_uint}, layers=1)
         found = self._found(graph, gbuffer, scene, light, reprojection, history)
         signal, nearness = graph.nothing(_LIGHT), graph.nothing(spy.Format.r32_float)
         if self.is_smooth:
@@ -106,7 +106,7 @@ class PathTracedIndirect:
             scene=scene,
             reprojection=reprojection,
             bounces=self._settings.bounces,
-            previousHistory=history["history"].previous if self.is_smooth else graph.nothing(_LIGHT, 1),
+            previousHistory=history["history"].previous if self.is_smooth else graph.nothing(spy.Format.rgba32_uint, 1),
             known=lambda frame: int(asks and state.precedes(frame)),
             **light.at_hits(regularized=self.is_smooth),
             resampled=int(resamples),
@@ -116,6 +116,7 @@ class PathTracedIndirect:
         )
         if self._resampling is not None:
             self._resampling(graph, gbuffer, scene, reprojection, found, met)
+        ray_views(graph, found)
         graph.offer(
             "rays.indirect_rays", (found,), lambda values: int(np.count_nonzero(values[..., 3])), on_request=True
         )
@@ -144,5 +145,5 @@ class PathTracedIndirect:
             known=history.known,
             **history.swap(),
         )
-        indirect_views(graph, found, gathered, nearness, signal, history["moments"])
+        filter_views(graph, gathered, nearness, signal, history["history"])
         return signal, nearness

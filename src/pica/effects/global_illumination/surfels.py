@@ -1,7 +1,5 @@
 """Indirect light from surfels: discs on surfaces that remember it (RTG 25, 25.2.6)."""
 
-from typing import Any
-
 import numpy as np
 import slangpy as spy
 
@@ -14,7 +12,6 @@ from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture, write
 from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
-from pica.rhi.binding import ParameterBlock
 from pica.rhi.device import Device
 from pica.settings import GlobalIlluminationSettings
 from pica.tracing.ray_buffers import Tracer
@@ -209,31 +206,24 @@ class SurfelIndirect:
             frame.encoder.clear_buffer(buffer)
 
     def _offer(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView) -> None:
-        """Views are made by a pass of their own, which nothing compiles before."""
         pool = self._pool
-        nearest = graph.texture("nearest surfels", spy.Format.rgba32_uint)
-        cells = graph.texture("cells of surfels", spy.Format.rg32_uint)
-        asked = {f"debug.global_illumination.{name}" for name in SURFEL_VIEWS}
-
-        def show(frame: FrameContext, constants: ParameterBlock, **inputs: Any) -> None:
-            step = self._device.compute(f"{_FOLDER}/surfel_views.slang")
-            step(frame, frame.grid, frame=constants, **inputs)
-
-        graph.record(
-            "surfel_views",
-            show,
-            when=lambda frame: not asked.isdisjoint(frame.requested),
-            constants=graph.frame,
-            gbuffer=gbuffer,
-            scene=scene,
-            surfels=pool,
-            anchors=pool.anchors,
-            taken=pool.taken,
-            turns=pool.turns,
-            nearest=write(nearest),
-            cells=write(cells),
-        )
-        surfel_views(graph, nearest, cells)
+        if graph.wants(*SURFEL_VIEWS):
+            nearest = graph.texture("nearest surfels", spy.Format.rgba32_uint)
+            cells = graph.texture("cells of surfels", spy.Format.rg32_uint)
+            graph.add(
+                self._device.compute(f"{_FOLDER}/surfel_views.slang"),
+                graph.grid,
+                frame=graph.frame,
+                gbuffer=gbuffer,
+                scene=scene,
+                surfels=pool,
+                anchors=pool.anchors,
+                taken=pool.taken,
+                turns=pool.turns,
+                nearest=write(nearest),
+                cells=write(cells),
+            )
+            surfel_views(graph, nearest, cells)
         wanted = lambda: min(int(pool.ray_count.to_numpy().view(np.uint32)[0]), pool.rays)  # noqa: E731
         graph.offer("rays.surfel_rays", (), wanted, on_request=True)
         graph.offer("count.surfels", (), self.count, on_request=True)

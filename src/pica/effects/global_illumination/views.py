@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.frame.aovs import history_length
 from pica.frame.effect import rgb
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
@@ -13,22 +14,26 @@ Array = NDArray[Any]
 _OF = "debug.global_illumination"
 
 
-def indirect_views(
-    graph: FrameGraph, found: Texture, gathered: Texture, nearness: Texture, signal: Texture, moments: Texture
-) -> None:
-    """Offer views of the textures; light is in nits over diffuse albedo, which is irradiance over pi.
+def ray_views(graph: FrameGraph, found: Texture) -> None:
+    """Offer views of what rays found, of half size; light is in nits over diffuse albedo, which is irradiance over pi.
 
-    Of half size raw: what each ray brought; distance: metres to what it met, below 0 where that was nothing; gathered:
-    from neighbours' rays of this frame; nearness: 1 / metres to what lights the surface. Of full size accumulated: with
-    earlier frames; variance: of that; history: how many frames these are.
+    raw: what each ray brought; distance: metres to what it met, below 0 where that was nothing.
     """
     graph.offer(f"{_OF}.raw", (found,), rgb)
     graph.offer(f"{_OF}.distance", (found,), lambda values: values[..., 3])
+
+
+def filter_views(graph: FrameGraph, gathered: Texture, nearness: Texture, signal: Texture, history: Texture) -> None:
+    """Offer views of what filters made of that.
+
+    Of half size gathered: from neighbours' rays of this frame; nearness: 1 / metres to what lights the surface. Of full
+    size accumulated: with earlier frames; variance: of that; history: how many frames these are.
+    """
     graph.offer(f"{_OF}.gathered", (gathered,), rgb)
     graph.offer(f"{_OF}.nearness", (nearness,), lambda values: values)
     graph.offer(f"{_OF}.accumulated", (signal,), rgb)
     graph.offer(f"{_OF}.variance", (signal,), lambda values: values[..., 3])
-    graph.offer(f"{_OF}.history", (moments,), lambda layers: layers[0, ..., 1])
+    graph.offer(f"{_OF}.history", (history,), lambda layers: history_length(layers[0]))
 
 
 def arriving_views(graph: FrameGraph, arriving: Texture) -> None:
@@ -41,7 +46,7 @@ def arriving_views(graph: FrameGraph, arriving: Texture) -> None:
     graph.offer(f"{_OF}.coverage", (arriving,), lambda values: values[..., 3])
 
 
-SURFEL_VIEWS = "discs", "age", "samples", "rays", "cells"
+SURFEL_VIEWS = tuple(f"{_OF}.{name}" for name in ("discs", "age", "samples", "rays", "cells"))
 
 
 def surfel_views(graph: FrameGraph, nearest: Texture, cells: Texture) -> None:

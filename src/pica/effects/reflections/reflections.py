@@ -7,8 +7,7 @@ import slangpy as spy
 from pica.effects.reflections.own_rays import OwnRays
 from pica.effects.reflections.screen_rays import ScreenRays
 from pica.effects.reflections.traced_rays import TracedRays
-from pica.effects.reflections.views import PAST_VIEWS, past_views, reflection_views
-from pica.frame.context import FrameContext
+from pica.effects.reflections.views import PAST_VIEWS, accumulated_views, past_views, reflection_views
 from pica.frame.effect import Effect, Reference, ReferenceLayer, rgb
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import ENDLESS, IndirectLight
@@ -18,7 +17,6 @@ from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Lifetime, Texture, update, write
 from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
-from pica.rhi.binding import ParameterBlock
 from pica.rhi.device import Device
 from pica.settings import ReflectionsSettings
 from pica.tracing.ray_buffers import Tracer
@@ -162,27 +160,21 @@ class Reflections(Effect):
         past: dict[str, Any] = {"frame": graph.frame, "gbuffer": gbuffer, "reprojection": reprojection}
         past |= {"reconstructed": reconstructed, "distances": distances}
         graph.add(self._accumulate, graph.grid, known=history.known, signal=write(signal), **history.swap(), **past)
-        self._show_past(graph, signal, history, past)
+        accumulated_views(graph, signal, history["history"])
+        if graph.wants(*PAST_VIEWS):
+            self._show_past(graph, signal, history, past)
         return signal
 
     def _show_past(self, graph: FrameGraph, signal: Texture, history: History, past: dict[str, Any]) -> None:
-        """Views of the frame before are made by a pass of their own, which nothing compiles before."""
+        """Views of the frame before are made by a pass of their own."""
         formats = {"ofSurface": _LIGHT, "ofImage": _LIGHT, "choice": spy.Format.rg32_float}
         shown = {name: graph.texture(name, kind) for name, kind in formats.items()}
-        asked = {f"debug.reflections.{name}" for name in PAST_VIEWS}
-
-        def show(frame: FrameContext, constants: ParameterBlock, **inputs: Any) -> None:
-            step = self._device.compute(f"{_FOLDER}/reflection_views.slang")
-            step(frame, frame.grid, frame=constants, **inputs)
-
-        past = {"constants" if name == "frame" else name: value for name, value in past.items()}
-        graph.record(
-            "reflection_views",
-            show,
-            when=lambda frame: not asked.isdisjoint(frame.requested),
+        graph.add(
+            self._device.compute(f"{_FOLDER}/reflection_views.slang"),
+            graph.grid,
             signal=signal,
             previousHistory=history["history"].previous,
             **past,
             **{name: write(texture) for name, texture in shown.items()},
         )
-        past_views(graph, signal, history["history"], shown)
+        past_views(graph, shown)

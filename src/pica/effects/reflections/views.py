@@ -8,7 +8,7 @@ from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
 
 _OF = "debug.reflections"
-PAST_VIEWS = "of_surface", "of_image", "image_share", "kernel"
+PAST_VIEWS = tuple(f"{_OF}.{name}" for name in ("of_surface", "of_image", "image_share", "kernel"))
 
 
 def reflection_views(graph: FrameGraph, light: Texture, reconstructed: Texture, distances: Texture) -> None:
@@ -23,15 +23,21 @@ def reflection_views(graph: FrameGraph, light: Texture, reconstructed: Texture, 
     graph.offer(f"{_OF}.distance", (distances,), lambda values: values[..., 0])
 
 
-def past_views(graph: FrameGraph, signal: Texture, history: Texture, past: Mapping[str, Texture]) -> None:
+def accumulated_views(graph: FrameGraph, signal: Texture, history: Texture) -> None:
     """Offer views of the history, where there is one.
 
-    accumulated: with earlier frames; history: how many these are, times the rays that each tells as much as. What the
-    newest frame found of the one before: of_surface and of_image, light where the surface was and where the image of
-    what it mirrors was; image_share: how much the latter counts; kernel: pixels that the filter reaches.
+    accumulated: with earlier frames; history: the number of these, times the rays that each is worth.
     """
     graph.offer(f"{_OF}.accumulated", (signal,), rgb)
     graph.offer(f"{_OF}.history", (history,), lambda layers: layers[0, ..., 3])
+
+
+def past_views(graph: FrameGraph, past: Mapping[str, Texture]) -> None:
+    """Offer views of what the newest frame found of the one before.
+
+    of_surface and of_image: light where the surface was and where the image of what it mirrors was; image_share: how
+    much the latter counts; kernel: pixels that the filter reaches.
+    """
     graph.offer(f"{_OF}.of_surface", (past["ofSurface"],), rgb)
     graph.offer(f"{_OF}.of_image", (past["ofImage"],), rgb)
     graph.offer(f"{_OF}.image_share", (past["choice"],), lambda values: values[..., 0])

@@ -55,10 +55,12 @@ class StochasticLightDenoiser(Effect):
     ) -> None:
         """Add the filtered `samples` to `radiance`."""
         with graph.scope(self.name):
-            history = graph.history("history", {"history": _LIGHT, "moments": _LIGHT}, layers=_PARTS)
+            history = graph.history("history", {"history": spy.Format.rgba32_uint}, layers=_PARTS)
             state = history.state
-            filtered = [graph.texture(f"filtered {i}", spy.Format.rgba32_uint, layers=_PARTS) for i in range(2)]
-            lobes = graph.texture("mirror lobes", spy.Format.rgba32_uint)
+            filtered = [
+                graph.texture(f"filtered {i}", spy.Format.rgba32_uint, layers=_PARTS, scratch=True) for i in range(2)
+            ]
+            lobes = graph.texture("mirror lobes", spy.Format.rgba32_uint, scratch=True)
 
             def decide(frame: FrameContext) -> None:
                 unchanged = reprojection.unchanged
@@ -103,12 +105,12 @@ class StochasticLightDenoiser(Effect):
                 scene=scene,
                 filtered=result,
                 samples=samples,
-                moments=history["moments"],
+                history=history["history"],
                 reprojection=reprojection,
                 smoothed=lambda frame: int(self._smooths),
                 radiance=update(radiance),
             )
-            stochastic_light_views(graph, samples, result, history["moments"])
+            stochastic_light_views(graph, samples, result, history["history"])
 
     def _remembering(self, frame: FrameContext) -> bool:
         return self._remembers

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.frame.aovs import light_of
+from pica.frame.aovs import history_length, light_of
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
 
@@ -14,7 +14,7 @@ Array = NDArray[Any]
 _PARTS = ("diffuse", "specular")
 
 
-def stochastic_light_views(graph: FrameGraph, samples: Texture, filtered: Texture, moments: Texture) -> None:
+def stochastic_light_views(graph: FrameGraph, samples: Texture, filtered: Texture, history: Texture) -> None:
     """Offer views of the denoiser's textures, of the diffuse and the specular part.
 
     PART.raw: this frame's samples over albedo, (height, width, 3), nits; PART.filtered: what the picture has of them;
@@ -27,5 +27,5 @@ def stochastic_light_views(graph: FrameGraph, samples: Texture, filtered: Textur
     for layer, part in enumerate(_PARTS):
         offer(f"{part}.raw", samples, layer, lambda values: values[..., :3])
         offer(f"{part}.filtered", filtered, layer, light_of)
-        offer(f"{part}.history", moments, layer, lambda values: values[..., 1])
+        offer(f"{part}.history", history, layer, history_length)
         offer(f"{part}.variance", filtered, layer, lambda values: np.maximum(values[..., 3].view(np.float32), 0) ** 2)

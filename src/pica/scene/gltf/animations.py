@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.scene.animation import Animation, Channel, Interpolation, Path
-from pica.scene.checked_field import unchecked_constructor
+from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf.accessors import read_floats
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element

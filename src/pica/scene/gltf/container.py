@@ -20,6 +20,7 @@ from pica.text import printable
 _GLB_MAGIC = b"glTF"
 _GLB_HEADER_BYTES, _CHUNK_HEADER_BYTES = 12, 8
 _MOST_WARNINGS = 20
+_NO_GLTF = "not glTF, .gltf or .glb, which is all that is read; convert it, in Blender for one; it is no JSON"
 
 _JSON_BYTES = {b"{": 256, b"[": 72, b",": 32, b'"': 20}
 """What a JSON text takes once it is read, by the characters that stand for objects, arrays, further values and strings;
@@ -43,12 +44,17 @@ class Document:
             text, self._binary_chunk = _chunks(content)
             self.root = Element(self._parse(text, "its first chunk is not JSON"))
         else:
-            self.root = Element(self._parse(content, "neither binary glTF nor JSON"))
+            self.root = Element(self._parse(content, _NO_GLTF if self._is_foreign else "neither binary glTF nor JSON"))
         """The file's whole JSON."""
         self._arrays: dict[str, list[Element]] = {}
         self._buffers: dict[Element, memoryview] = {}
         self._warned: set[str] = set()
         _check_version(self.root.object("asset"))
+
+    @property
+    def _is_foreign(self) -> bool:
+        """Whether its name says that it is something else, such as an .obj."""
+        return self._path.suffix.lower() not in (".gltf", ".glb", ".json", "")
 
     def take(self, source: Element, key: str = "", **amounts: int) -> None:
         """Count what a part of the file asks for, by the names of Limits, before it is taken. Raises SceneError."""

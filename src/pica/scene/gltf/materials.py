@@ -5,8 +5,8 @@ from functools import cached_property
 from typing import Any
 
 from pica.scene.anisotropy import Anisotropy
-from pica.scene.checked_field import unchecked_constructor
 from pica.scene.coat import Coat
+from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.textures import Textures

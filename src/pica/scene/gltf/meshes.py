@@ -138,6 +138,8 @@ class Meshes:
             if name in accessors:
                 check_per_vertex(self._document, accessors, name, vertex_count)
                 attributes[name] = read_floats(self._document, accessors, name, types, used)
+        if "COLOR_0" in attributes:  # floats in files may be beyond
+            attributes["COLOR_0"] = np.clip(attributes["COLOR_0"], 0, 1)
         offsets = morph_offsets(self._document, primitive, attributes, vertex_count, used)
         attributes |= {f"MORPH_{name}": values for name, values in offsets.items()}
         followed = joints_and_weights(self._document, accessors, vertex_count, used)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pica.scene.animation import Pose, compose
 from pica.scene.camera import Camera
-from pica.scene.checked_field import unchecked_constructor
+from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf import columns
 from pica.scene.gltf.accessors import element_count, read_floats
 from pica.scene.gltf.animations import read_animations

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.scene.building import Attributes, unit_tangents
-from pica.scene.checked_field import unchecked_constructor
+from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf.element import Element
 from pica.scene.material import Material
 from pica.scene.mesh import Section

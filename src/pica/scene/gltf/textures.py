@@ -7,7 +7,7 @@ from urllib.parse import unquote
 
 from pica import pictures
 from pica.errors import shown
-from pica.scene.checked_field import unchecked_constructor
+from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.material import Image, Sampler, Texture, Wrap
@@ -16,6 +16,7 @@ _WRAPS = {33071: Wrap.CLAMP_TO_EDGE, 33648: Wrap.MIRRORED_REPEAT, 10497: Wrap.RE
 _MAG_FILTERS = {9728: False, 9729: True}
 _UNREADABLE_SUFFIXES = {"image/ktx2": ".ktx2", "image/vnd-ms.dds": ".dds", "image/avif": ".avif"}
 """Picture formats that extensions bring in and that are left out with a warning."""
+_EXPORT = "export the file with PNG, JPEG or WebP pictures"
 
 UV_SETS = 2
 _PLACING = {"texCoord", "extensions"}
@@ -69,7 +70,8 @@ class Textures:
         if texture.has_extension("EXT_texture_webp"):
             holder = texture.extension("EXT_texture_webp")
         if "source" not in holder:
-            self._document.warn(f"{texture.place()}: left out, it has no picture of a format that can be read")
+            fault = "it has no picture of a format that can be read"
+            self._document.warn(f"{texture.place()}: left out, {fault}; {_EXPORT}")
             return None
         entry = holder.reference("source", self._document.entries("images"))
         if entry not in self._images:
@@ -82,7 +84,7 @@ class Textures:
         suffix = file.suffix.lower()
         if kind in _UNREADABLE_SUFFIXES or suffix in _UNREADABLE_SUFFIXES.values():
             what = kind if kind in _UNREADABLE_SUFFIXES else suffix
-            self._document.warn(f"{entry.place()}: left out, {what} cannot be read")
+            self._document.warn(f"{entry.place()}: left out, {what} cannot be read; {_EXPORT}")
             return None
         if "bufferView" in entry:
             content = self._document.view(entry)[0]

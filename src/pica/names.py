@@ -1,0 +1,78 @@
+"""Names that somebody misspelt: what was meant, in the same line."""
+
+import functools
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import fields
+from typing import Any, TypeVar
+
+from pica.errors import PicaError, shown
+
+_Made = TypeVar("_Made")
+_MOST = 3
+"""Names that a message suggests."""
+
+
+def near_names(name: object, known: Iterable[str], most: int = _MOST) -> list[str]:
+    """The known names that are spelt nearly so, or that contain it; best first."""
+    import difflib  # which takes longer to load than all else here
+
+    if not isinstance(name, str) or not name or len(name) > 100:
+        return []
+    names = list(dict.fromkeys(known))
+    if close := difflib.get_close_matches(name, names, most, cutoff=0.85):
+        return close
+    close = difflib.get_close_matches(name, names, most)
+    close += [each for each in names if name.lower() in each.lower() and each not in close]
+    return close[:most]
+
+
+def did_you_mean(name: object, known: Iterable[str]) -> str:
+    """ "; did you mean 'a' or 'b'?", to end a message with; empty where no known name is near."""
+    near = [shown(each) for each in near_names(name, known)]
+    return f"; did you mean {' or '.join(filter(None, [', '.join(near[:-1]), *near[-1:]]))}?" if near else ""
+
+
+def unknown(name: str, known: Iterable[str]) -> str:
+    """What is wrong with the name of a field, and which are meant or there."""
+    names = [each for each in known if not each.startswith("_")]
+    return f"no field {shown(name)}{did_you_mean(name, names) or '; there are ' + ', '.join(names)}"
+
+
+def kind_of(made: type) -> str:
+    """What a message calls an object of a class: "point light" of PointLight."""
+    return re.sub("(?<!^)(?=[A-Z])", " ", made.__name__).lower()
+
+
+def checked_names(error: type[PicaError]) -> Callable[[type[_Made]], type[_Made]]:
+    """A decorator over that of a dataclass: arguments that are no fields are an error of one line, and so is what is
+    assigned to an object of a frozen one."""
+
+    def decorated(made: type[_Made]) -> type[_Made]:
+        construct: Callable[..., None] = made.__init__
+        known = [each.name for each in fields(made) if each.init]  # type: ignore[arg-type]  # of a dataclass
+
+        @functools.wraps(construct)
+        def checked(self: Any, *values: Any, **named: Any) -> None:
+            try:
+                construct(self, *values, **named)
+            except TypeError:
+                for name in named.keys() - set(known):
+                    raise error(f"{kind_of(made)}: {unknown(name, known)}") from None
+                raise
+
+        def refuse(self: Any, name: str, value: Any = None) -> None:
+            if type(self) is not made and name not in known:  # of a subclass
+                return object.__setattr__(self, name, value)
+            fault = f"stays as it was made; make another: dataclasses.replace(..., {name}=...)"
+            if name not in known:
+                fault = unknown(name, known)
+                raise error(f"{kind_of(made)}: {fault}")
+            raise error(f"{kind_of(made)}: {name}: {fault}")
+
+        made.__init__ = checked  # type: ignore[method-assign]
+        if made.__dataclass_params__.frozen:  # type: ignore[attr-defined]
+            made.__setattr__ = refuse  # type: ignore[method-assign]
+        return made
+
+    return decorated
