@@ -23,7 +23,9 @@ def picture(device, tmp_path_factory):
 def test_the_chart_is_xml_that_names_passes_resources_times_and_memory(picture):
     root, texts = picture
     assert root.tag == f"{SVG}svg" and texts[0].startswith("cornell, raster, 32x18, ")
-    assert {"gbuffer", "shadow map lookup", "temporal_resolve", "tone_map", "radiance", "history moments"} <= set(texts)
+    assert {"gbuffer", "shadow map lookup", "temporal_resolve", "tone_map", "radiance", "reprojection found"} <= set(
+        texts
+    )
     assert any(text.endswith(" kB") for text in texts) and any(
         re.fullmatch(r"post: \d+\.\d\d ms, .* kB", text) for text in texts
     )

@@ -12,10 +12,27 @@ from xml.sax.saxutils import escape, quoteattr
 if TYPE_CHECKING:
     from pica.graph.description import GraphDescription, PassInfo, ResourceInfo
 
-_COLORS = (
-    "#4269d0", "#e0822e", "#2f9e6e", "#d1495b", "#8a5fbf", "#2a9db5", "#a0703c",
-    "#c65b9b", "#7a8b1f", "#5b6b7a", "#b8860b", "#3d7a3d", "#9b3d3d", "#3d5a9b",
-)  # fmt: skip
+_COLORS = [
+    f"#{each}"
+    for each in (
+        [
+            "4269d0",
+            "e0822e",
+            "2f9e6e",
+            "d1495b",
+            "8a5fbf",
+            "2a9db5",
+            "a0703c",
+            "c65b9b",
+            "7a8b1f",
+            "5b6b7a",
+            "b8860b",
+            "3d7a3d",
+            "9b3d3d",
+            "3d5a9b",
+        ]
+    )
+]
 _ROW, _COLUMN, _GAP = 19, 15, 7
 _LEFT, _TOP, _FOOT = 404, 182, 74
 _TIME_LEFT, _TIME_WIDTH = 280, 64
@@ -56,10 +73,8 @@ class _Chart:
                 right += _COLUMN
             right += _GAP
         self._bottom = _TOP + len(self._rows) * _ROW
-        self._width, self._height = (
-            max(right + 70, 900),
-            self._bottom + _FOOT + 16 * (len(self._effect_rows()) // 4 + 3),
-        )
+        self._width = max(right + 70, 900)
+        self._height = self._bottom + _FOOT + 16 * (len(self._effect_rows()) // 4 + 3)
 
     def lines(self) -> Iterator[str]:
         size = f'width="{self._width:.0f}" height="{self._height}" viewBox="0 0 {self._width:.0f} {self._height}"'
