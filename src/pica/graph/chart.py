@@ -9,6 +9,8 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
+from pica.text import one_line
+
 if TYPE_CHECKING:
     from pica.graph.description import GraphDescription, PassInfo, ResourceInfo
 
@@ -98,7 +100,7 @@ class _Chart:
             yield f'<path d="M0 {y}H{self._width:.0f}" stroke="#d8dee4" stroke-width=".5"/>'
             note = f"{each.name} of {each.effect}, {each.where}" + (", not in every frame" if each.conditional else "")
             name = _text(142, y + 13, _short(each.name, 23), "g" if each.conditional else "")
-            yield f"<g><title>{escape(note)}</title>{name}</g>"
+            yield f"<g><title>{_plain(note)}</title>{name}</g>"
             if each.milliseconds is not None:
                 wide = _TIME_WIDTH * each.milliseconds / slowest
                 yield _box(_TIME_LEFT + 4 + _TIME_WIDTH, y + 5, max(wide, 1) * 0.6, 9, self._colors[each.effect], 0.75)
@@ -118,7 +120,7 @@ class _Chart:
     def _bar(self, each: "ResourceInfo") -> Iterator[str]:
         x, color = self._x[each.key], self._colors[each.effect]
         top, bottom = self._y(each.first) - 7, self._y(each.last) + 7
-        yield f"<g><title>{escape(self._tip(each))}</title>"
+        yield f"<g><title>{_plain(self._tip(each))}</title>"
         if each.lifetime != "frame":
             whole = f"M{x} {_TOP}V{self._bottom}"
             yield f'<path d="{whole}" stroke="{color}" stroke-dasharray="2 3" stroke-opacity=".6"/>'
@@ -175,12 +177,16 @@ def _box(x: float, y: float, width: float, height: float, color: str, opacity: f
 
 def _text(x: float, y: float, text: str, kind: str = "", color: str = "") -> str:
     style = f' style="fill:{color}"' if color else ""
-    return f'<text x="{x:g}" y="{y:g}" class="{kind}"{style}>{escape(text)}</text>'
+    return f'<text x="{x:g}" y="{y:g}" class="{kind}"{style}>{_plain(text)}</text>'
 
 
 def _turned(x: float, y: float, degrees: int, text: str, color: str = "#57606a") -> str:
     place = f'transform="translate({x:g} {y:g}) rotate({degrees})"'
-    return f'<text {place} style="fill:{color};font-size:10px">{escape(text)}</text>'
+    return f'<text {place} style="fill:{color};font-size:10px">{_plain(text)}</text>'
+
+
+def _plain(text: str) -> str:
+    return escape(one_line(text))
 
 
 def _short(text: str, most: int) -> str:
