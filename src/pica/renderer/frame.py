@@ -29,7 +29,7 @@ STAGES = (
 """What `declare` gives, in this order. A stage whose effect is off is passed all the same."""
 
 
-@dataclass
+@dataclass(repr=False)  # fields come one after the other
 class Signals:
     """What stages hand on. A pass from outside finds here what is there already, and may put its own in the place of
     `radiance`, `picture` and `display`, or append light to `parts`."""
