@@ -128,3 +128,11 @@ def test_cameras_keep_a_matrix_of_their_own():
     assert np.isfinite(camera.transform).all()
     with pytest.raises(ValueError, match="read-only"):
         camera.transform[0, 3] = 1
+
+
+@pytest.mark.parametrize("name", ["size", "settings", "scene", "device"])
+def test_what_they_were_made_with_cannot_be_assigned(renderer, name):
+    before = getattr(renderer, name)
+    with pytest.raises(PicaError, match=rf"^{type(renderer).__name__}\.{name} cannot be assigned; \w.*$"):
+        setattr(renderer, name, before)
+    assert getattr(renderer, name) is before

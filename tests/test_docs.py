@@ -109,3 +109,14 @@ def test_the_changed_scene_is_shown_as_a_new_one(scene_made_in_docs):
     with pica.Renderer(deepcopy(names["scene"]), size=(32, 18)) as fresh:
         expected = fresh.render(1, camera=camera).color
     np.testing.assert_allclose(renderer.render(1, camera=camera, cut=True).color, expected, rtol=1e-4, atol=1e-4)
+
+
+def test_a_pass_of_one_s_own_runs(tmp_path, monkeypatch, device):
+    program, *_ = blocks(ROOT / "docs" / "guide" / "own-passes.md", "python")
+    for whole, small in (("(640, 360)", "(32, 18)"), ("render(16)", "render(1)")):
+        assert whole in program
+        program = program.replace(whole, small)
+    (tmp_path / "outline.slang").write_text((ROOT / "examples" / "outline.slang").read_text())
+    monkeypatch.chdir(tmp_path)
+    exec(program, {})
+    assert (tmp_path / "outline.png").exists()

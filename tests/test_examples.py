@@ -79,6 +79,20 @@ def test_a_material_of_one_s_own(run):
     assert (red > 0.45).mean() > 0.3 and (red < 0.4).mean() > 0.05  # bricks and mortar
 
 
+def test_an_effect_of_one_s_own(run):
+    arguments = "--size", "96x54", "--frames", "2", "--preset", "raster"
+    lined = read(run("outline", "outline.png", *arguments) / "outline.png").astype(float)
+    with pica.Renderer(pica.scenes.machine_world(), size=(96, 54), settings=pica.Settings.preset("raster")) as renderer:
+        plain = renderer.render(2)
+    change = (lined - plain.display).mean(axis=-1)
+    ids = plain.aov("instance")
+    beside = np.zeros(ids.shape, bool)
+    beside[:, :-1] |= ids[:, :-1] != ids[:, 1:]
+    beside[:-1] |= ids[:-1] != ids[1:]
+    assert change[beside].mean() < -25 < 0 < np.median(change[~beside])  # dark lines; exposure makes the rest lighter
+    assert np.corrcoef(change.ravel(), beside.ravel())[0, 1] < -0.6
+
+
 def test_two_settings_against_each_other(run, capsys):
     arguments = "--size", "32x18", "--frames", "1", "--samples", "2"
     assert read(run("compare_settings", "sheet.png", *arguments) / "sheet.png").shape[1] > 5 * 32

@@ -96,3 +96,10 @@ def test_radiance_alone_says_so_too(device, tmp_path):
         assert np.isfinite(renderer.render(1, camera=CAMERA).aov("depth")).any()
     with pytest.warns(UserWarning, match=NOTHING_SHINES):
         renderer.render(1, camera=CAMERA).save(tmp_path / "black.exr", aovs=[])
+
+
+def test_of_a_scene_without_anything_that_is_gone_when_the_picture_is_looked_at(device):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        pica.Renderer(pica.Scene(), size=SIZE, settings=settings(), device=device).render(1).display  # noqa: B018
+    assert ["the camera sees hardly any surface" in str(warning.message) for warning in caught] == [True]

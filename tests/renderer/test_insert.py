@@ -3,6 +3,7 @@
 import gc
 import re
 import weakref
+from functools import partial
 
 import numpy as np
 import pytest
@@ -65,10 +66,10 @@ def insert(renderer):
 
 
 def filling(renderer, slang, color=(1.0, 2.0, 3.0), **more):
-    step = pica.compute_pass(renderer.device, slang(FILL))
+    step, shown = pica.compute_pass(renderer.device, slang(FILL)), color and spy.float3(*color)
 
     def fill(graph, signals):
-        given = {"frame": graph.frame, "target": update(signals.radiance), "color": spy.float3(*color)}
+        given = {"frame": graph.frame, "target": update(signals.radiance), "color": shown}
         given = {name: value for name, value in (given | more).items() if value is not None}
         graph.add(step, graph.grid, **given)
 
@@ -76,11 +77,19 @@ def filling(renderer, slang, color=(1.0, 2.0, 3.0), **more):
 
 
 def test_every_stage_can_be_followed(renderer, insert):
-    heard = []
-    for stage in STAGES:
-        insert(lambda graph, signals, stage=stage: heard.append(stage), stage, name=f"after {stage}")
+    heard, there = [], {}
+
+    def listen(stage, graph, signals):
+        heard.append(stage)
+        there[stage] = [name for name in ("gbuffer", "radiance", "picture", "display") if hasattr(signals, name)]
+
+    for stage in reversed(STAGES):
+        insert(partial(listen, stage), stage, name=f"after {stage}")
     renderer.render(1)
     assert tuple(heard) == STAGES
+    assert there["gbuffer"] == there["ambient_occlusion"] == ["gbuffer"]
+    assert there["lighting"] == there["reflections"] == ["gbuffer", "radiance"]
+    assert there["antialiasing"] == ["gbuffer", "radiance", "picture"] and there["post"][-1] == "display"
     renderer.render(2)
     assert tuple(heard) == STAGES, "a frame like the one before is not declared again"
     assert all(f'"{stage}"' in pica.Renderer.insert.__doc__ for stage in STAGES) and declare.__doc__

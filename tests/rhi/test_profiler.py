@@ -22,6 +22,8 @@ void main(uint3 thread : SV_DispatchThreadID)
 
 
 class Recording:
+    variant = 0
+
     def __init__(self, device, profiler):
         self.encoder, self.profiler = device.handle.create_command_encoder(), profiler
 

@@ -25,7 +25,8 @@ def check_made_with(who: str, scene: Any, settings: Any, device: Any) -> None:
     """Raises PicaError for what no renderer can be made with."""
     checked(f"{who}: scene", instance(Scene), scene)
     checked(f"{who}: settings", optional(instance(Settings)), settings, SettingsError)
-    checked(f"{who}: device", optional(instance(Device, spy.Device, str)), device, DeviceError)
+    if not isinstance(device, spy.Device):
+        checked(f"{who}: device", optional(instance(Device, str)), device, DeviceError)
 
 
 def checked_size(size: Size) -> Size:

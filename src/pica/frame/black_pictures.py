@@ -45,11 +45,8 @@ class BlackPictures:
         def fetch(name: str, least: float) -> NDArray[Any]:
             picture = pictures[name]()
             if not self._warned and picture[::_STEP, ::_STEP].mean() <= least:
-                scene = still_there()
-                if scene is None:
-                    return picture
                 shown = {each: picture if each == name else pictures[each]() for each in ("display", "color", "depth")}
-                reason = why_black(**shown, scene=scene, post=settings.post)
+                reason = why_black(**shown, scene=still_there(), post=settings.post)
                 if reason:
                     self._warned = True
                     warnings.warn(f"the picture is nearly black: {reason}", stacklevel=2)
@@ -58,13 +55,15 @@ class BlackPictures:
         return partial(fetch, "color", 0.0), partial(fetch, "display", _DARK)
 
 
-def why_black(display: NDArray[Any], color: NDArray[Any], depth: NDArray[Any], scene: Scene, post: PostSettings) -> str:
+def why_black(
+    display: NDArray[Any], color: NDArray[Any], depth: NDArray[Any], scene: Scene | None, post: PostSettings
+) -> str:
     """Why a picture (height, width, 3) of `depth` (height, width) is nearly black, and what to try; empty if it is not,
-    where surfaces are seen."""
+    where surfaces are seen, and where only the scene would say, which is None if it is gone."""
     seen = np.isfinite(depth)
     if seen.mean() < _LEAST_SEEN:
         return "the camera sees hardly any surface; another camera may (without one, the whole scene is shown)"
-    if display[seen].mean() >= _DARK:
+    if display[seen].mean() >= _DARK or scene is None:
         return ""
     if not has_lights(scene) and not emitted_illuminance(scene) and not _environment_shines(scene):
         return "nothing in the scene gives light; add a light or an environment (--env)"

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import wraps
 from threading import RLock
 from types import TracebackType
-from typing import Concatenate, ParamSpec, Self, TypeVar, cast
+from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, cast, overload
 
 from pica.errors import PicaError, shown
 from pica.frame.context import Size
@@ -14,11 +14,34 @@ from pica.rhi.device import Device
 from pica.scene.model import Scene
 from pica.settings import Settings
 
-_KEPT = {"size", "settings", "device", "scene", "_calls", "_black_pictures"}
+_KEPT = {"_size", "_settings", "_device", "_scene", "_calls", "_black_pictures"}
 """Attributes that a closed renderer keeps: those of its repr, and what a frame still needs that `progress` closes."""
 P = ParamSpec("P")
 C = TypeVar("C", bound="Closing")
 T = TypeVar("T")
+
+
+class Given(Generic[T]):
+    """A field that only its owner sets, under its name with a line in front."""
+
+    def __init__(self, instead: str) -> None:
+        """`instead`: what whoever would assign it has to do."""
+        self._instead = instead
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Self: ...
+
+    @overload
+    def __get__(self, instance: object, owner: type) -> T: ...
+
+    def __get__(self, instance: object | None, owner: type) -> Any:
+        return self if instance is None else vars(instance)[f"_{self._name}"]
+
+    def __set__(self, instance: object, value: Any) -> None:
+        raise PicaError(f"{type(instance).__name__}.{self._name} cannot be assigned; {self._instead}")
 
 
 class Closing:
@@ -29,12 +52,17 @@ class Closing:
 
     view: SceneView
     """What it has of the scene."""
-    scene: Scene
-    size: Size
-    settings: Settings
+    scene = Given[Scene]("make another renderer for another scene")
+    """What it renders."""
+    size = Given[Size]("Renderer.resize takes another one")
+    """(width, height) in pixels."""
+    settings = Given[Settings]("Renderer.configure takes others")
+    """As they run on the device."""
+    device = Given[Device]("make another renderer on another device")
+    """What renders."""
 
-    def __init__(self, device: Device) -> None:
-        self.device = device
+    def __init__(self, device: Device, scene: Scene, size: Size) -> None:
+        self._device, self._scene, self._size = device, scene, size
         self._calls = RLock()
 
     def close(self) -> None:

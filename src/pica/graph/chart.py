@@ -7,15 +7,15 @@ pass reads or writes it. Resources that share memory stand in one frame.
 from collections.abc import Iterator, Mapping
 from itertools import groupby
 from typing import TYPE_CHECKING
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import escape
+
+from pica.text import one_line
 
 if TYPE_CHECKING:
     from pica.graph.description import GraphDescription, PassInfo, ResourceInfo
 
-_COLORS = (
-    "#4269d0", "#e0822e", "#2f9e6e", "#d1495b", "#8a5fbf", "#2a9db5", "#a0703c",
-    "#c65b9b", "#7a8b1f", "#5b6b7a", "#b8860b", "#3d7a3d", "#9b3d3d", "#3d5a9b",
-)  # fmt: skip
+_PALETTE = "4269d0e0822e2f9e6ed1495b8a5fbf2a9db5a0703cc65b9b7a8b1f5b6b7ab8860b3d7a3d9b3d3d3d5a9b"
+_COLORS = [f"#{_PALETTE[first : first + 6]}" for first in range(0, len(_PALETTE), 6)]
 _ROW, _COLUMN, _GAP = 19, 15, 7
 _LEFT, _TOP, _FOOT = 404, 182, 74
 _TIME_LEFT, _TIME_WIDTH = 280, 64
@@ -33,16 +33,10 @@ def svg(graph: "GraphDescription", title: str) -> str:
 class _Chart:
     def __init__(self, graph: "GraphDescription", title: str) -> None:
         self._graph, self._title = graph, title
-        used = {key for each in graph.passes for key in (*each.reads, *each.writes, *each.previous)}
+        used = {key for each in graph.passes for key in _uses(each)}
         # What touches nothing, such as a decision on the host, is no part of the picture.
-        self._rows = {
-            number: row
-            for row, number in enumerate(
-                number
-                for number, each in enumerate(graph.passes)
-                if each.reads or each.writes or each.previous or each.milliseconds
-            )
-        }
+        touching = (n for n, each in enumerate(graph.passes) if _uses(each) or each.milliseconds)
+        self._rows = {number: row for row, number in enumerate(touching)}
         effects = dict.fromkeys([*(each.effect for each in graph.passes), *(each.effect for each in graph.resources)])
         self._colors = {name: _COLORS[number % len(_COLORS)] for number, name in enumerate(effects)}
         shown = sorted((each for each in graph.resources if each.key in used), key=lambda each: each.lane)
@@ -56,10 +50,8 @@ class _Chart:
                 right += _COLUMN
             right += _GAP
         self._bottom = _TOP + len(self._rows) * _ROW
-        self._width, self._height = (
-            max(right + 70, 900),
-            self._bottom + _FOOT + 16 * (len(self._effect_rows()) // 4 + 3),
-        )
+        self._width = max(right + 70, 900)
+        self._height = self._bottom + _FOOT + 16 * (len(self._effect_rows()) // 4 + 3)
 
     def lines(self) -> Iterator[str]:
         size = f'width="{self._width:.0f}" height="{self._height}" viewBox="0 0 {self._width:.0f} {self._height}"'
@@ -83,13 +75,8 @@ class _Chart:
         yield _text(16, 30, self._title, "h")
         counts = f"{len(self._rows)} passes, {len(self._x)} resources"
         yield _text(16, 50, f"{counts}, {total:.2f} ms, {_megabytes(whole)}")
-        marks = (
-            ("write", "writes anew"),
-            ("update", "reads and writes"),
-            ("read", "reads"),
-            ("previous", "frame before"),
-        )
-        for number, (kind, meaning) in enumerate(marks):
+        marks = {"write": "writes anew", "update": "reads and writes", "read": "reads", "previous": "frame before"}
+        for number, (kind, meaning) in enumerate(marks.items()):
             yield _mark(kind, 22, 74 + 16 * number, "#57606a")
             yield _text(34, 78 + 16 * number, meaning, "s")
         yield '<path d="M146 66h14v46h-14z" fill="#f0f2f4" stroke="#c4ccd4"/>'
@@ -113,7 +100,7 @@ class _Chart:
             yield f'<path d="M0 {y}H{self._width:.0f}" stroke="#d8dee4" stroke-width=".5"/>'
             note = f"{each.name} of {each.effect}, {each.where}" + (", not in every frame" if each.conditional else "")
             name = _text(142, y + 13, _short(each.name, 23), "g" if each.conditional else "")
-            yield f"<g><title>{escape(note)}</title>{name}</g>"
+            yield f"<g><title>{_plain(note)}</title>{name}</g>"
             if each.milliseconds is not None:
                 wide = _TIME_WIDTH * each.milliseconds / slowest
                 yield _box(_TIME_LEFT + 4 + _TIME_WIDTH, y + 5, max(wide, 1) * 0.6, 9, self._colors[each.effect], 0.75)
@@ -121,9 +108,7 @@ class _Chart:
 
     def _resources(self) -> Iterator[str]:
         for lane in self._lanes:
-            left, right = (
-                self._x[each.key] + half for each, half in ((lane[0], -_COLUMN / 2), (lane[-1], _COLUMN / 2))
-            )
+            left, right = self._x[lane[0].key] - _COLUMN / 2, self._x[lane[-1].key] + _COLUMN / 2
             if len(lane) > 1:
                 high = self._bottom - _TOP + 8
                 place = f'x="{left - 1}" y="{_TOP - 4}" width="{right - left + 2}" height="{high}"'
@@ -135,10 +120,10 @@ class _Chart:
     def _bar(self, each: "ResourceInfo") -> Iterator[str]:
         x, color = self._x[each.key], self._colors[each.effect]
         top, bottom = self._y(each.first) - 7, self._y(each.last) + 7
-        yield f"<g><title>{escape(self._tip(each))}</title>"
+        yield f"<g><title>{_plain(self._tip(each))}</title>"
         if each.lifetime != "frame":
             whole = f"M{x} {_TOP}V{self._bottom}"
-            yield f'<path d="{whole}" stroke={quoteattr(color)} stroke-dasharray="2 3" stroke-opacity=".6"/>'
+            yield f'<path d="{whole}" stroke="{color}" stroke-dasharray="2 3" stroke-opacity=".6"/>'
         yield _box(x - 4, top, 8, bottom - top, color, 0.35)
         yield _turned(x + 3, _TOP - 9, -60, _short(each.name, 30), color) + "</g>"
 
@@ -192,12 +177,16 @@ def _box(x: float, y: float, width: float, height: float, color: str, opacity: f
 
 def _text(x: float, y: float, text: str, kind: str = "", color: str = "") -> str:
     style = f' style="fill:{color}"' if color else ""
-    return f'<text x="{x:g}" y="{y:g}" class="{kind}"{style}>{escape(text)}</text>'
+    return f'<text x="{x:g}" y="{y:g}" class="{kind}"{style}>{_plain(text)}</text>'
 
 
 def _turned(x: float, y: float, degrees: int, text: str, color: str = "#57606a") -> str:
     place = f'transform="translate({x:g} {y:g}) rotate({degrees})"'
-    return f'<text {place} style="fill:{color};font-size:10px">{escape(text)}</text>'
+    return f'<text {place} style="fill:{color};font-size:10px">{_plain(text)}</text>'
+
+
+def _plain(text: str) -> str:
+    return escape(one_line(text))
 
 
 def _short(text: str, most: int) -> str:

@@ -63,13 +63,12 @@ class PathTracer(Closing):
         max_depth = plain(max_depth)
         if max_depth is not None and not (isinstance(max_depth, int) and 1 <= max_depth < 1 << 31):
             raise SettingsError(f"max_depth {shown(max_depth)}: must be 1 or more, or None for no limit")
-        self.size = checked_size(size)
-        super().__init__(open_device(device))
+        size = checked_size(size)
+        super().__init__(open_device(device), scene, size)
         expect_programs(self.device)
         device = self.device.part()
         check_traces(device, "path tracing")
-        self.settings = runnable(device, settings or Settings())
-        self.scene = scene
+        self._settings = runnable(device, settings or Settings())
         self._max_depth = max_depth or NO_LIMIT
         self._black_pictures = BlackPictures()
         with device.turn:

@@ -29,7 +29,7 @@ STAGES = (
 """What `declare` gives, in this order. A stage whose effect is off is passed all the same."""
 
 
-@dataclass
+@dataclass(repr=False)  # fields come one after the other
 class Signals:
     """What stages hand on. A pass from outside finds here what is there already, and may put its own in the place of
     `radiance`, `picture` and `display`, or append light to `parts`."""
@@ -62,7 +62,7 @@ class Signals:
 def declare(
     stages: Stages, graph: FrameGraph, s: Signals, denoiser: Denoiser | None = None, last: bool = False
 ) -> Iterator[str]:
-    """Declare a frame; gives the name of each as it is done. `last`: `denoiser` finishes the picture."""
+    """Declare a frame; gives the name of each stage as it is done. `last`: `denoiser` finishes the picture."""
     s.exposure = stages.post.exposure(graph)
     s.gbuffer = stages.gbuffer(graph, s.scene)
     if denoiser is not None:

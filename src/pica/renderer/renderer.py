@@ -65,12 +65,10 @@ class Renderer(Closing):
         checked(f"{type(self).__name__}: light_map", optional(instance(LightMap)), light_map)
         if light_map is not None:
             light_map.check_scene(scene)
-        self.light_map = light_map
-        self.size = checked_size(size)
-        super().__init__(open_device(device))
+        size = checked_size(size)
+        super().__init__(open_device(device), scene, size)
         expect_programs(self.device)
-        self.settings = runnable(self.device, settings or Settings())
-        self.scene = scene
+        self._settings = runnable(self.device, settings or Settings())
         with self.device.turn:
             self.view = SceneView(self.device, scene, self.settings)
             self._frames = self._make_frames()
@@ -177,7 +175,7 @@ class Renderer(Closing):
     @alone
     def resize(self, size: Size) -> None:
         """Render at another (width, height) from the next frame on, without history. Raises PicaError."""
-        self.size = checked_size(size)
+        self._size = checked_size(size)
         with self.device.turn:
             self._frames.resize(self.size)
             self._drop_histories()
@@ -189,7 +187,7 @@ class Renderer(Closing):
         settings = runnable(self.device, settings)
         with self.device.turn:
             self.view.configure(settings)
-            before, self.settings = self.settings, settings
+            before, self._settings = self.settings, settings
             changed = before.changed_groups(settings)
             if before.antialiasing.upscale != settings.antialiasing.upscale:
                 changed = EVERY_GROUP  # all works at another size
