@@ -17,7 +17,7 @@ _SAMPLES_PER_RUN = 256
 
 
 class ManySamples:
-    """What a ray effect adds up over many rays a pixel, in a texture that begins again with `taken` 0."""
+    """What a ray effect adds up over many rays a pixel, in a texture that begins again with `firstSample` 0."""
 
     def __init__(
         self,
@@ -29,8 +29,8 @@ class ManySamples:
         tracer: Tracer | None,
         is_light: bool = False,
     ) -> None:
-        """`is_light`: it sums light and samples (`summed`, width, height, rgba32); else it counts rays and those that
-        arrive (`counted`, rg32)."""
+        """`is_light`: it sums light and samples (`sums`, width, height, rgba32); else it counts rays and those that
+        arrive (`sums`, rg32)."""
         self._device, self._size, self._is_light = device, size, is_light
         texture_format = spy.Format.rgba32_float if is_light else spy.Format.rg32_float
         self._sums = device.texture("sums of many samples", texture_format, size)
@@ -39,11 +39,10 @@ class ManySamples:
     def __call__(self, samples: int, **inputs: Any) -> NDArray[np.float32]:
         """The share that arrives (height, width), or the mean light (height, width, 3), of `samples` rays a pixel; NaN
         where a pixel has none. Waits for the device."""
-        name = "summed" if self._is_light else "counted"
-        for taken in range(0, samples, _SAMPLES_PER_RUN):
+        for first in range(0, samples, _SAMPLES_PER_RUN):
             with self._device.record() as recording:
-                count = min(_SAMPLES_PER_RUN, samples - taken)
-                self._trace(recording, self._size, taken=taken, samples=count, **{name: self._sums}, **inputs)
+                count = min(_SAMPLES_PER_RUN, samples - first)
+                self._trace(recording, self._size, firstSample=first, samples=count, sums=self._sums, **inputs)
         sums = np.asarray(self._sums.to_numpy())
-        found, rays = (sums[..., :3], sums[..., 3:]) if self._is_light else (sums[..., 1], sums[..., 0])
-        return np.where(rays > 0, found / np.maximum(rays, 1e-9), np.nan).astype(np.float32)
+        arrived, rays = (sums[..., :3], sums[..., 3:]) if self._is_light else (sums[..., 1], sums[..., 0])
+        return np.where(rays > 0, arrived / np.maximum(rays, 1e-9), np.nan).astype(np.float32)

@@ -24,7 +24,7 @@ PARTICLE = np.dtype(
         ("color", "f4", 4),
         ("size", "f4", 2),
         ("age", "f4"),
-        ("has_come", "u4"),
+        ("is_new", "u4"),
     ]
 )
 # ribbons.slang: StrandPoint
@@ -114,7 +114,7 @@ class SpriteWriter(FacingWriter):
 
     def _upload_arrays(self, encoder: spy.CommandEncoder, come: NDArray[np.bool_]) -> None:
         rows = packed(self._sprites.particles)
-        rows["has_come"] = come
+        rows["is_new"] = come
         self._shared["particleCount"] = len(rows)
         if len(rows):
             encoder.upload_buffer_data(self._shared["particles"], 0, rows.view(np.uint8))
@@ -132,7 +132,7 @@ class RibbonWriter(FacingWriter):
         self._ribbons = ribbons
         self._shared = {
             "points": device.structured("ribbons", np.zeros(ribbons.strands * ribbons.points, STRAND_POINT)),
-            "haveCome": device.structured("new strands", np.zeros(ribbons.strands, np.uint32)),
+            "isNew": device.structured("new strands", np.zeros(ribbons.strands, np.uint32)),
             "pointCount": ribbons.points,
         }
 
@@ -144,7 +144,7 @@ class RibbonWriter(FacingWriter):
         rows["position"], rows["width"] = self._ribbons.positions, self._ribbons.widths
         rows["color"] = self._ribbons.colors
         encoder.upload_buffer_data(self._shared["points"], 0, rows.reshape(-1).view(np.uint8))
-        encoder.upload_buffer_data(self._shared["haveCome"], 0, come.astype(np.uint32))
+        encoder.upload_buffer_data(self._shared["isNew"], 0, come.astype(np.uint32))
 
 
 def packed(particles: Particles) -> NDArray[np.void]:
