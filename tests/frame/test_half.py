@@ -6,7 +6,7 @@ import slangpy as spy
 
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.frame.aovs import motion_of
-from pica.frame.context import FrameSequence, half_size, representative
+from pica.frame.context import FrameSequence, half_pixel_offset, half_size
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
 from pica.graph.plan import Plan
@@ -111,7 +111,7 @@ class Halves:
 
 def chosen(values, index):
     """The pixels of a full picture that stand for 2x2."""
-    right, down = representative(index)
+    right, down = half_pixel_offset(index)
     return values[down::2, right::2]
 
 
@@ -153,7 +153,7 @@ def test_the_g_buffer_is_that_of_the_pixel_which_stands_for_four(device):
 
 
 def test_every_pixel_has_its_turn_and_meets_all_of_the_jitter():
-    turns = [representative(index) for index in range(16)]
+    turns = [half_pixel_offset(index) for index in range(16)]
     for first in range(0, 16, 4):
         assert len(set(turns[first : first + 4])) == 4
     assert {(index % 4, turn) for index, turn in enumerate(turns)} == {

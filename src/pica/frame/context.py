@@ -201,7 +201,7 @@ def half_size(size: Size) -> Size:
     return (size[0] + 1) // 2, (size[1] + 1) // 2
 
 
-def representative(index: int) -> tuple[int, int]:
+def half_pixel_offset(index: int) -> tuple[int, int]:
     """Which pixel of each 2x2, (right, down), stands for all in frame `index` at half size; as in frame/half.slang."""
     turn = index + (index >> 2)
     return (turn ^ turn >> 1) & 1, turn & 1
@@ -209,7 +209,7 @@ def representative(index: int) -> tuple[int, int]:
 
 def _half_jitter(index: int, jitter: tuple[float, float]) -> tuple[float, float]:
     """A sample is where the pixel that stands for 2x2 has it: halfway between their corner and their middle is .25."""
-    x, y = ((offset + shift - 0.5) / 2 for offset, shift in zip(representative(index), jitter, strict=True))
+    x, y = ((offset + shift - 0.5) / 2 for offset, shift in zip(half_pixel_offset(index), jitter, strict=True))
     return x, y
 
 

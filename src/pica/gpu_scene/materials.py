@@ -24,7 +24,7 @@ from pica.programs.shape_types import shapes_of
 from pica.rhi.device import Device
 from pica.rhi.tables import HostTable
 from pica.scene.changes import ChangeSet
-from pica.scene.coat import MOST_COATS, baked
+from pica.scene.coat import MAX_COATS, baked
 from pica.scene.illumination import average_emission
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
 from pica.scene.material_registry import MaterialSource, material_source
@@ -72,7 +72,7 @@ MATERIAL = np.dtype(
         *((f"{slot}_texture", SLOT) for slot in _SLOTS),
         ("coat_normal_scale", "f4"),
         ("coat_count", "u4"),
-        ("coats", COAT, MOST_COATS),
+        ("coats", COAT, MAX_COATS),
         ("film_strength", "f4"),
         ("film_ior", "f4"),
         ("film_thickness", "f4", 2),

@@ -14,7 +14,7 @@ from pica.scene.values import UnfitError, flag, items, number
 if TYPE_CHECKING:
     from pica.scene.material import Material
 
-MOST_COATS = 3
+MAX_COATS = 3
 """With the base they make a stack of four layers; scene_types.slang: MATERIAL_COATS."""
 _SHARE = number(0, 1)
 _NOT_NEGATIVE = number(0)
@@ -56,8 +56,8 @@ _COATS = items(Coat)
 def coats(values: Any) -> tuple[Coat, ...]:
     """A check of what `Material.coats` can be."""
     found = tuple(_COATS(values))
-    if len(found) > MOST_COATS:
-        raise UnfitError(f"{len(found)} coats are more than {MOST_COATS}")
+    if len(found) > MAX_COATS:
+        raise UnfitError(f"{len(found)} coats are more than {MAX_COATS}")
     return found
 
 
