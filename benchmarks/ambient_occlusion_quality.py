@@ -41,7 +41,7 @@ def main() -> None:
             print(json.dumps(found | {"flicker": round(float(np.mean(errors.change)), 5)}), flush=True)
             if arguments.sheets:
                 sheet = error_sheet(errors)
-                pica.pictures.write_png(Path(arguments.sheets) / f"occlusion_{mode}_{motion}.png", sheet)
+                pica.images.pictures.write_png(Path(arguments.sheets) / f"occlusion_{mode}_{motion}.png", sheet)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 import pica
 from pica.frame.context import Size
-from pica.pictures import write_png
+from pica.images.pictures import write_png
 from pica.quality.metrics import flip
 from pica.quality.picture_errors import exposed, exposure_for
 from pica.quality.sequences import Sequence, sequence

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 import pica
 from pica import quality
-from pica.pictures import write_png
+from pica.images.pictures import write_png
 from pica.quality.effects import MeasuredEffect
 from pica.scene.camera import Camera
 

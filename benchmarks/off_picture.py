@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 import pica
 from pica import quality
-from pica.pictures import write_png
+from pica.images.pictures import write_png
 from pica.scene.camera import Camera
 from pica.scene.material import Material
 from pica.scene.model import Node, Scene

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import pica
-from pica.pictures import write_png
+from pica.images.pictures import write_png
 from pica.quality.effects import MeasuredEffect
 from pica.quality.picture_errors import exposed, exposure_for
 from pica.quality.sequences import sequence

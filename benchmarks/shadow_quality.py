@@ -75,7 +75,7 @@ def sequences(device: Device, size: Any, settings: pica.Settings, arguments: arg
             }
             if arguments.sheets:
                 path = Path(arguments.sheets) / f"{name} {motion}.png".replace(" ", "_")
-                pica.pictures.write_png(path, error_sheet(errors))
+                pica.images.pictures.write_png(path, error_sheet(errors))
     return found
 
 

@@ -29,7 +29,7 @@ from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
 from pica.graph.plan import Plan
-from pica.pictures import write_png
+from pica.images.pictures import write_png
 from pica.quality.picture_errors import compare, exposed
 from pica.rhi.device import Device
 from pica.scene.model import Scene

@@ -79,7 +79,7 @@ def main() -> None:
         errors[name] = float(flip(truth, pictures[name])[1][still].mean())
     if arguments.sheet:
         shown = {"path traced": truth, **pictures, "still part": still.astype(np.float32)}
-        pica.pictures.write_png(arguments.sheet, sheet(shown))
+        pica.images.pictures.write_png(arguments.sheet, sheet(shown))
     print(json.dumps({
         "still part": round(float(still.mean()), 3),
         "flip": {name: round(error, 4) for name, error in errors.items()},

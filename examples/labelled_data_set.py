@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import pica
-from pica.labels import NodeLabel
+from pica.images.labels import NodeLabel
 
 CLASSES = {"belt": ("long belt", "cross belt"), "fruit": ("apple", "orange", "plum"), "robot": ("walker", "balancer")}
 """Names of nodes by class; what is below such a node has its class too."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import pica
-from pica.video import write_video
+from pica.images.films import write_video
 
 FPS = 25
 FOV = math.radians(35)

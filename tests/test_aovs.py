@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import pica
-from pica.aov_table import AOVS
 from pica.errors import PicaError
+from pica.images.aov_table import AOVS
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight
 from pica.scene.primitives import spheres

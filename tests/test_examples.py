@@ -10,7 +10,7 @@ import PIL.Image
 import pytest
 
 import pica
-from pica.video import describe
+from pica.images.films import describe
 from tests.assets import ASSETS, needs_assets
 
 ROOT = Path(__file__).parent.parent

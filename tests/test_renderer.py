@@ -298,7 +298,7 @@ def test_frames_are_saved_whole(renderer, tmp_path):
     frame = renderer.render(1, camera=CAMERA)
     frame.save(tmp_path / "picture.exr")
     frame.save(tmp_path / "picture.png")
-    from pica.pictures import read_exr, read_image
+    from pica.images.pictures import read_exr, read_image
 
     channels = read_exr(tmp_path / "picture.exr")
     np.testing.assert_array_equal(channels["G"], frame.color[..., 1])

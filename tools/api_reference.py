@@ -19,7 +19,7 @@ from pica.scene.checked_field import CheckedField
 from pica.settings import Settings
 from tools.settings_page import cells
 
-MODULES = "pica", "pica.aov_table", "pica.labels", "pica.quality", "pica.video"
+MODULES = "pica", "pica.images.aov_table", "pica.images.labels", "pica.quality", "pica.images.films"
 """With all below them that is public."""
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import pica
 from pica import pictures, quality
-from pica.output import Frame
+from pica.images.output import Frame
 
 _SURFELS = {"global_illumination.mode": "surfels", "ambient_occlusion.mode": "off"}
 _DETAIL = {"global_illumination.mode": "surfels", "ambient_occlusion.mode": "ground_truth"}

@@ -29,10 +29,10 @@ if TYPE_CHECKING:  # what checkers of types and editors know; a test holds it ag
     from pica.errors import SettingsError as SettingsError
     from pica.errors import ShaderError as ShaderError
     from pica.errors import ShapeError as ShapeError
+    from pica.images.output import Frame as Frame
+    from pica.images.pictures import write_labels as write_labels
     from pica.light_map.light_map import LightMap as LightMap
-    from pica.output import Frame as Frame
     from pica.path_tracer.path_tracer import PathTracer as PathTracer
-    from pica.pictures import write_labels as write_labels
     from pica.renderer import Insertion as Insertion
     from pica.renderer import Renderer as Renderer
     from pica.renderer import Signals as Signals
@@ -114,9 +114,9 @@ _PUBLIC = {
         "ShapeError",
     ),
     "pica.light_map.light_map": ("LightMap",),
-    "pica.output": ("Frame",),
+    "pica.images.output": ("Frame",),
     "pica.path_tracer.path_tracer": ("PathTracer",),
-    "pica.pictures": ("write_labels",),
+    "pica.images.pictures": ("write_labels",),
     "pica.renderer": ("Insertion", "Renderer", "Signals", "compute_pass", "ray_pass"),
     "pica.scene.animation": ("Animation", "Channel", "Pose"),
     "pica.scene.anisotropy": ("Anisotropy",),

@@ -7,7 +7,7 @@ import pytest
 
 import pica
 from pica.cli.main import main
-from pica.output import Frame
+from pica.images.output import Frame
 from pica.scene.camera import Camera
 
 

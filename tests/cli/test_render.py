@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pica import pictures
+from pica.images import pictures
 
 
 def test_writes_the_picture_and_says_so(run, calls, tmp_path):

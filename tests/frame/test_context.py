@@ -7,9 +7,9 @@ import pytest
 import slangpy as spy
 
 from pica.errors import PicaError
-from pica.frame.arguments import checked_size
 from pica.frame.context import FrameSequence, camera_constants, radical_inverse, same_view
 from pica.graph.snapshot import Snapshot
+from pica.rendering.arguments import checked_size
 from pica.scene.camera import Camera
 from tests.building import orthographic
 from tests.tracing.kernels import read, run

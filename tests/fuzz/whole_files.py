@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import PIL.Image
 
-from pica import pictures
+from pica.images import pictures
 from tests.scene.gltf_files import TRIANGLE, GltfFile
 
 

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 import pica
-from pica.pictures import read_radiance
+from pica.images.pictures import read_radiance
 from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from tests.building import CAMERA, still_life

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.pictures import write_exr, write_png
+from pica.images.pictures import write_exr, write_png
 from pica.quality import Errors, compare, exposed, sheet
 
 Picture = NDArray[np.floating[Any]]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pica
-from pica.pictures import read_radiance
+from pica.images.pictures import read_radiance
 from tests.assets import ASSETS, needs_assets
 
 FOLDER = ASSETS / "ReferenceScenes"

@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pica import pictures
 from pica.errors import SceneError
+from pica.images import pictures
 from pica.scene.environment import Environment
 from pica.scene.loading import default_environment, load, read_environment
 from tests.assets import ASSETS, needs_assets

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 SOURCE = """
-import effects.global_illumination.surfel_depth;
+import effects.global_illumination.surfels.surfel_depth;
 
 // What is seen `length` metres away after `rays` rays of 1 metre, every second of which went `farther` metres on.
 float seenAfter(uint rays, float farther, float length)

@@ -13,13 +13,13 @@ from pica.baking.occupied import occupied_places
 from pica.baking.probe_passes import ProbePasses
 from pica.baking.seams import without_seams
 from pica.errors import PicaError, SceneError
-from pica.frame.arguments import Progress, check_made_with, check_progress
+from pica.images.saving import check_writable
 from pica.light_map.arrays_file import Lengths, Wanted, read_arrays, write_arrays
 from pica.light_map.bricks import Bricks, bricks_around
 from pica.light_map.fingerprint import content_of, layout_of
 from pica.light_map.light_map import HARMONICS, MOST_BRICKS, SEEN_PER_BRICK, LightMap
+from pica.rendering.arguments import Progress, check_made_with, check_progress
 from pica.rhi.device import Device, open_device
-from pica.saving import check_writable
 from pica.scene.model import Scene
 from pica.scene.values import BRIGHTEST, checked, optional, positive, whole
 from pica.settings import Settings

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pica.errors import PicaError
-from pica.saving import check_writable
+from pica.images.saving import check_writable
 
 if TYPE_CHECKING:
     from pica import LightMap, Settings

@@ -68,7 +68,7 @@ class Sequence:
         if abs(self.start) > _LATEST:
             raise PicaError(f"--start {self.start:g}: must be {-_LATEST:g} to {_LATEST:g} seconds")
         if self.is_film:
-            from pica.video import check_size
+            from pica.images.films import check_size
 
             options.check_output(self.output, (FILM,))
             check_size(self.output, *self.size)
@@ -133,7 +133,7 @@ class Sequence:
         if self.is_film:
             self._remove_empty_folder()  # of a run that was killed before its first picture
         if self.is_film and self.output.exists() and not self._folder.exists():
-            from pica.video import describe
+            from pica.images.films import describe
 
             with suppress(PicaError):  # it is broken
                 if describe(self.output) == (count, *self.size):
@@ -144,7 +144,7 @@ class Sequence:
     def _is_whole(self, file: Path) -> bool:
         """Whether a picture is there and all of it can be read. Raises PicaError where it has another size."""
         from pica.errors import SceneError
-        from pica.pictures import whole_size
+        from pica.images.pictures import whole_size
 
         try:
             width, height = whole_size(file)
@@ -210,8 +210,8 @@ class Sequence:
             self._folder.rmdir()
 
     def _encode(self, count: int, advance: Callable[[int, int], None]) -> None:
-        from pica.pictures import read_image
-        from pica.video import write_video
+        from pica.images.films import write_video
+        from pica.images.pictures import read_image
 
         def pictures() -> "Iterator[NDArray[np.uint8]]":
             for number in range(count):

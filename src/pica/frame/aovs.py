@@ -15,7 +15,7 @@ Array = NDArray[Any]
 
 
 def gbuffer_aovs(scene: SceneView) -> dict[str, tuple[tuple[str, ...], Callable[[FrameContext], Callable[..., Array]]]]:
-    """The AOVs of a G-buffer, as pica.aov_table tells of them: names of its textures, and what takes the frame and
+    """The AOVs of a G-buffer (pica.images.aov_table): names of its textures, and what takes the frame and
     gives the function that makes the AOV of these."""
 
     def label(which: int) -> Callable[[FrameContext], Callable[..., Array]]:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 from weakref import ref
 
-from pica.labels import Labels, NodeRow
+from pica.images.labels import Labels, NodeRow
 from pica.scene.material import Material
 from pica.scene.mesh import Mesh, Section
 from pica.scene.model import Node, Scene

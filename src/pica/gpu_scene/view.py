@@ -14,7 +14,7 @@ from pica.gpu_scene.placement import Placement
 from pica.gpu_scene.previous_frame import PreviousPlaces, PreviousPositions
 from pica.gpu_scene.scene import GpuScene
 from pica.gpu_scene.view_geometry import ViewGeometry
-from pica.labels import Labels
+from pica.images.labels import Labels
 from pica.programs.material_types import MaterialTypeSet
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording

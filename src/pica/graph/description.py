@@ -11,7 +11,7 @@ from pica.graph.chart import svg
 from pica.graph.nodes import BlockNode
 from pica.graph.plan import OUTSIDE, Plan, PlanPart
 from pica.graph.resources import Buffer, Resource, Texture
-from pica.saving import write_whole
+from pica.images.saving import write_whole
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pica.errors import PicaError
 from pica.files import open_file
-from pica.saving import write_whole
+from pica.images.saving import write_whole
 
 _MAGIC = b"\x93NUMPY\x01\x00"
 _HEADER = re.compile(

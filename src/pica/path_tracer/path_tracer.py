@@ -11,7 +11,16 @@ from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError, plain, shown
 from pica.frame.aovs import alpha_of
-from pica.frame.arguments import (
+from pica.frame.context import FrameContext, FrameSequence, Size
+from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.memory import Memory
+from pica.graph.plan import Plan
+from pica.graph.resources import Lifetime, Texture, update, write
+from pica.images.labels import NUMBERED, Labels
+from pica.images.output import Frame, Lazy
+from pica.programs.preparation import expect as expect_programs
+from pica.rendering.arguments import (
     Progress,
     check_made_with,
     check_progress,
@@ -20,17 +29,8 @@ from pica.frame.arguments import (
     checked_count,
     checked_size,
 )
-from pica.frame.black_pictures import BlackPictures
-from pica.frame.closing import Closing, alone
-from pica.frame.context import FrameContext, FrameSequence, Size
-from pica.gpu_scene.view import SceneView
-from pica.graph.graph import FrameGraph
-from pica.graph.memory import Memory
-from pica.graph.plan import Plan
-from pica.graph.resources import Lifetime, Texture, update, write
-from pica.labels import NUMBERED, Labels
-from pica.output import Frame, Lazy
-from pica.programs.preparation import expect as expect_programs
+from pica.rendering.black_pictures import BlackPictures
+from pica.rendering.closing import Closing, alone
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene

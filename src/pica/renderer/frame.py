@@ -7,12 +7,12 @@ from pica.denoising.denoiser import Denoiser
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import IndirectLight
 from pica.frame.reprojection import Reprojection
+from pica.frame.shadow_textures import ShadowTextures
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture
 from pica.light_sampling.light_sampler import LightSamples
 from pica.light_sampling.light_slots import LightSlots
-from pica.light_sampling.shadow_textures import ShadowTextures
 from pica.renderer.stages import Stages
 
 STAGES = (

@@ -9,7 +9,19 @@ import slangpy as spy
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.errors import PicaError, SettingsError
 from pica.frame.aovs import at_size
-from pica.frame.arguments import (
+from pica.frame.context import FrameContext, FrameSequence, Size
+from pica.frame.effect import Effect
+from pica.gpu_scene.view import SceneView
+from pica.graph.description import GraphDescription
+from pica.graph.plan import Plan, newest
+from pica.images.labels import NUMBERED, Labels
+from pica.images.output import Frame, Lazy
+from pica.light_map.light_map import LightMap
+from pica.programs.preparation import expect as expect_programs
+from pica.renderer.frame_plan import FramePlan
+from pica.renderer.insertion import Declare, Insertion, checked_insertion
+from pica.renderer.stages import EVERY_GROUP, Stages
+from pica.rendering.arguments import (
     Progress,
     check_made_with,
     check_progress,
@@ -18,20 +30,8 @@ from pica.frame.arguments import (
     checked_count,
     checked_size,
 )
-from pica.frame.black_pictures import BlackPictures
-from pica.frame.closing import Closing, alone
-from pica.frame.context import FrameContext, FrameSequence, Size
-from pica.frame.effect import Effect
-from pica.gpu_scene.view import SceneView
-from pica.graph.description import GraphDescription
-from pica.graph.plan import Plan, newest
-from pica.labels import NUMBERED, Labels
-from pica.light_map.light_map import LightMap
-from pica.output import Frame, Lazy
-from pica.programs.preparation import expect as expect_programs
-from pica.renderer.frame_plan import FramePlan
-from pica.renderer.insertion import Declare, Insertion, checked_insertion
-from pica.renderer.stages import EVERY_GROUP, Stages
+from pica.rendering.black_pictures import BlackPictures
+from pica.rendering.closing import Closing, alone
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene

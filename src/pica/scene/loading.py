@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pica import pictures
 from pica.errors import SceneError
+from pica.images import pictures
 from pica.scene import gltf, leftovers
 from pica.scene.environment import Environment
 from pica.scene.illumination import emitted_illuminance, has_lights

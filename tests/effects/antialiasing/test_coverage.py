@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 import pica
-from pica import pictures
 from pica.color import srgb_encode
+from pica.images import pictures
 from pica.scene.material import AlphaMode, Material
 from pica.scene.orbit import orbited
 from pica.scenes.basic_meshes import sphere

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pica.effects.shadow_maps.cascades import Cascades, slice_sphere, spheres, split_distances, view_range
-from pica.effects.shadow_maps.light_maps import seen_from
+from pica.effects.shadow_maps.mapped_lights import seen_from
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight
 from pica.scenes.placing import aim

@@ -2,9 +2,9 @@
 
 import slangpy as spy
 
-from pica.effects.global_illumination.light_map_indirect import LightMapIndirect
-from pica.effects.global_illumination.path_traced import PathTracedIndirect
-from pica.effects.global_illumination.surfels import SurfelIndirect
+from pica.effects.global_illumination.light_map.light_map_indirect import LightMapIndirect
+from pica.effects.global_illumination.path_traced.path_traced import PathTracedIndirect
+from pica.effects.global_illumination.surfels.surfels import SurfelIndirect
 from pica.effects.global_illumination.views import arriving_views
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer

@@ -6,12 +6,12 @@ from pica.effects.lighting.ltc_tables import LtcTables
 from pica.effects.lighting.prefiltered import PrefilteredEnvironment
 from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
+from pica.frame.shadow_textures import ShadowTextures
 from pica.frame.signals import BOTH_PARTS, diffuse_of, specular_of
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.light_sampling.light_sampler import LightSamples
-from pica.light_sampling.shadow_textures import ShadowTextures
 from pica.programs.library import programs
 from pica.rhi.device import Device
 from pica.settings import LightingSettings

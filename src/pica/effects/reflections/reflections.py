@@ -5,8 +5,8 @@ from typing import Any
 import slangpy as spy
 
 from pica.effects.reflections.own_rays import OwnRays
-from pica.effects.reflections.screen_rays import ScreenRays
-from pica.effects.reflections.traced_rays import TracedRays
+from pica.effects.reflections.ray_traced.traced_rays import TracedRays
+from pica.effects.reflections.screen_space.screen_rays import ScreenRays
 from pica.effects.reflections.views import PAST_VIEWS, accumulated_views, past_views, reflection_views
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer

@@ -5,16 +5,16 @@ from typing import Any
 
 import slangpy as spy
 
-from pica.effects.shadow_maps.light_maps import LightMaps
+from pica.effects.shadow_maps.mapped_lights import MappedLights
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
 from pica.frame.reprojection import Reprojection
+from pica.frame.shadow_textures import ShadowTextures, visibility_layers
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import write
 from pica.light_sampling.light_sampler import LightSamples
-from pica.light_sampling.shadow_textures import ShadowTextures, visibility_layers
 from pica.rhi.device import Device
 from pica.settings import Settings
 
@@ -31,7 +31,7 @@ class ShadowMaps(Effect):
         self._nearest = device.sampler(
             min_filter=spy.TextureFilteringMode.point, mag_filter=spy.TextureFilteringMode.point
         )
-        self.maps = LightMaps(device, settings.shadow_maps, [])
+        self.maps = MappedLights(device, settings.shadow_maps, [])
         """Of the lights in the newest frame. They are as large as the lights ask for, whatever the picture's size."""
 
     def __call__(
@@ -71,7 +71,7 @@ class ShadowMaps(Effect):
     def _update(self, frame: FrameContext, scene: SceneView, light: Any) -> None:
         if light.denoised is not self.maps.nodes:
             self.maps.give_back()
-            self.maps = LightMaps(self._device, self._settings.shadow_maps, light.denoised)
+            self.maps = MappedLights(self._device, self._settings.shadow_maps, light.denoised)
         self.maps.update(frame, scene)
 
     def _look_up(self, threads: tuple[int, int, int], frame: FrameContext, constants: Any, **inputs: Any) -> None:

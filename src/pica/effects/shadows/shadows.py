@@ -11,12 +11,12 @@ from pica.effects.shadows.views import shadow_views
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.reprojection import Reprojection
+from pica.frame.shadow_textures import ShadowTextures, visibility_layers
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.light_sampling.light_sampler import LightSamples
 from pica.light_sampling.light_slots import LightSlots
-from pica.light_sampling.shadow_textures import ShadowTextures, visibility_layers
 from pica.rhi.device import Device
 from pica.settings import ShadowsSettings
 from pica.tracing.hit_groups import HitDetail

@@ -5,8 +5,8 @@ from hashlib import sha256
 from pathlib import PurePosixPath
 from urllib.parse import unquote
 
-from pica import pictures
 from pica.errors import shown
+from pica.images import pictures
 from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element

@@ -1,0 +1,1 @@
+"""Indirect light from a baked light map."""

@@ -1,0 +1,1 @@
+"""Indirect light by paths from the pixels, and ReSTIR GI."""

@@ -1,0 +1,48 @@
+"""Paths chosen from those of earlier frames and of neighbours: ReSTIR GI (Ouyang et al. 2021)."""
+
+import slangpy as spy
+
+from pica.frame.context import FrameContext
+from pica.frame.gbuffer import GBuffer
+from pica.frame.reprojection import Reprojection
+from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture, update
+from pica.rhi.device import Device
+from pica.tracing.ray_buffers import Tracer
+from pica.tracing.ray_effect import ray_effect
+
+_FOLDER = "effects/global_illumination/path_traced"
+
+
+class PathResampling:
+    """Puts what paths chosen from many bring in the place of what each pixel's own path does."""
+
+    def __init__(self, device: Device, tracer: Tracer | None) -> None:
+        modules = {"reuse_in_time": "ReuseInTime", "reuse_of_neighbours": "ReuseOfNeighbours"}
+        self._in_time, self._of_neighbours = (
+            ray_effect(device, f"{_FOLDER}/{module}.slang", effect, "hit", tracer) for module, effect in modules.items()
+        )
+
+    def __call__(
+        self,
+        graph: FrameGraph,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        reprojection: Reprojection,
+        found: Texture,
+        met: Texture,
+    ) -> None:
+        """Replace the light in `found`, of paths that were to be chosen from (indirect_rays.slang)."""
+        formats = dict.fromkeys(("starts", "ends", "kept"), spy.Format.rgba32_uint)
+        reservoirs = graph.history("reservoirs", formats, graph.half_size)
+        state = reservoirs.state
+        half = gbuffer.at_half(graph)
+        shared = {"frame": graph.half_frame, "gbuffer": half, "scene": scene, "found": update(found)}
+
+        def known(frame: FrameContext) -> int:
+            return int(not (state.empty or frame.changed_lights))  # the light of paths is that of their frame
+
+        chosen = {"reprojection": reprojection, "met": met, "known": known}
+        graph.add(self._in_time, graph.half_size, **shared, **reservoirs.swap(), **chosen)
+        graph.add(self._of_neighbours, graph.half_size, **shared, **reservoirs.textures)

@@ -1,0 +1,149 @@
+"""Indirect light by paths from the pixels, a quarter a pixel, and a filter (RTG 19, 19.3.3.3 and 19.3.3.4)."""
+
+import numpy as np
+import slangpy as spy
+
+from pica.effects.global_illumination.path_traced.path_resampling import PathResampling
+from pica.effects.global_illumination.views import filter_views, ray_views
+from pica.frame.gbuffer import GBuffer
+from pica.frame.grids import accumulate_grid
+from pica.frame.indirect import ENDLESS, IndirectPictures
+from pica.frame.reprojection import Reprojection
+from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import History, Texture, write
+from pica.light_map.gpu_light_map import GpuLightMap, light_map_cache
+from pica.light_map.light_map import LightMap
+from pica.light_sampling.light_sampler import LightSamples
+from pica.programs.library import programs
+from pica.rhi.device import Device
+from pica.settings import GlobalIlluminationSettings
+from pica.tracing.ray_buffers import Tracer
+from pica.tracing.ray_effect import PATHS, ray_effect
+
+_FOLDER = "effects/global_illumination/path_traced"
+_LIGHT = spy.Format.rgba32_float
+
+
+class PathTracedIndirect:
+    """Indirect light by paths from the pixels; with the mode `restir` each is chosen from many."""
+
+    def __init__(
+        self,
+        device: Device,
+        settings: GlobalIlluminationSettings,
+        tracer: Tracer | None,
+        light_map: LightMap | None,
+        filters: bool,
+    ) -> None:
+        """`filters`: DebugSettings.filters."""
+        self._settings = settings
+        self.is_smooth = filters
+        """Whether the light in each pixel is the mean of many rays."""
+        self._asks_picture = filters and settings.bounces > 1
+        self.bounces = ENDLESS if self._asks_picture else settings.bounces
+        asks_map = light_map is not None and self._asks_picture
+        self.cache = light_map_cache(GpuLightMap(device, light_map)) if light_map and asks_map else None
+        module, cache = f"{_FOLDER}/indirect_rays.slang", self.cache.module if self.cache else None
+        parts = PATHS if settings.bounces > 1 else ()
+        self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, True, cache, parts=parts)
+        self._gather = device.compute(f"{_FOLDER}/irradiance_gather.slang")
+        self._widen = device.compute(f"{_FOLDER}/irradiance_atrous.slang")
+        self._accumulate = device.compute(f"{_FOLDER}/irradiance_history.slang")
+        self._filter = programs(device).compute(f"{_FOLDER}/irradiance_filter.slang")
+        self._resampling = PathResampling(device, tracer) if settings.mode == "restir" else None
+
+    def reset(self) -> None:
+        """Nothing is kept on the host."""
+
+    def __call__(
+        self,
+        graph: FrameGraph,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        light: LightSamples,
+        reprojection: Reprojection,
+        pictures: IndirectPictures,
+    ) -> None:
+        """Fill the pictures."""
+        history = graph.history("indirect light", {"history": spy.Format.rgba32_uint}, layers=1)
+        found = self._found(graph, gbuffer, scene, light, reprojection, history)
+        signal, nearness = graph.nothing(_LIGHT), graph.nothing(spy.Format.r32_float)
+        if self.is_smooth:
+            signal, nearness = self._smooth(graph, gbuffer, reprojection, found, history)
+        graph.add(
+            self._filter,
+            graph.grid,
+            frame=graph.frame,
+            gbuffer=gbuffer,
+            scene=scene,
+            found=found,
+            signal=signal,
+            nearness=nearness,
+            smooth=int(self.is_smooth),
+            **pictures.arguments(),
+        )
+
+    def _found(
+        self,
+        graph: FrameGraph,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        light: LightSamples,
+        reprojection: Reprojection,
+        history: History,
+    ) -> Texture:
+        """Of half size, as indirect_rays.slang has it: the light that a path for 2x2 pixels brings."""
+        half, state, resamples = gbuffer.at_half(graph), history.state, self._resampling is not None
+        found = graph.texture("found", _LIGHT, graph.half_size)
+        met = graph.texture("met", spy.Format.rg32_uint, graph.half_size if resamples else (1, 1))
+        asks = self._asks_picture
+        graph.add(
+            self._trace,
+            graph.half_size,
+            frame=graph.half_frame,
+            gbuffer=half,
+            scene=scene,
+            reprojection=reprojection,
+            bounces=self._settings.bounces,
+            previousHistory=history["history"].previous if self.is_smooth else graph.nothing(spy.Format.rgba32_uint, 1),
+            known=lambda frame: int(asks and state.precedes(frame)),
+            **light.at_hits(regularized=self.is_smooth),
+            resampled=int(resamples),
+            found=write(found),
+            met=write(met),
+            **(self.cache.values if self.cache else {}),
+        )
+        if self._resampling is not None:
+            self._resampling(graph, gbuffer, scene, reprojection, found, met)
+        ray_views(graph, found)
+        graph.offer(
+            "rays.indirect_rays", (found,), lambda values: int(np.count_nonzero(values[..., 3])), on_request=True
+        )
+        return found
+
+    def _smooth(
+        self, graph: FrameGraph, gbuffer: GBuffer, reprojection: Reprojection, found: Texture, history: History
+    ) -> tuple[Texture, Texture]:
+        """Over neighbours' rays and earlier frames: the signal, and how near what lights the surface is."""
+        half = {"frame": graph.half_frame, "gbuffer": gbuffer.at_half(graph)}
+        gathered = graph.texture("gathered", _LIGHT, graph.half_size)
+        widened = graph.texture("widened", _LIGHT, graph.half_size)
+        nearness = graph.texture("nearness", spy.Format.r32_float, graph.half_size)
+        signal = graph.texture("signal", _LIGHT)
+        written = {"gathered": write(gathered), "nearness": write(nearness)}
+        graph.add(self._gather, graph.half_grid, found=found, **half, **written)
+        graph.add(self._widen, graph.half_grid, gathered=gathered, nearness=nearness, widened=write(widened), **half)
+        graph.add(
+            self._accumulate,
+            accumulate_grid(graph.size),
+            frame=graph.frame,
+            gbuffer=gbuffer,
+            reprojection=reprojection,
+            gathered=widened,
+            signal=write(signal),
+            known=history.known,
+            **history.swap(),
+        )
+        filter_views(graph, gathered, nearness, signal, history["history"])
+        return signal, nearness

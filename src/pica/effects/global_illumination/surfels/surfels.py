@@ -1,0 +1,229 @@
+"""Indirect light from surfels: discs on surfaces that remember it (RTG 25, 25.2.6)."""
+
+import numpy as np
+import slangpy as spy
+
+from pica.effects.global_illumination.views import SURFEL_VIEWS, surfel_views
+from pica.frame.context import FrameContext, camera_constants
+from pica.frame.gbuffer import GBuffer
+from pica.frame.indirect import ENDLESS, IndirectCache, IndirectPictures
+from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Buffer, Texture, write
+from pica.light_sampling.light_sampler import LightSamples
+from pica.programs.library import programs
+from pica.rhi.device import Device
+from pica.settings import GlobalIlluminationSettings
+from pica.tracing.ray_buffers import Tracer
+from pica.tracing.ray_effect import ray_effect
+
+_FOLDER = "effects/global_illumination/surfels"
+_SIZE, _LEAST_PIXELS = 0.02, 8
+"""A surfel's radius: metres for each metre from the camera, and pixels at least."""
+_CELLS, _PER_CELL = 1 << 16, 64
+"""surfel_grid.slang: CELLS, PER_CELL."""
+_ANCHOR, _ESTIMATOR = 32, 48
+"""Bytes: surfel_anchor.slang, multiscale_mean.slang."""
+_DEPTHS = 16
+"""surfel_depth.slang: DEPTHS."""
+_RAYS_ACROSS = 512
+_SETTLED = 128
+"""Frames after which a change of the scene has come to all surfels."""
+_BOUNCES = 12
+"""Surfaces on a path that meets no surfels."""
+
+
+class SurfelPool:
+    """The surfels, in buffers that are all allocated at the start."""
+
+    def __init__(self, device: Device, capacity: int) -> None:
+        self.capacity = capacity
+        self.rays = -(-capacity // _RAYS_ACROSS) * _RAYS_ACROSS
+        make = device.buffer
+        self.shared = {
+            "placed": device.structured("surfel places", np.zeros((capacity, 4), np.float32)),
+            "facing": make("surfel normals", size=4 * capacity, struct_size=4),
+            "light": make("surfel light", size=16 * capacity, struct_size=16),
+            "depths": make("surfel depths", size=4 * _DEPTHS * capacity, struct_size=4),
+            "used": make("surfel uses", size=4 * capacity, struct_size=4),
+            "keys": make("surfel cells", size=4 * _CELLS, struct_size=4),
+            "counts": make("surfel cell counts", size=4 * _CELLS, struct_size=4),
+            "members": make("surfel cell members", size=4 * _CELLS * _PER_CELL, struct_size=4),
+        }
+        self.block = device.parameter_block(f"{_FOLDER}/surfel_grid.slang", "surfels")
+        self.block.bind(**self.shared)
+        self.anchors = make("surfel anchors", size=_ANCHOR * capacity, struct_size=_ANCHOR)
+        self.estimators = make("surfel estimators", size=_ESTIMATOR * capacity, struct_size=_ESTIMATOR)
+        self.taken = make("surfel rays so far", size=4 * capacity, struct_size=4)
+        self.turns = make("surfel turns", size=8 * capacity, struct_size=8)
+        self.surfel_of_ray = make("surfel rays", size=4 * self.rays, struct_size=4)
+        self.arrived = make("light of surfel rays", size=16 * self.rays, struct_size=16)
+        self.drifts = make("surfel drifts", size=4 * capacity, struct_size=4)
+        self.ray_count = make("surfel ray count", size=4, struct_size=4)
+        self.free_slots = device.structured("free surfels", np.arange(capacity, dtype=np.uint32))
+        self.free_count = device.structured("free surfel count", np.array([capacity], np.int32))
+
+    def clear(self) -> None:
+        """Forget all surfels."""
+        self.shared["placed"].copy_from_numpy(np.zeros((self.capacity, 4), np.float32))
+        self.free_slots.copy_from_numpy(np.arange(self.capacity, dtype=np.uint32))
+        self.free_count.copy_from_numpy(np.array([self.capacity], np.int32))
+
+
+class SurfelIndirect:
+    """Indirect light that surfels remember."""
+
+    bounces, is_smooth = ENDLESS, True
+
+    def __init__(self, device: Device, settings: GlobalIlluminationSettings, tracer: Tracer | None) -> None:
+        self._device = device
+        self._pool = SurfelPool(device, settings.surfels)
+        compute = device.compute
+        self._place = compute(f"{_FOLDER}/surfel_place.slang")
+        self._spawn = compute(f"{_FOLDER}/surfel_spawn.slang")
+        self._queue = compute(f"{_FOLDER}/surfel_queue.slang")
+        module = f"{_FOLDER}/surfel_rays.slang"
+        # Few go on from what they met first, in all but closed rooms.
+        self._trace = ray_effect(device, module, "SurfelRays", "surface", tracer, simplified=True, parts=(2, 4))
+        self._update = compute(f"{_FOLDER}/surfel_update.slang")
+        self._lookup = compute(f"{_FOLDER}/surfel_lookup.slang")
+        self._apply = programs(device).compute(f"{_FOLDER}/surfel_apply.slang")
+        self._scene, self._unchanged = -1, 0
+        self.cache = IndirectCache(f"{_FOLDER}/surfel_cache.slang", {"surfels": self._pool})
+
+    def reset(self) -> None:
+        """Forget all surfels."""
+        self._pool.clear()
+        self._unchanged = 0
+
+    def count(self) -> int:
+        """Surfels in use. Waits for the device."""
+        return self._pool.capacity - max(int(self._pool.free_count.to_numpy().view(np.int32)[0]), 0)
+
+    def __call__(
+        self,
+        graph: FrameGraph,
+        gbuffer: GBuffer,
+        scene: SceneView,
+        light: LightSamples,
+        occlusion: Texture | None,
+        exposure: Buffer,
+        pictures: IndirectPictures,
+    ) -> None:
+        """Fill the pictures."""
+        pool = self._pool
+        each = (pool.capacity, 1, 1)
+        slots = {"freeSlots": pool.free_slots, "freeCount": pool.free_count}
+        graph.record("begin surfels", self._begin, scene=scene)
+        graph.add(
+            self._place,
+            each,
+            frame=graph.frame,
+            scene=scene,
+            surfels=pool,
+            anchors=pool.anchors,
+            capacity=pool.capacity,
+            **slots,
+        )
+        graph.add(
+            self._spawn,
+            graph.half_grid,
+            frame=graph.half_frame,
+            gbuffer=gbuffer.at_half(graph),
+            scene=scene,
+            surfels=pool,
+            anchors=pool.anchors,
+            estimators=pool.estimators,
+            taken=pool.taken,
+            drifts=pool.drifts,
+            **slots,
+        )
+        graph.add(
+            self._queue,
+            each,
+            frame=graph.frame,
+            surfels=pool,
+            estimators=pool.estimators,
+            surfelOfRay=pool.surfel_of_ray,
+            rayCount=pool.ray_count,
+            turns=pool.turns,
+            taken=pool.taken,
+            capacity=pool.capacity,
+            budget=pool.rays,
+        )
+        graph.add(
+            self._trace,
+            (_RAYS_ACROSS, pool.rays // _RAYS_ACROSS),
+            frame=graph.frame,
+            scene=scene,
+            bounces=_BOUNCES,
+            **light.at_hits(regularized=True),
+            surfels=pool,
+            surfelOfRay=pool.surfel_of_ray,
+            rayCount=pool.ray_count,
+            turns=pool.turns,
+            taken=pool.taken,
+            arrived=pool.arrived,
+            width=_RAYS_ACROSS,
+        )
+        graph.add(
+            self._update,
+            each,
+            frame=graph.frame,
+            surfels=pool,
+            turns=pool.turns,
+            taken=pool.taken,
+            arrived=pool.arrived,
+            exposure=exposure,
+            drifts=pool.drifts,
+            estimators=pool.estimators,
+            capacity=pool.capacity,
+            settled=lambda frame: int(self._unchanged > _SETTLED),
+            **slots,
+        )
+        half_known = graph.texture("light of surfels", spy.Format.rgba32_float, graph.half_size)
+        shown = {"frame": graph.frame, "gbuffer": gbuffer, "surfels": pool}
+        graph.add(self._lookup, graph.half_grid, halfKnown=write(half_known), **shown)
+        graph.add(
+            self._apply,
+            graph.grid,
+            scene=scene,
+            halfKnown=half_known,
+            occlusion=occlusion or graph.nothing(spy.Format.r16_float),
+            occluded=int(occlusion is not None),
+            **shown,
+            **pictures.arguments(),
+        )
+        self._offer(graph, gbuffer, scene)
+
+    def _begin(self, frame: FrameContext, scene: SceneView) -> None:
+        self._unchanged = self._unchanged + 1 if scene.revision == self._scene else 0
+        self._scene = scene.revision
+        pool = self._pool
+        pixel = camera_constants(frame.camera, frame.size, frame.output_size[0] / frame.output_size[1])["pixelSize"]
+        pool.block.bind(size=max(_SIZE, _LEAST_PIXELS * pixel))
+        for buffer in (pool.shared["keys"], pool.shared["counts"], pool.ray_count):
+            frame.encoder.clear_buffer(buffer)
+
+    def _offer(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView) -> None:
+        pool = self._pool
+        if graph.wants(*SURFEL_VIEWS):
+            nearest = graph.texture("nearest surfels", spy.Format.rgba32_uint)
+            cells = graph.texture("cells of surfels", spy.Format.rg32_uint)
+            graph.add(
+                self._device.compute(f"{_FOLDER}/surfel_views.slang"),
+                graph.grid,
+                frame=graph.frame,
+                gbuffer=gbuffer,
+                scene=scene,
+                surfels=pool,
+                anchors=pool.anchors,
+                taken=pool.taken,
+                turns=pool.turns,
+                nearest=write(nearest),
+                cells=write(cells),
+            )
+            surfel_views(graph, nearest, cells)
+        wanted = lambda: min(int(pool.ray_count.to_numpy().view(np.uint32)[0]), pool.rays)  # noqa: E731
+        graph.offer("rays.surfel_rays", (), wanted, on_request=True)
+        graph.offer("count.surfels", (), self.count, on_request=True)

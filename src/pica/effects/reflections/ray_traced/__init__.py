@@ -1,0 +1,1 @@
+"""Reflection rays through the scene."""

@@ -1,0 +1,1 @@
+"""Reflection rays over the depth buffer."""

@@ -1,0 +1,1 @@
+"""Picture files, films and what a render gives."""

@@ -1,0 +1,1 @@
+"""What renderers and path tracers share: arguments, lifecycle, warnings of black pictures."""
