@@ -20,8 +20,6 @@ PREFILTERED = {"lighting.environment": "prefiltered"}
 SURFELS = {"global_illumination.mode": "surfels"}
 NOISY = Limits(flip=0.03, energy=0.02)
 """For pictures of few samples: other noise is far off."""
-DISORDER = Limits(flip=0.02, energy=0.006)
-"""For surfels, on a processor."""
 
 PRESETS = [
     WholeFrame("default_machine_world", machine_world),
@@ -70,8 +68,8 @@ INDIRECT = [
     WholeFrame(
         "indirect_restir_orbit", rooms, {"global_illumination.mode": "restir"}, orbit, on_cards=NOISY, always=True
     ),
-    WholeFrame("indirect_surfels", rooms, SURFELS, on_cards=NOISY, on_threads=DISORDER),
-    WholeFrame("indirect_surfels_orbit", rooms, SURFELS, orbit, on_cards=NOISY, on_threads=DISORDER, always=True),
+    WholeFrame("indirect_surfels", rooms, SURFELS, on_cards=NOISY, one_thread=True),
+    WholeFrame("indirect_surfels_orbit", rooms, SURFELS, orbit, on_cards=NOISY, one_thread=True, always=True),
     WholeFrame("indirect_light_map", rooms, {"global_illumination.mode": "light_map"}, map_spacing=1.0, always=True),
     WholeFrame("indirect_path_traced_light_map_orbit", rooms, motion=orbit, map_spacing=1.0, on_cards=NOISY),
     WholeFrame("indirect_court", court, motion=orbit, on_cards=NOISY),

@@ -4,7 +4,6 @@ The pictures lie in frames/ as NAME.exr, linear radiance. They are those of lava
 """
 
 import math
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -60,9 +59,8 @@ class WholeFrame:
     """Whether the picture is what displays show: exposed and tone mapped, 0 to 1."""
     on_cards: Limits = CLOSE
     """How far a graphics card may be away, whose rounding makes other decisions, and so other noise."""
-    on_threads: Limits | None = None
-    """How far a processor may be away whose threads run side by side, where their order makes a difference: surfels are
-    born in the order in which threads come to them. None: it makes none."""
+    one_thread: bool = False
+    """Whether its bits follow the order of lavapipe's threads, so that it is rendered on one."""
     always: bool = False
     """Whether `make test` renders it."""
 
@@ -75,9 +73,7 @@ class WholeFrame:
         return read_radiance(self.path)
 
     def limits(self, device: Device) -> Limits:
-        if not device.is_software:
-            return self.on_cards
-        return TIGHT if self.on_threads is None or os.environ.get(THREADS) == "1" else self.on_threads
+        return TIGHT if device.is_software else self.on_cards
 
     def render(self, device: Device) -> NDArray[np.float32]:
         """(height, width, 3) the picture as it is today."""

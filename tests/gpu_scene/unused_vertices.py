@@ -20,7 +20,9 @@ def with_unused_vertices(section: Section, count: int = 500) -> Section:
     arrays = {}
     for name in ("positions", "normals", "tangents", "uv0", "uv1", "colors"):
         values = getattr(section, name)
-        arrays[name] = random.uniform(-1, 1, (old + count, values.shape[1])).astype(np.float32)
+        arrays[name] = random.uniform(0 if name == "colors" else -1, 1, (old + count, values.shape[1])).astype(
+            np.float32
+        )
         arrays[name][places] = values
     return replace(section, **arrays, indices=places.astype(np.uint32)[section.indices])
 

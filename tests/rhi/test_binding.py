@@ -111,7 +111,7 @@ def test_incomplete_block_is_refused(device):
     with pytest.raises(
         BindingError, match="block 'gbuffer': not bound: coats, emission, lobes, material, motion, normals"
     ):
-        lighting.parameters.bind(gbuffer=gbuffer)
+        lighting.parameters(0).bind(gbuffer=gbuffer)
 
 
 def test_misspelt_field_of_a_block_is_named(device):
