@@ -8,7 +8,8 @@ The sheet shows where they differ from it, by FLIP; errors and times are printed
 import argparse
 
 import pica
-from pica import pictures, quality
+from pica import quality
+from pica.images import pictures
 
 SETTINGS = {
     "soft shadows": pica.Settings(),

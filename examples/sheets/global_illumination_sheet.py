@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import pica
-from pica import pictures, quality
+from pica import quality
+from pica.images import pictures
 from pica.images.output import Frame
 
 _SURFELS = {"global_illumination.mode": "surfels", "ambient_occlusion.mode": "off"}

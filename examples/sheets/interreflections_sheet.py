@@ -11,7 +11,8 @@ import argparse
 import numpy as np
 
 import pica
-from pica import pictures, quality
+from pica import quality
+from pica.images import pictures
 from pica.scene.camera import Camera
 
 

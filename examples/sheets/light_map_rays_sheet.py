@@ -18,7 +18,8 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 import pica
-from pica import pictures, quality
+from pica import quality
+from pica.images import pictures
 from pica.quality.effects import MeasuredEffect
 from pica.rhi.binding import ParameterBlock
 from pica.tracing.ray_effect import ray_effect

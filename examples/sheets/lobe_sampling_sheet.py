@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from slangpy.core.calldata import SLANG_PATH
 
 import pica
-from pica import pictures, quality
+from pica import quality
+from pica.images import pictures
 
 SOURCE = """
 import shaders.brdf;

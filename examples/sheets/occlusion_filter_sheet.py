@@ -18,12 +18,13 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 import pica
-from pica import pictures, quality
+from pica import quality
 from pica.effects.ambient_occlusion.filter import RayFilter
 from pica.frame.gbuffer import GBuffer
 from pica.frame.reprojection import Reprojection
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
+from pica.images import pictures
 from pica.quality.effects import MeasuredEffect
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass

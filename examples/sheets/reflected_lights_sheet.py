@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import pica
-from pica import pictures, quality
+from pica import quality
+from pica.images import pictures
 from pica.scene.camera import Camera
 from pica.scene.light import RectangleLight
 from pica.scene.material import Material

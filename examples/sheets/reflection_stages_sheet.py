@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import pica
-from pica import pictures, quality
+from pica import quality
+from pica.images import pictures
 from pica.quality.effects import MeasuredEffect
 
 

@@ -7,7 +7,8 @@ import argparse
 import math
 
 import pica
-from pica import pictures, quality
+from pica import quality
+from pica.images import pictures
 
 FRAMES = 24
 VIEW = pica.Camera.look_at((-3.6, 3.4, 6.4), (-0.7, 0.3, 0.6), vertical_fov=math.radians(26))

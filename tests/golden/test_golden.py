@@ -13,10 +13,14 @@ from tests.golden.whole_frame_cases import WHOLE_FRAMES
 from tests.golden.whole_frames import THREADS, WholeFrame
 
 CASES = [pytest.param(golden, id=golden.name, marks=golden.marks) for golden in GOLDENS]
-WHOLE = [
-    pytest.param(golden, id=golden.name, marks=[] if golden.always else [pytest.mark.whole_frames])
-    for golden in WHOLE_FRAMES
-]
+
+
+def marks_of(golden: WholeFrame) -> list[pytest.MarkDecorator]:
+    differs = [pytest.mark.gpu_differs(golden.differs)] if golden.differs else []
+    return differs if golden.always else [*differs, pytest.mark.whole_frames]
+
+
+WHOLE = [pytest.param(golden, id=golden.name, marks=marks_of(golden)) for golden in WHOLE_FRAMES]
 
 
 @pytest.mark.parametrize("golden", CASES)

@@ -17,6 +17,8 @@ def swing(scene: pica.Scene, camera: Camera, frame: int, frames: int) -> Camera:
 
 
 PREFILTERED = {"lighting.environment": "prefiltered"}
+ORDER = "surfels take their numbers, and so their noise, in the order of threads"
+BAKED = "the light map is baked on the card itself, from 64 samples a probe"
 SURFELS = {"global_illumination.mode": "surfels"}
 NOISY = Limits(flip=0.03, energy=0.02)
 """For pictures of few samples: other noise is far off."""
@@ -41,7 +43,7 @@ PRESETS = [
     WholeFrame("high_machine_world_orbit", machine_world, motion=orbit, preset="high", on_cards=NOISY),
     WholeFrame("high_corridor", corridor, preset="high"),
     WholeFrame("raster_machine_world_orbit", machine_world, motion=orbit, preset="raster", always=True),
-    WholeFrame("raster_rooms_light_map", rooms, preset="raster", map_spacing=1.0),
+    WholeFrame("raster_rooms_light_map", rooms, preset="raster", map_spacing=1.0, differs=BAKED),
 ]
 
 REFLECTIONS = [
@@ -68,9 +70,18 @@ INDIRECT = [
     WholeFrame(
         "indirect_restir_orbit", rooms, {"global_illumination.mode": "restir"}, orbit, on_cards=NOISY, always=True
     ),
-    WholeFrame("indirect_surfels", rooms, SURFELS, on_cards=NOISY, one_thread=True),
-    WholeFrame("indirect_surfels_orbit", rooms, SURFELS, orbit, on_cards=NOISY, one_thread=True, always=True),
-    WholeFrame("indirect_light_map", rooms, {"global_illumination.mode": "light_map"}, map_spacing=1.0, always=True),
+    WholeFrame("indirect_surfels", rooms, SURFELS, on_cards=NOISY, one_thread=True, differs=ORDER),
+    WholeFrame(
+        "indirect_surfels_orbit", rooms, SURFELS, orbit, on_cards=NOISY, one_thread=True, differs=ORDER, always=True
+    ),
+    WholeFrame(
+        "indirect_light_map",
+        rooms,
+        {"global_illumination.mode": "light_map"},
+        map_spacing=1.0,
+        differs=BAKED,
+        always=True,
+    ),
     WholeFrame("indirect_path_traced_light_map_orbit", rooms, motion=orbit, map_spacing=1.0, on_cards=NOISY),
     WholeFrame("indirect_court", court, motion=orbit, on_cards=NOISY),
 ]

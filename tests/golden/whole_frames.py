@@ -61,6 +61,8 @@ class WholeFrame:
     """How far a graphics card may be away, whose rounding makes other decisions, and so other noise."""
     one_thread: bool = False
     """Whether its bits follow the order of lavapipe's threads, so that it is rendered on one."""
+    differs: str = ""
+    """Why it is another picture on a graphics card, where it is."""
     always: bool = False
     """Whether `make test` renders it."""
 

@@ -28,6 +28,7 @@ def test_hybrid_pictures_are_equal(device, mode):
     assert "primary_rays kernels" in buffers.timings or "shadow_rays kernels" in buffers.timings
 
 
+@pytest.mark.gpu_differs("pipelines and kernels round differently, by 4e-6 on an H200")
 def test_pictures_with_paths_are_equal(device):
     """Pipelines gather the paths that go on a few times, buffers after each ray."""
     values = {"reflections.mode": "ray_traced", "global_illumination.mode": "path_traced"}
