@@ -50,6 +50,7 @@ def cost(name: str, size: tuple[int, int], degrees: float) -> dict[str, Any]:
 
 
 def main() -> None:
+    """Measure, and print a line for each scene."""
     parser = argparse.ArgumentParser()
     parser.add_argument("scenes", nargs="*", default=["machine_world", "corridor", "rooms"])
     parser.add_argument("--size", default="1920x1080")
