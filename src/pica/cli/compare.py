@@ -91,7 +91,7 @@ def compare(
         found, page = _one_effect(renderer, view, camera, frames, samples, effect, sequence or "still", json)
         result |= {"effect": effect, "sequence": sequence or "still", **found}
     if output is not None:
-        from pica import pictures
+        from pica.images import pictures
 
         pictures.write_png(output, page)
     if json:
