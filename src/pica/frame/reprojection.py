@@ -3,13 +3,12 @@
 import slangpy as spy
 
 from pica.frame.context import FrameContext
+from pica.frame.convergence import UNTESTED_FROM
 from pica.frame.gbuffer import GBuffer
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Block, Lifetime, Texture, write
 from pica.rhi.device import Device
 
-_SETTLED = 16
-"""Frames without a change after which histories are no longer tested: what they may have missed has come to light."""
 _NEVER = 1e9
 
 
@@ -56,7 +55,7 @@ class Reprojection:
                 "frame/temporal.slang",
                 "reprojection",
                 found=self.found,
-                unchanged=lambda frame: float(self.unchanged if self.unchanged < _SETTLED else _NEVER),
+                unchanged=lambda frame: float(self.unchanged if self.unchanged < UNTESTED_FROM else _NEVER),
             )
             graph.offer("debug.reprojection.found", (self.found,), lambda words: words)
         return self

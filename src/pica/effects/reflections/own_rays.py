@@ -3,6 +3,7 @@
 import slangpy as spy
 
 from pica.frame.context import FrameContext
+from pica.frame.convergence import OWN_RAYS_FROM
 from pica.frame.gbuffer import GBuffer
 from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
@@ -12,8 +13,6 @@ from pica.programs.library import programs
 from pica.rhi.device import Device
 
 _FOLDER = "effects/reflections"
-_FROM = 32
-"""Frames without a change after which a picture is to become that of each pixel's own rays."""
 
 
 class OwnRays:
@@ -47,10 +46,10 @@ class OwnRays:
         shared = {"frame": graph.frame, "gbuffer": gbuffer}
 
         def resting(frame: FrameContext) -> bool:
-            return reprojection.unchanged >= _FROM
+            return reprojection.unchanged >= OWN_RAYS_FROM
 
         def known(frame: FrameContext) -> int:
-            goes_on = reprojection.unchanged > _FROM and self._newest + 1 == frame.index
+            goes_on = reprojection.unchanged > OWN_RAYS_FROM and self._newest + 1 == frame.index
             self._newest = frame.index
             return int(goes_on)
 

@@ -4,6 +4,7 @@ import slangpy as spy
 
 from pica.effects.stochastic_light.views import stochastic_light_views
 from pica.frame.context import FrameContext
+from pica.frame.convergence import COMPLETE_FROM, UNFILTERED_FROM
 from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
 from pica.frame.grids import accumulate_grid
@@ -21,10 +22,6 @@ _PARTS = 2
 """demodulation.slang: PARTS."""
 _STEPS = (1, 3, 9)
 """Pixels between the taps of the filter's passes; docs/measurements/tried.md compares others."""
-_HANDED_OVER = 56
-"""Frames without any change after which no pixel shows filtered light (stochastic_light_modulate.slang)."""
-_KNOWN = 128
-"""The same, after which a history learns nothing more: it stays as it is until something changes."""
 
 
 class StochasticLightDenoiser(Effect):
@@ -64,8 +61,8 @@ class StochasticLightDenoiser(Effect):
 
             def decide(frame: FrameContext) -> None:
                 unchanged = reprojection.unchanged
-                self._remembers = unchanged < _KNOWN or not state.stays(frame, _KNOWN)
-                self._smooths = unchanged < _HANDED_OVER
+                self._remembers = unchanged < COMPLETE_FROM or not state.stays(frame, COMPLETE_FROM)
+                self._smooths = unchanged < UNFILTERED_FROM
 
             graph.record("decide", decide)
             graph.add(

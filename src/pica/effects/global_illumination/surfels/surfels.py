@@ -5,6 +5,7 @@ import slangpy as spy
 
 from pica.effects.global_illumination.views import SURFEL_VIEWS, surfel_views
 from pica.frame.context import FrameContext, camera_constants
+from pica.frame.convergence import COMPLETE_FROM
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import ENDLESS, IndirectCache, IndirectPictures
 from pica.gpu_scene.view import SceneView
@@ -27,8 +28,6 @@ _ANCHOR, _ESTIMATOR = 32, 48
 _DEPTHS = 16
 """surfel_depth.slang: DEPTHS."""
 _RAYS_ACROSS = 512
-_SETTLED = 128
-"""Frames after which a change of the scene has come to all surfels."""
 _BOUNCES = 12
 """Surfaces on a path that meets no surfels."""
 
@@ -178,7 +177,7 @@ class SurfelIndirect:
             drifts=pool.drifts,
             estimators=pool.estimators,
             capacity=pool.capacity,
-            settled=lambda frame: int(self._unchanged > _SETTLED),
+            settled=lambda frame: int(self._unchanged > COMPLETE_FROM),
             **slots,
         )
         half_known = graph.texture("light of surfels", spy.Format.rgba32_float, graph.half_size)
