@@ -98,7 +98,7 @@ def declare(
     yield "reflections"
     s.radiance = stages.composite(graph, s.gbuffer, s.scene, s.parts)
     yield "composite"
-    s.picture, s.alpha = stages.antialiasing(graph, s.gbuffer, s.radiance, s.exposure)
+    s.picture, s.alpha = stages.antialiasing(graph, s.gbuffer, s.scene, s.radiance, s.exposure)
     if denoiser is not None and last:
         s.picture = denoiser.finish(graph, s.picture)
     yield "antialiasing"

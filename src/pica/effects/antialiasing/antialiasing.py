@@ -10,6 +10,7 @@ from pica.frame.aovs import alpha_of
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
+from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Lifetime, Texture, write
 from pica.rhi.device import Device
@@ -37,7 +38,7 @@ class Antialiasing(Effect):
         self._restarted = True
 
     def __call__(
-        self, graph: FrameGraph, gbuffer: GBuffer, radiance: Texture, exposure: Buffer
+        self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, radiance: Texture, exposure: Buffer
     ) -> tuple[Texture, Texture | None]:
         """The picture with this frame's `radiance`, and its alpha in r, None where the background is not transparent.
 
@@ -47,9 +48,9 @@ class Antialiasing(Effect):
             graph.record("restarts", self._decide)
             alpha = None
             if self._coverage is not None:
-                alpha = self._coverage(graph, gbuffer, self._restarts)
+                alpha = self._coverage(graph, gbuffer, scene, self._restarts)
                 graph.offer("alpha", (alpha,), partial(alpha_of, 0))
-            picture = self._resolve(graph, gbuffer, radiance, exposure, self._restarts)
+            picture = self._resolve(graph, gbuffer, scene, radiance, exposure, self._restarts)
             if self._settings.sharpness > 0:
                 picture = self._sharpened(graph, picture, exposure)
         return picture, alpha
