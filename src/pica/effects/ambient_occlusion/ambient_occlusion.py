@@ -14,6 +14,7 @@ from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.rhi.device import Device
 from pica.settings import AmbientOcclusionSettings
+from pica.tracing.many_samples import ManySamples
 from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
@@ -43,12 +44,14 @@ class AmbientOcclusion(Effect):
             self._search = device.compute(f"{_FOLDER}/horizons.slang")
             self._filter = HorizonFilter(device) if filters else None
         self._lengths = {"minDistance": settings.min_distance, "maxDistance": settings.max_distance}
+        reference = f"{_FOLDER}/occlusion_reference.slang"
+        self._by_many_rays = ManySamples(device, reference, "AmbientVisibility", "hit", tracer)
 
     def reference(self) -> Reference:
         """The open share by many rays."""
         layers = {"open": ReferenceLayer(self.name, self._lengths)}
         inputs = "frame", "gbuffer", "scene"
-        return Reference("path_tracer/ambient_visibility.slang", "AmbientVisibility", "hit", inputs, layers)
+        return Reference(self._by_many_rays, inputs, layers)
 
     def __call__(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, reprojection: Reprojection) -> Texture:
         """The open share of this frame's G-buffer."""

@@ -19,7 +19,10 @@ from pica.light_map.light_map import LightMap
 from pica.light_sampling.light_sampler import LightSamples
 from pica.rhi.device import Device
 from pica.settings import GlobalIlluminationSettings
+from pica.tracing.many_samples import ManySamples
 from pica.tracing.ray_buffers import Tracer
+
+_REFERENCE = "effects/global_illumination/indirect_reference.slang"
 
 
 class GlobalIllumination(Effect):
@@ -46,6 +49,7 @@ class GlobalIllumination(Effect):
         else:
             assert light_map is not None
             self._way = LightMapIndirect(device, light_map)
+        self._by_many_paths = ManySamples(device, _REFERENCE, "IndirectLight", "surface", tracer, is_light=True)
 
     def reset(self) -> None:
         """Drop the surfels."""
@@ -55,7 +59,7 @@ class GlobalIllumination(Effect):
         """The same by many paths."""
         inputs = "frame", "gbuffer", "scene"
         layers = {"diffuse_indirect": ReferenceLayer("diffuse_indirect", {"bounces": self._way.bounces})}
-        return Reference("path_tracer/indirect_light.slang", "IndirectLight", "surface", inputs, layers, is_light=True)
+        return Reference(self._by_many_paths, inputs, layers)
 
     @property
     def cache(self) -> str | None:

@@ -21,6 +21,7 @@ from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
 from pica.rhi.device import Device
 from pica.settings import ReflectionsSettings
+from pica.tracing.many_samples import ManySamples
 from pica.tracing.ray_buffers import Tracer
 
 _FOLDER = "effects/reflections"
@@ -53,6 +54,8 @@ class Reflections(Effect):
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
         self._own = OwnRays(device) if filters and not self._mirrors else None
+        reference = f"{_FOLDER}/reflection_reference.slang"
+        self._by_many_paths = ManySamples(device, reference, "MirroredLight", "surface", tracer, is_light=True)
 
     def reset(self) -> None:
         """Drop what rays of earlier frames brought."""
@@ -72,7 +75,7 @@ class Reflections(Effect):
         inputs = "frame", "gbuffer", "scene", "lightSlots"
         bounces = self._traced.bounces | ({"indirectBounces": ENDLESS} if self._cache else {})
         layers = {"reflections": ReferenceLayer("reflections", bounces)}
-        return Reference("path_tracer/mirrored_light.slang", "MirroredLight", "surface", inputs, layers, is_light=True)
+        return Reference(self._by_many_paths, inputs, layers)
 
     def __call__(
         self,
