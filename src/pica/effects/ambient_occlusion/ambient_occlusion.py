@@ -5,10 +5,10 @@ import slangpy as spy
 
 from pica.effects.ambient_occlusion.filter import HorizonFilter, RayFilter
 from pica.effects.ambient_occlusion.views import occlusion_views, open_share
+from pica.filtering.accumulation import accumulate_grid
+from pica.filtering.reprojection import Reprojection
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.frame.grids import accumulate_grid
-from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write

@@ -6,12 +6,12 @@ from pica.effects.global_illumination.light_map.light_map_indirect import LightM
 from pica.effects.global_illumination.path_traced.path_traced import PathTracedIndirect
 from pica.effects.global_illumination.surfels.surfels import SurfelIndirect
 from pica.effects.global_illumination.views import arriving_views
+from pica.filtering.reprojection import Reprojection
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.frame.indirect import IndirectLight, IndirectPictures
-from pica.frame.reprojection import Reprojection
-from pica.frame.signals import SIGNAL
+from pica.frame.signals.indirect import IndirectLight, IndirectPictures
+from pica.frame.signals.light import SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture
@@ -63,7 +63,7 @@ class GlobalIllumination(Effect):
 
     @property
     def cache(self) -> str | None:
-        """The module of the cache that its light comes with; see frame/indirect.py."""
+        """The module of the cache that its light comes with; see frame/signals/indirect.py."""
         return self._way.cache.module if self._way.cache else None
 
     def __call__(

@@ -8,12 +8,12 @@ from pica.effects.reflections.own_rays import OwnRays
 from pica.effects.reflections.ray_traced.traced_rays import TracedRays
 from pica.effects.reflections.screen_space.screen_rays import ScreenRays
 from pica.effects.reflections.views import PAST_VIEWS, accumulated_views, past_views, reflection_views
+from pica.filtering.reprojection import Reprojection
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.frame.indirect import ENDLESS, IndirectLight
-from pica.frame.reprojection import Reprojection
-from pica.frame.signals import SIGNAL
+from pica.frame.signals.indirect import ENDLESS, IndirectLight
+from pica.frame.signals.light import SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Lifetime, Texture, write
@@ -88,7 +88,7 @@ class Reflections(Effect):
         surroundings: Texture | None,
         picture: Texture | None,
     ) -> Texture:
-        """What this frame's surfaces mirror, as frame/signals.py has it.
+        """What this frame's surfaces mirror, as frame/signals/light.py has it.
 
         `indirect`: what else lights that; None: nothing. `surroundings`: as the function of that name gave it, filled;
         with it `picture`, the light of this frame towards the camera without what is mirrored.

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from pica.effects.shadows.denoiser import ShadowDenoiser
 from pica.effects.shadows.views import shadow_views
+from pica.filtering.reprojection import Reprojection
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.frame.reprojection import Reprojection
-from pica.frame.shadow_textures import ShadowTextures, visibility_layers
+from pica.frame.signals.shadows import ShadowTextures, visibility_layers
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
