@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pica.denoising.denoiser import Denoiser
 from pica.filtering.reprojection import Reprojection
 from pica.frame.gbuffer import GBuffer
-from pica.frame.signals.indirect import IndirectLight
+from pica.frame.signals.indirect import IndirectResult
 from pica.frame.signals.shadows import ShadowTextures
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
@@ -47,7 +47,7 @@ class Signals:
     shadows: ShadowTextures | None = None
     occlusion: Texture | None = None
     """Red: the open share of the surroundings. None where the effect is off."""
-    indirect: IndirectLight | None = None
+    indirect: IndirectResult | None = None
     parts: list[Texture] = field(default_factory=list)
     """Light towards the camera so far, a picture for each kind (frame/signals/light.py), without what surfaces emit and
     the surroundings."""

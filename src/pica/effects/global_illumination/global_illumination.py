@@ -10,7 +10,7 @@ from pica.filtering.reprojection import Reprojection
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.frame.signals.indirect import IndirectLight, IndirectPictures
+from pica.frame.signals.indirect import IndirectPictures, IndirectResult
 from pica.frame.signals.light import SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
@@ -75,7 +75,7 @@ class GlobalIllumination(Effect):
         reprojection: Reprojection,
         occlusion: Texture | None,
         exposure: Buffer,
-    ) -> IndirectLight:
+    ) -> IndirectResult:
         """What this frame's surfaces reflect diffusely of others.
 
         For surfels and light maps, `occlusion`: of the screen, None or detail finer than they are. For surfels,
@@ -92,4 +92,4 @@ class GlobalIllumination(Effect):
                 self._way(graph, gbuffer, scene, light, reprojection, pictures)
             graph.offer("diffuse_indirect", (pictures.reflected,), light_of)
             arriving_views(graph, arriving)
-        return IndirectLight(arriving, pictures.reflected, self._way.is_smooth, self._bounces, self._way.cache)
+        return IndirectResult(arriving, pictures.reflected, self._way.is_smooth, self._bounces, self._way.cache)

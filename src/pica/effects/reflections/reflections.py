@@ -12,7 +12,7 @@ from pica.filtering.reprojection import Reprojection
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.frame.signals.indirect import ENDLESS, IndirectLight
+from pica.frame.signals.indirect import ENDLESS, IndirectResult
 from pica.frame.signals.light import SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
@@ -84,7 +84,7 @@ class Reflections(Effect):
         scene: SceneView,
         light: LightSamples,
         reprojection: Reprojection,
-        indirect: IndirectLight | None,
+        indirect: IndirectResult | None,
         surroundings: Texture | None,
         picture: Texture | None,
     ) -> Texture:

@@ -20,7 +20,7 @@ class IndirectCache:
 
 
 @dataclass(frozen=True)
-class IndirectLight:
+class IndirectResult:
     """Diffuse indirect light of a frame."""
 
     arriving: Texture
@@ -40,7 +40,7 @@ class IndirectPictures:
     """What each way to indirect light fills."""
 
     arriving: Texture
-    """As IndirectLight's."""
+    """As IndirectResult's."""
     reflected: Texture
     """Likewise."""
 
