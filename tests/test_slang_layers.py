@@ -18,7 +18,8 @@ def layers() -> dict[str, int]:
 
 
 def imports(file: Path) -> list[str]:
-    return re.findall(r"^\s*(?:__exported\s+)?import\s+([\w.]+)\s*;", file.read_text(), re.MULTILINE)
+    """Modules that it imports, and files that it includes."""
+    return re.findall(r"^\s*(?:(?:__exported\s+)?import|__include)\s+([\w.]+)\s*;", file.read_text(), re.MULTILINE)
 
 
 def test_slang_imports_go_down():

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 import pica
 from pica import quality
 from pica.effects.ambient_occlusion.filter import RayFilter
+from pica.filtering.reprojection import Reprojection
 from pica.frame.gbuffer import GBuffer
-from pica.frame.reprojection import Reprojection
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.images import pictures

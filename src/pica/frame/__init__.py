@@ -1,1 +1,1 @@
-"""What every effect shares: the frame's constants, the G-buffer, jitter and noise."""
+"""What every pass of a frame has: its constants, the G-buffer, the effect interface, signals between effects."""

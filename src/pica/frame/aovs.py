@@ -118,11 +118,6 @@ def light_of(packed: Array) -> Array:
     return np.where(codes > 0, values, np.float32(0))
 
 
-def history_length(packed: Array) -> Array:
-    """Samples in each mean of a history (height, width): lengthOf in frame/history_sample.slang."""
-    return (packed[..., 2] >> 16).astype(np.uint16).view(np.float16).astype(np.float32)
-
-
 def motion_of(packed: Array) -> Array:
     """The motion texture (height, width, 2) as float32 (height, width, 3): pixels right and down to where the surface
     was in the previous frame, and metres that it was farther, NaN where nothing is known of it (frame/motion.slang).

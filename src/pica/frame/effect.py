@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.tracing.hit_groups import HitDetail
+from pica.graph.resources import Size
+from pica.tracing.many_samples import ManySamples
 
 Array = NDArray[Any]
 
@@ -25,20 +26,26 @@ class ReferenceLayer:
 
 @dataclass(frozen=True)
 class Reference:
-    """What an effect should give: the fraction of many rays that arrive, or the light that they bring, by a ray effect
-    of the path tracer's."""
+    """What an effect should give, by many rays per pixel of the G-buffer that the effect had."""
 
-    module: str
-    """Path below the package."""
-    effect: str
-    """The struct in it, which adds up what its rays find (path_tracer/references.py)."""
-    detail: HitDetail
+    estimate: ManySamples
+    """By an effect's own shader, which lies beside those that it is the reference of."""
     inputs: tuple[str, ...]
     """What it is given of Renderer.effect_inputs."""
     layers: Mapping[str, ReferenceLayer]
     """By name."""
-    is_light: bool = False
-    """Whether the layers are light, in nits."""
+
+    @property
+    def is_light(self) -> bool:
+        """Whether the layers are light, in nits."""
+        return self.estimate.is_light
+
+    def __call__(self, size: Size, samples: int, inputs: Mapping[str, Any]) -> dict[str, NDArray[np.float32]]:
+        """The layers from `samples` rays per pixel; NaN where there is nothing to compare. `inputs`: all of
+        Renderer.effect_inputs."""
+        given = {name: inputs[name] for name in self.inputs}
+        layers = self.layers.items()
+        return {name: self.estimate(size, samples, **given, **layer.parameters) for name, layer in layers}
 
 
 class Effect(ABC):

@@ -19,7 +19,7 @@ from pica.rhi.tables import DeviceTable, Runs
 from pica.scene.material import AlphaMode, Material
 from pica.scene.model import Mesh, Section
 
-# gpu_scene/scene_types.slang
+# gpu_scene/table_rows.slang
 NOT_DEFORMED = 0xFFFFFFFF
 OF_VIEW = 0x80000000
 VERTEX = np.dtype([("normal", "u4"), ("tangent", "u4"), ("uv0", "f4", 2), ("uv1", "f4", 2), ("color", "u2", 4)])

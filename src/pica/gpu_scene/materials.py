@@ -30,7 +30,7 @@ from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wr
 from pica.scene.material_registry import MaterialSource, material_source
 from pica.scene.shape_registry import shape_source
 
-# gpu_scene/scene_types.slang: TextureSlot, CoatRow and Material
+# gpu_scene/table_rows.slang: TextureSlot, CoatRow and Material
 SLOT = np.dtype([("texture", "u8"), ("sampler", "u8"), ("transform", "f4", (2, 3)), ("uv_set", "u4"), ("texels", "f4")])
 _SLOTS = (
     "base_color",

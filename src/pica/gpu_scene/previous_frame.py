@@ -11,7 +11,7 @@ from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.tables import GrowingBuffer, HostTable
 
-# gpu_scene/scene_types.slang: Place
+# gpu_scene/table_rows.slang: Place
 PLACE = np.dtype([("rows", "f4", (3, 4))])
 
 

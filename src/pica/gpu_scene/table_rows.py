@@ -1,4 +1,4 @@
-"""Rows of the scene's tables, as gpu_scene/scene_types.slang has them: SectionRecord and Instance."""
+"""Rows of the scene's tables, as gpu_scene/table_rows.slang has them: SectionRecord and Instance."""
 
 import numpy as np
 

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from pica.gpu_scene.bounds import Box
 from pica.gpu_scene.draws import DrawList
 from pica.gpu_scene.geometry import GeometryBuffers
+from pica.gpu_scene.gpu_scene import GpuScene
 from pica.gpu_scene.label_snapshot import snapshot
 from pica.gpu_scene.lights.light_table import LightTable
 from pica.gpu_scene.placement import Placement
 from pica.gpu_scene.previous_frame import PreviousPlaces, PreviousPositions
-from pica.gpu_scene.scene import GpuScene
 from pica.gpu_scene.view_geometry import ViewGeometry
 from pica.images.labels import Labels
 from pica.programs.material_types import MaterialTypeSet

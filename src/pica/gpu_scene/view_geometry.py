@@ -9,9 +9,9 @@ import numpy as np
 from pica.gpu_scene.deformation.deformation import Deformation, deform_all, facing_of
 from pica.gpu_scene.deformation.particles import FacingWriter
 from pica.gpu_scene.geometry import GpuMesh
+from pica.gpu_scene.gpu_scene import GpuScene
 from pica.gpu_scene.masks import instance_mask
 from pica.gpu_scene.placement import Placement
-from pica.gpu_scene.scene import GpuScene
 from pica.rhi.acceleration import without_rounding
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording

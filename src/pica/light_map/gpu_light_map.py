@@ -3,7 +3,7 @@
 import numpy as np
 import slangpy as spy
 
-from pica.frame.indirect import IndirectCache
+from pica.frame.signals.indirect import IndirectCache
 from pica.light_map.light_map import HARMONICS, LightMap
 from pica.rhi.device import Device
 

@@ -62,7 +62,7 @@ MaterialTypeSet = tuple[TypeEntry, ...]
 shapes that materials of these types are on, one hit group each, and the features, if any. The first is a type."""
 STANDARD_ONLY: MaterialTypeSet = (STANDARD_SOURCE,)
 MAX_PARAMETERS = 16
-"""32-bit numbers of a material's own; scene_types.slang: MATERIAL_PARAMETERS."""
+"""32-bit numbers of a material's own; table_rows.slang: MATERIAL_PARAMETERS."""
 
 _STANDARD_SOURCE = """
 module {alias};

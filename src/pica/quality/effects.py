@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from pica.errors import SettingsError
 from pica.frame.effect import Effect, Reference
-from pica.path_tracer.references import ManySamples
 from pica.quality.picture_errors import exposed, exposure_for
 from pica.quality.sequences import sequence
 from pica.quality.sheet import sheet
@@ -31,7 +30,6 @@ class MeasuredEffect:
             known = ", ".join(found) or "none"
             raise SettingsError(f"compare --effect {name}: it is off or only seen in whole pictures; there are {known}")
         self._effect = found[name]
-        self._count: ManySamples | None = None
 
     @property
     def is_light(self) -> bool:
@@ -50,19 +48,7 @@ class MeasuredEffect:
 
     def reference(self, samples: int) -> Layers:
         """The same from `samples` rays a pixel; NaN where there is nothing to compare."""
-        renderer, reference = self._renderer, self._reference()
-        self._count = self._count or ManySamples(
-            renderer.device,
-            renderer.render_size,
-            reference.module,
-            reference.effect,
-            reference.detail,
-            renderer.tracer,
-            reference.is_light,
-        )
-        inputs = {name: renderer.effect_inputs[name] for name in reference.inputs}
-        layers = reference.layers.items()
-        return {name: self._count(samples, **inputs, **layer.parameters) for name, layer in layers}
+        return self._reference()(self._renderer.render_size, samples, self._renderer.effect_inputs)
 
     def _reference(self) -> Reference:
         reference = self._effect.reference()

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from pica.denoising.denoiser import Denoiser
+from pica.filtering.reprojection import Reprojection
 from pica.frame.gbuffer import GBuffer
-from pica.frame.indirect import IndirectLight
-from pica.frame.reprojection import Reprojection
-from pica.frame.shadow_textures import ShadowTextures
+from pica.frame.signals.indirect import IndirectResult
+from pica.frame.signals.shadows import ShadowTextures
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture
@@ -42,15 +42,15 @@ class Signals:
     gbuffer: GBuffer = field(init=False)
     """As a parameter `gbuffer` of passes (frame/gbuffer.slang)."""
     reprojection: Reprojection = field(init=False)
-    """As a parameter `reprojection` of passes (frame/temporal.slang)."""
+    """As a parameter `reprojection` of passes (filtering/temporal.slang)."""
     light: LightSamples = field(init=False)
     shadows: ShadowTextures | None = None
     occlusion: Texture | None = None
     """Red: the open share of the surroundings. None where the effect is off."""
-    indirect: IndirectLight | None = None
+    indirect: IndirectResult | None = None
     parts: list[Texture] = field(default_factory=list)
-    """Light towards the camera so far, a picture for each kind (frame/signals.py), without what surfaces emit and the
-    surroundings."""
+    """Light towards the camera so far, a picture for each kind (frame/signals/light.py), without what surfaces emit and
+    the surroundings."""
     radiance: Texture = field(init=False)
     """From "composite" on all light towards the camera, nits."""
     picture: Texture = field(init=False)

@@ -8,7 +8,7 @@ from weakref import ReferenceType
 import slangpy as spy
 
 from pica.errors import GraphError, PicaError, shown
-from pica.frame.signals import BOTH_PARTS, SIGNAL
+from pica.frame.signals.light import BOTH_PARTS, SIGNAL
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
 from pica.renderer.frame import STAGES, Signals

@@ -14,8 +14,8 @@ from pica.effects.reflections.reflections import Reflections
 from pica.effects.shadow_maps.shadow_maps import ShadowMaps
 from pica.effects.shadows.shadows import Shadows
 from pica.effects.stochastic_light.stochastic_light import StochasticLightDenoiser
+from pica.filtering.reprojection import Reprojection
 from pica.frame.effect import Effect
-from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.light_map.light_map import LightMap
 from pica.light_sampling.light_sampler import LightSampler

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pica.scene.material import Material
 
 MAX_COATS = 3
-"""With the base they make a stack of four layers; scene_types.slang: MATERIAL_COATS."""
+"""With the base they make a stack of four layers; table_rows.slang: MATERIAL_COATS."""
 _SHARE = number(0, 1)
 _NOT_NEGATIVE = number(0)
 _CLEAR: Color = (0.0, 0.0, 0.0)

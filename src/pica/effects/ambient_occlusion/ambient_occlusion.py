@@ -5,15 +5,16 @@ import slangpy as spy
 
 from pica.effects.ambient_occlusion.filter import HorizonFilter, RayFilter
 from pica.effects.ambient_occlusion.views import occlusion_views, open_share
+from pica.filtering.accumulation import accumulate_grid
+from pica.filtering.reprojection import Reprojection
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.frame.grids import accumulate_grid
-from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.rhi.device import Device
 from pica.settings import AmbientOcclusionSettings
+from pica.tracing.many_samples import ManySamples
 from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
@@ -43,12 +44,14 @@ class AmbientOcclusion(Effect):
             self._search = device.compute(f"{_FOLDER}/horizons.slang")
             self._filter = HorizonFilter(device) if filters else None
         self._lengths = {"minDistance": settings.min_distance, "maxDistance": settings.max_distance}
+        reference = f"{_FOLDER}/occlusion_reference.slang"
+        self._by_many_rays = ManySamples(device, reference, "AmbientVisibility", "hit", tracer)
 
     def reference(self) -> Reference:
         """The open share by many rays."""
         layers = {"open": ReferenceLayer(self.name, self._lengths)}
         inputs = "frame", "gbuffer", "scene"
-        return Reference("path_tracer/ambient_visibility.slang", "AmbientVisibility", "hit", inputs, layers)
+        return Reference(self._by_many_rays, inputs, layers)
 
     def __call__(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, reprojection: Reprojection) -> Texture:
         """The open share of this frame's G-buffer."""

@@ -2,9 +2,9 @@
 
 import slangpy as spy
 
+from pica.filtering.accumulation import accumulate_grid
+from pica.filtering.reprojection import Reprojection
 from pica.frame.gbuffer import GBuffer
-from pica.frame.grids import accumulate_grid
-from pica.frame.reprojection import Reprojection
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.rhi.device import Device

@@ -9,7 +9,7 @@ import slangpy as spy
 from pica.errors import GraphError
 from pica.frame.effect import Array, Effect, rgb
 from pica.frame.gbuffer import GBuffer
-from pica.frame.signals import BOTH_PARTS, SIGNAL
+from pica.frame.signals.light import BOTH_PARTS, SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
@@ -46,7 +46,7 @@ class Composite(Effect):
         return self._added(self._sum_so_far, "radiance so far", graph, gbuffer, scene, parts)
 
     def __call__(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, parts: Sequence[Texture]) -> Texture:
-        """The whole sum. `parts`: as frame/signals.py has them."""
+        """The whole sum. `parts`: as frame/signals/light.py has them."""
         radiance = self._added(self._sum, "radiance", graph, gbuffer, scene, parts)
         with graph.scope(self.name):
             graph.offer("combined", (radiance,), rgb, on_request=True)

@@ -6,12 +6,12 @@ from pica.effects.global_illumination.light_map.light_map_indirect import LightM
 from pica.effects.global_illumination.path_traced.path_traced import PathTracedIndirect
 from pica.effects.global_illumination.surfels.surfels import SurfelIndirect
 from pica.effects.global_illumination.views import arriving_views
+from pica.filtering.reprojection import Reprojection
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.frame.indirect import IndirectLight, IndirectPictures
-from pica.frame.reprojection import Reprojection
-from pica.frame.signals import SIGNAL
+from pica.frame.signals.indirect import IndirectPictures, IndirectResult
+from pica.frame.signals.light import SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture
@@ -19,7 +19,10 @@ from pica.light_map.light_map import LightMap
 from pica.light_sampling.light_sampler import LightSamples
 from pica.rhi.device import Device
 from pica.settings import GlobalIlluminationSettings
+from pica.tracing.many_samples import ManySamples
 from pica.tracing.ray_buffers import Tracer
+
+_REFERENCE = "effects/global_illumination/indirect_reference.slang"
 
 
 class GlobalIllumination(Effect):
@@ -46,6 +49,7 @@ class GlobalIllumination(Effect):
         else:
             assert light_map is not None
             self._way = LightMapIndirect(device, light_map)
+        self._by_many_paths = ManySamples(device, _REFERENCE, "IndirectLight", "surface", tracer, is_light=True)
 
     def reset(self) -> None:
         """Drop the surfels."""
@@ -55,11 +59,11 @@ class GlobalIllumination(Effect):
         """The same by many paths."""
         inputs = "frame", "gbuffer", "scene"
         layers = {"diffuse_indirect": ReferenceLayer("diffuse_indirect", {"bounces": self._way.bounces})}
-        return Reference("path_tracer/indirect_light.slang", "IndirectLight", "surface", inputs, layers, is_light=True)
+        return Reference(self._by_many_paths, inputs, layers)
 
     @property
     def cache(self) -> str | None:
-        """The module of the cache that its light comes with; see frame/indirect.py."""
+        """The module of the cache that its light comes with; see frame/signals/indirect.py."""
         return self._way.cache.module if self._way.cache else None
 
     def __call__(
@@ -71,7 +75,7 @@ class GlobalIllumination(Effect):
         reprojection: Reprojection,
         occlusion: Texture | None,
         exposure: Buffer,
-    ) -> IndirectLight:
+    ) -> IndirectResult:
         """What this frame's surfaces reflect diffusely of others.
 
         For surfels and light maps, `occlusion`: of the screen, None or detail finer than they are. For surfels,
@@ -88,4 +92,4 @@ class GlobalIllumination(Effect):
                 self._way(graph, gbuffer, scene, light, reprojection, pictures)
             graph.offer("diffuse_indirect", (pictures.reflected,), light_of)
             arriving_views(graph, arriving)
-        return IndirectLight(arriving, pictures.reflected, self._way.is_smooth, self._bounces, self._way.cache)
+        return IndirectResult(arriving, pictures.reflected, self._way.is_smooth, self._bounces, self._way.cache)

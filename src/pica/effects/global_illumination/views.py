@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.frame.aovs import history_length
+from pica.filtering.accumulation import history_length
 from pica.frame.effect import rgb
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture

@@ -6,8 +6,8 @@ from pica.effects.lighting.ltc_tables import LtcTables
 from pica.effects.lighting.prefiltered import PrefilteredEnvironment
 from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
-from pica.frame.shadow_textures import ShadowTextures
-from pica.frame.signals import BOTH_PARTS, diffuse_of, specular_of
+from pica.frame.signals.light import BOTH_PARTS, diffuse_of, specular_of
+from pica.frame.signals.shadows import ShadowTextures
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
@@ -39,7 +39,8 @@ class DirectLighting(Effect):
         noisy: Texture | None,
         mirrored: Texture | None,
     ) -> Texture:
-        """The direct light of this frame, both parts as frame/signals.py has them; without `shadows` nothing casts any.
+        """The direct light of this frame, both parts as frame/signals/light.py has them; without `shadows` there are
+        none.
 
         `noisy`: where the light of noisy slots goes (StochasticLightDenoiser.samples) instead. None where there are
         none.

@@ -2,10 +2,10 @@
 
 import slangpy as spy
 
+from pica.filtering.convergence import OWN_RAYS_FROM
+from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
-from pica.frame.convergence import OWN_RAYS_FROM
 from pica.frame.gbuffer import GBuffer
-from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Lifetime, Texture, update

@@ -8,12 +8,12 @@ from pica.effects.reflections.own_rays import OwnRays
 from pica.effects.reflections.ray_traced.traced_rays import TracedRays
 from pica.effects.reflections.screen_space.screen_rays import ScreenRays
 from pica.effects.reflections.views import PAST_VIEWS, accumulated_views, past_views, reflection_views
+from pica.filtering.reprojection import Reprojection
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.frame.indirect import ENDLESS, IndirectLight
-from pica.frame.reprojection import Reprojection
-from pica.frame.signals import SIGNAL
+from pica.frame.signals.indirect import ENDLESS, IndirectResult
+from pica.frame.signals.light import SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Lifetime, Texture, write
@@ -21,6 +21,7 @@ from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
 from pica.rhi.device import Device
 from pica.settings import ReflectionsSettings
+from pica.tracing.many_samples import ManySamples
 from pica.tracing.ray_buffers import Tracer
 
 _FOLDER = "effects/reflections"
@@ -53,6 +54,8 @@ class Reflections(Effect):
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
         self._own = OwnRays(device) if filters and not self._mirrors else None
+        reference = f"{_FOLDER}/reflection_reference.slang"
+        self._by_many_paths = ManySamples(device, reference, "MirroredLight", "surface", tracer, is_light=True)
 
     def reset(self) -> None:
         """Drop what rays of earlier frames brought."""
@@ -72,7 +75,7 @@ class Reflections(Effect):
         inputs = "frame", "gbuffer", "scene", "lightSlots"
         bounces = self._traced.bounces | ({"indirectBounces": ENDLESS} if self._cache else {})
         layers = {"reflections": ReferenceLayer("reflections", bounces)}
-        return Reference("path_tracer/mirrored_light.slang", "MirroredLight", "surface", inputs, layers, is_light=True)
+        return Reference(self._by_many_paths, inputs, layers)
 
     def __call__(
         self,
@@ -81,11 +84,11 @@ class Reflections(Effect):
         scene: SceneView,
         light: LightSamples,
         reprojection: Reprojection,
-        indirect: IndirectLight | None,
+        indirect: IndirectResult | None,
         surroundings: Texture | None,
         picture: Texture | None,
     ) -> Texture:
-        """What this frame's surfaces mirror, as frame/signals.py has it.
+        """What this frame's surfaces mirror, as frame/signals/light.py has it.
 
         `indirect`: what else lights that; None: nothing. `surroundings`: as the function of that name gave it, filled;
         with it `picture`, the light of this frame towards the camera without what is mirrored.

@@ -6,11 +6,11 @@ from typing import Any
 import slangpy as spy
 
 from pica.effects.shadow_maps.mapped_lights import MappedLights
+from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
-from pica.frame.reprojection import Reprojection
-from pica.frame.shadow_textures import ShadowTextures, visibility_layers
+from pica.frame.signals.shadows import ShadowTextures, visibility_layers
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import write

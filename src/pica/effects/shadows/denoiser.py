@@ -6,10 +6,10 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.filtering.accumulation import accumulate_grid
+from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
 from pica.frame.gbuffer import GBuffer
-from pica.frame.grids import accumulate_grid
-from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Size, Texture, update, write

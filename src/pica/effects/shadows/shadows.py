@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from pica.effects.shadows.denoiser import ShadowDenoiser
 from pica.effects.shadows.views import shadow_views
+from pica.filtering.reprojection import Reprojection
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.frame.reprojection import Reprojection
-from pica.frame.shadow_textures import ShadowTextures, visibility_layers
+from pica.frame.signals.shadows import ShadowTextures, visibility_layers
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
@@ -20,8 +20,11 @@ from pica.light_sampling.light_slots import LightSlots
 from pica.rhi.device import Device
 from pica.settings import ShadowsSettings
 from pica.tracing.hit_groups import HitDetail
+from pica.tracing.many_samples import ManySamples
 from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import RayEffect, ray_effect
+
+_FOLDER = "effects/shadows"
 
 
 class Shadows(Effect):
@@ -35,6 +38,8 @@ class Shadows(Effect):
         self._slots: LightSlots | None = None
         self._denoiser = ShadowDenoiser(device, settings.history)
         self._effects: dict[HitDetail, RayEffect] = {}
+        reference = f"{_FOLDER}/shadow_reference.slang"
+        self._by_many_rays = ManySamples(device, reference, "LightVisibility", "surface", tracer)
 
     def reset(self) -> None:
         """Drop what is known of lights."""
@@ -49,7 +54,7 @@ class Shadows(Effect):
             for slot, name in enumerate(self._slots.single_lights)
         }
         inputs = "frame", "gbuffer", "scene", "lightSlots"
-        return Reference("path_tracer/light_visibility.slang", "LightVisibility", "surface", inputs, layers)
+        return Reference(self._by_many_rays, inputs, layers)
 
     def __call__(
         self,
@@ -108,7 +113,7 @@ class Shadows(Effect):
         """Only where light goes through surfaces must the rays know their materials."""
         detail: HitDetail = "surface" if scene.transparent else "hit"
         if detail not in self._effects:
-            module = "effects/shadows/shadow_rays.slang"
+            module = f"{_FOLDER}/shadow_rays.slang"
             self._effects[detail] = ray_effect(self._device, module, "ShadowRays", detail, self._tracer)
         return self._effects[detail]
 

@@ -3,13 +3,13 @@
 import slangpy as spy
 
 from pica.effects.stochastic_light.views import stochastic_light_views
+from pica.filtering.accumulation import accumulate_grid
+from pica.filtering.convergence import COMPLETE_FROM, UNFILTERED_FROM
+from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
-from pica.frame.convergence import COMPLETE_FROM, UNFILTERED_FROM
 from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
-from pica.frame.grids import accumulate_grid
-from pica.frame.reprojection import Reprojection
-from pica.frame.signals import BOTH_PARTS
+from pica.frame.signals.light import BOTH_PARTS
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, update, write
@@ -50,7 +50,7 @@ class StochasticLightDenoiser(Effect):
         samples: Texture,
         reprojection: Reprojection,
     ) -> Texture:
-        """The light of `samples`, filtered, both parts as frame/signals.py has them."""
+        """The light of `samples`, filtered, both parts as frame/signals/light.py has them."""
         with graph.scope(self.name):
             history = graph.history("history", {"history": spy.Format.rgba32_uint}, layers=_PARTS)
             state = history.state

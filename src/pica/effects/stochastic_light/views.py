@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.frame.aovs import history_length, light_of
+from pica.filtering.accumulation import history_length
+from pica.frame.aovs import light_of
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
 

@@ -9,7 +9,7 @@ from pica.rhi.tables import Runs
 from pica.scene.illumination import average_emission
 from pica.scene.model import Section
 
-# gpu_scene/scene_types.slang: EmissiveTriangle
+# gpu_scene/table_rows.slang: EmissiveTriangle
 EMISSIVE_TRIANGLE = np.dtype([("record", "u4"), ("primitive", "u4"), ("cumulative", "f4")])
 _AT_ONCE = 1 << 20
 """Triangles whose areas are computed together."""

@@ -3,7 +3,7 @@
 import slangpy as spy
 
 from pica.frame.gbuffer import GBuffer
-from pica.frame.indirect import ENDLESS, IndirectPictures
+from pica.frame.signals.indirect import ENDLESS, IndirectPictures
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture

@@ -2,9 +2,9 @@
 
 import slangpy as spy
 
+from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
 from pica.frame.gbuffer import GBuffer
-from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, update

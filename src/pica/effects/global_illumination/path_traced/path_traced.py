@@ -5,10 +5,10 @@ import slangpy as spy
 
 from pica.effects.global_illumination.path_traced.path_resampling import PathResampling
 from pica.effects.global_illumination.views import filter_views, ray_views
+from pica.filtering.accumulation import accumulate_grid
+from pica.filtering.reprojection import Reprojection
 from pica.frame.gbuffer import GBuffer
-from pica.frame.grids import accumulate_grid
-from pica.frame.indirect import ENDLESS, IndirectPictures
-from pica.frame.reprojection import Reprojection
+from pica.frame.signals.indirect import ENDLESS, IndirectPictures
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Texture, write

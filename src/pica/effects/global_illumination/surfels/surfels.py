@@ -4,10 +4,10 @@ import numpy as np
 import slangpy as spy
 
 from pica.effects.global_illumination.views import SURFEL_VIEWS, surfel_views
+from pica.filtering.convergence import COMPLETE_FROM
 from pica.frame.context import FrameContext, camera_constants
-from pica.frame.convergence import COMPLETE_FROM
 from pica.frame.gbuffer import GBuffer
-from pica.frame.indirect import ENDLESS, IndirectCache, IndirectPictures
+from pica.frame.signals.indirect import ENDLESS, IndirectCache, IndirectPictures
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture, write

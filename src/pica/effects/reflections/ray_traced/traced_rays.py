@@ -6,7 +6,7 @@ import numpy as np
 import slangpy as spy
 
 from pica.frame.gbuffer import GBuffer
-from pica.frame.indirect import IndirectLight
+from pica.frame.signals.indirect import IndirectResult
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
@@ -44,7 +44,7 @@ class TracedRays:
         gbuffer: GBuffer,
         scene: SceneView,
         samples: LightSamples,
-        indirect: IndirectLight | None,
+        indirect: IndirectResult | None,
         ends: Texture,
         light: Texture,
         mirrors: int,

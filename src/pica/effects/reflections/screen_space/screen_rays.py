@@ -4,8 +4,8 @@ from typing import Any
 
 import slangpy as spy
 
+from pica.filtering.reprojection import Reprojection
 from pica.frame.gbuffer import GBuffer
-from pica.frame.reprojection import Reprojection
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write

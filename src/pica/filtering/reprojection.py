@@ -2,8 +2,8 @@
 
 import slangpy as spy
 
+from pica.filtering.convergence import UNTESTED_FROM
 from pica.frame.context import FrameContext
-from pica.frame.convergence import UNTESTED_FROM
 from pica.frame.gbuffer import GBuffer
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Block, Lifetime, Texture, write
@@ -13,14 +13,14 @@ _NEVER = 1e9
 
 
 class Reprojection:
-    """The block `reprojection` of frame/temporal.slang."""
+    """The block `reprojection` of filtering/temporal.slang."""
 
     def __init__(self, device: Device) -> None:
-        self._find_cut = device.compute("frame/cut.slang")
-        self._find = device.compute("frame/reprojection.slang")
+        self._find_cut = device.compute("filtering/cut.slang")
+        self._find = device.compute("filtering/reprojection.slang")
         self.block: Block
         self.found: Texture
-        """(width, height, r32_uint) words as frame/previous_surface.slang has them."""
+        """(width, height, r32_uint) words as filtering/previous_surface.slang has them."""
         self.unchanged = 0
         """Frames since anything has changed, as of the frame that is being recorded."""
 
@@ -52,7 +52,7 @@ class Reprojection:
             )
             self.found = history["found"]
             self.block = graph.block(
-                "frame/temporal.slang",
+                "filtering/temporal.slang",
                 "reprojection",
                 found=self.found,
                 unchanged=lambda frame: float(self.unchanged if self.unchanged < UNTESTED_FROM else _NEVER),

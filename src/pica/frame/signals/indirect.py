@@ -14,19 +14,19 @@ class IndirectCache:
     """What knows the indirect light of places that the picture does not show."""
 
     module: str
-    """Path below the package of the Slang module that stands for frame/indirect_cache.slang's."""
+    """Path below the package of the Slang module that stands for frame/signals/indirect_cache.slang's."""
     values: dict[str, Any]
     """Its parameters, for all passes that are linked with it."""
 
 
 @dataclass(frozen=True)
-class IndirectLight:
+class IndirectResult:
     """Diffuse indirect light of a frame."""
 
     arriving: Texture
     """(width, height, rgba32_float) light that arrives in each pixel, over albedo in nits; alpha 0: not known."""
     reflected: Texture
-    """(width, height) of that what surfaces reflect diffusely, as frame/signals.py has it."""
+    """(width, height) of that what surfaces reflect diffusely, as frame/signals/light.py has it."""
     known: bool
     """Whether `arriving` may be asked: without filters it holds single rays."""
     bounces: int
@@ -40,7 +40,7 @@ class IndirectPictures:
     """What each way to indirect light fills."""
 
     arriving: Texture
-    """As IndirectLight's."""
+    """As IndirectResult's."""
     reflected: Texture
     """Likewise."""
 
