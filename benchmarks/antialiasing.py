@@ -125,7 +125,7 @@ def strip(
 
 def _machine_world(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
     scene = pica.scenes.machine_world()
-    return scene, sequence("camera", scene, scene.default_camera(size[0] / size[1])), {}
+    return scene, sequence("orbit", scene, scene.default_camera(size[0] / size[1]), speed=0.25), {}
 
 
 def wire_grid(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:

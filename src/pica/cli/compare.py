@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pica import Camera, Frame, Renderer, Settings
 
 _SAMPLES = 256
-_SEQUENCES = ("still", "camera", "objects", "light")
+_SEQUENCES = ("still", "orbit", "turn", "dolly", "objects", "light", "moving_light")
 
 
 @takes_view

@@ -108,18 +108,18 @@ def compare_effect(
     progress: Callable[[int, int], None] | None = None,
     start: float = 0.0,
     animation: int | str | None = None,
+    speed: float | None = None,
 ) -> EffectErrors:
     """Render `frames` frames of a sequence (`sequences.SEQUENCES`) and compare one effect in each.
 
     `jittered`: False looks through the pixels' centres. With jitter each frame shows other places, so that a history
     is right about the pixel and wrong about the place: the difference is antialiasing. References take `samples` rays a
-    pixel and light. Light is compared as a display would show it, at the first picture's exposure. `start` seconds and
-    `animation`: for moving objects, as `sequence` has them. Raises SettingsError when the renderer does not have the
-    effect.
+    pixel and light. Light is compared as a display would show it, at the first picture's exposure. `start` seconds,
+    `animation` and `speed`: as `sequence` has them. Raises SettingsError when the renderer does not have the effect.
     """
     measured = MeasuredEffect(renderer, effect)
     camera = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
-    play = sequence(motion, renderer.scene, camera, start, animation)
+    play = sequence(motion, renderer.scene, camera, start, animation, speed)
     errors, before, exposure = EffectErrors(), None, 0.0
     for frame in range(frames):
         color = renderer.advance(play(frame), jittered=jittered, capture=measured.offers)["color"]

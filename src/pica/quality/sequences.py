@@ -1,88 +1,167 @@
-"""Sequences of frames that put one effect to the test: nothing moves, or the camera, the objects, the lights."""
+"""Sequences of frames that put renderers to the test: nothing moves, or the camera, the objects, the lights."""
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.errors import PicaError
 from pica.scene.camera import Camera
 from pica.scene.model import Node, Scene
-from pica.scene.orbit import orbited, pivot
+from pica.scene.orbit import dollied, encloses, orbited, pivot, turned
 from pica.scenes.placing import move, turn
 
 Sequence = Callable[[int], Camera]
 """Puts the scene into the state of a frame, counted from 0, and gives the camera of that frame."""
 
-_TURN = 0.25
-"""Degrees a frame by which cameras and suns turn: 15 degrees a second at 60 frames a second."""
+_DEGREES = 1.0
+"""A frame, by which cameras turn: 60 degrees a second at 60 frames a second."""
+_SUN_DEGREES = 0.25
+"""A frame, by which suns turn."""
+_STEP = 1 / 30
+"""Seconds a frame of animations."""
+_WALK, _NEAREST = 0.05, 0.01
+"""Metres a frame of a walking camera: 1.5 m/s at 30 frames a second; at most this fraction of the way to the pivot."""
+_SWITCH = 16
+"""Frames from one switch of a light to the next."""
 _SWAY = 0.04
 """Of the scene's diagonal, by which objects and lamps swing to each side."""
-_PERIOD = 120
-"""Frames of a swing."""
+_PERIOD = 4.0
+"""Seconds of a swing."""
 _GROUND = 0.5
 """Of the scene's diagonal; what is larger stays where it is."""
 
 
+@dataclass(frozen=True)
+class _Kind:
+    """One of SEQUENCES."""
+
+    make: Callable[[Scene, Camera, float], Sequence]
+    """Takes the speed."""
+    unit: str = ""
+    """Of its speed; "" where it has none."""
+    speed: Callable[[Scene, Camera], float] = lambda scene, camera: 0.0
+    """The default."""
+    fastest: float = math.inf
+
+
 def sequence(
-    name: str, scene: Scene, camera: Camera, start: float = 0.0, animation: int | str | None = None
+    name: str,
+    scene: Scene,
+    camera: Camera,
+    start: float = 0.0,
+    animation: int | str | None = None,
+    speed: float | None = None,
 ) -> Sequence:
-    """One of SEQUENCES, about the scene as it stands now. `start` seconds and `animation`: where moving objects begin,
-    and what they play, as Scene.animate has it."""
+    """One of SEQUENCES, about the scene as it stands now.
+
+    `start` seconds and `animation`: where moving objects begin, and what they play, as Scene.animate has it. `speed`: a
+    frame, in the sequence's unit; None for the default. Raises PicaError for a speed that the sequence cannot have.
+    """
+    kind = SEQUENCES[name]
+    speed = sequence_speed(name, scene, camera, speed)
     if name == "objects" and scene.animations:
-        return _animated(scene, camera, start, animation)
-    return SEQUENCES[name](scene, camera)
+        return _animated(scene, camera, start, animation, speed)
+    return kind.make(scene, camera, speed)
 
 
-def _still(scene: Scene, camera: Camera) -> Sequence:
+def sequence_speed(name: str, scene: Scene, camera: Camera, speed: float | None = None) -> float:
+    """The speed asked for, or the default. Raises PicaError."""
+    kind = SEQUENCES[name]
+    if speed is None:
+        return kind.speed(scene, camera)
+    if not kind.unit:
+        raise PicaError(f"the sequence {name} has no speed")
+    if not 0 < speed <= kind.fastest or math.isinf(speed):
+        most = f" and at most {kind.fastest:g}" if math.isfinite(kind.fastest) else ""
+        raise PicaError(f"speed {speed:g} of the sequence {name}: must be above 0{most}, in {kind.unit}")
+    return speed
+
+
+def _still(scene: Scene, camera: Camera, speed: float) -> Sequence:
     return lambda frame: camera
 
 
-def _camera(scene: Scene, camera: Camera) -> Sequence:
-    """Round the vertical axis through what the camera looks at."""
+def _orbit(scene: Scene, camera: Camera, speed: float) -> Sequence:
+    """Round the vertical axis through what the camera looks at; in closed rooms, where walls are in the way, about the
+    camera itself."""
+    if encloses(scene, camera):
+        return _turn(scene, camera, speed)
     center = pivot(scene, camera)
-    return lambda frame: orbited(camera, center, math.radians(_TURN * frame))
+    return lambda frame: orbited(camera, center, math.radians(speed * frame))
 
 
-def _animated(scene: Scene, camera: Camera, start: float, animation: int | str | None) -> Sequence:
-    """The animation at 60 frames a second."""
+def _turn(scene: Scene, camera: Camera, speed: float) -> Sequence:
+    """About the vertical axis through the camera."""
+    return lambda frame: turned(camera, math.radians(speed * frame))
 
+
+def _dolly(scene: Scene, camera: Camera, speed: float) -> Sequence:
+    return lambda frame: dollied(camera, speed * frame)
+
+
+def _walking_speed(scene: Scene, camera: Camera) -> float:
+    """Slower in small scenes."""
+    return min(_WALK, _NEAREST * math.dist(pivot(scene, camera), camera.transform[:3, 3]))
+
+
+def _animated(scene: Scene, camera: Camera, start: float, animation: int | str | None, step: float) -> Sequence:
     def play(frame: int) -> Camera:
-        scene.animate(start + frame / 60, animation)
+        scene.animate(start + frame * step, animation)
         return camera
 
     return play
 
 
-def _objects(scene: Scene, camera: Camera) -> Sequence:
+def _objects(scene: Scene, camera: Camera, step: float) -> Sequence:
     """What is small sways, each with a phase of its own."""
     diagonal = _diagonal(scene)
     swaying = [node for node in scene.nodes() if node.mesh is not None and _node_diagonal(node) < _GROUND * diagonal]
-    return _swing(swaying, diagonal, camera)
+    return _swing(swaying, diagonal, camera, step)
 
 
-def _light(scene: Scene, camera: Camera) -> Sequence:
+def _light(scene: Scene, camera: Camera, speed: float) -> Sequence:
+    """Every _SWITCH frames the first light goes off or on."""
+    switched = next((node for node in scene.nodes() if node.light is not None), None)
+    if switched is None:
+        raise PicaError("the sequence light: the scene has no light that could be switched")
+    light = switched.light
+    assert light is not None
+    strength = next(name for name in ("illuminance", "intensity", "radiance") if hasattr(light, name))
+    dark = replace(light, **{strength: 0.0})
+
+    def play(frame: int) -> Camera:
+        switched.light = dark if frame // _SWITCH % 2 else light
+        return camera
+
+    return play
+
+
+def _moving_light(scene: Scene, camera: Camera, step: float) -> Sequence:
     """Suns turn about the vertical axis, lamps sway."""
     from pica.scene.light import DirectionalLight
 
     shining = [node for node in scene.nodes() if node.light is not None]
     suns = [(node, node.world) for node in shining if isinstance(node.light, DirectionalLight)]
-    lamps = _swing([node for node in shining if not isinstance(node.light, DirectionalLight)], _diagonal(scene), camera)
+    swaying = [node for node in shining if not isinstance(node.light, DirectionalLight)]
+    lamps = _swing(swaying, _diagonal(scene), camera, _STEP)
 
     def play(frame: int) -> Camera:
         for node, world in suns:
-            _place(node, turn("y", _TURN * frame) @ world)
+            _place(node, turn("y", _SUN_DEGREES * frame) @ world)
         return lamps(frame)
 
     return play
 
 
-def _swing(nodes: list[Node], diagonal: float, camera: Camera) -> Sequence:
+def _swing(nodes: list[Node], diagonal: float, camera: Camera, step: float) -> Sequence:
     places = [(node, node.world) for node in nodes]
 
     def play(frame: int) -> Camera:
         for index, (node, world) in enumerate(places):
-            phase = 2 * math.pi * (frame / _PERIOD + index * 0.618)
+            phase = 2 * math.pi * (frame * step / _PERIOD + index * 0.618)
             start = 2 * math.pi * index * 0.618
             across, along = math.sin(phase) - math.sin(start), math.cos(phase) - math.cos(start)
             _place(node, move(_SWAY * diagonal * across, 0, _SWAY * diagonal * along) @ world)
@@ -109,9 +188,16 @@ def _node_diagonal(node: Node) -> float:
     return _diagonal(alone)
 
 
-SEQUENCES: dict[str, Callable[[Scene, Camera], Sequence]] = {
-    "still": _still,
-    "camera": _camera,
-    "objects": _objects,
-    "light": _light,
+def _always(speed: float) -> Callable[[Scene, Camera], float]:
+    return lambda scene, camera: speed
+
+
+SEQUENCES: dict[str, _Kind] = {
+    "still": _Kind(_still),
+    "orbit": _Kind(_orbit, "degrees a frame", _always(_DEGREES), 90.0),
+    "turn": _Kind(_turn, "degrees a frame", _always(_DEGREES), 90.0),
+    "dolly": _Kind(_dolly, "metres a frame", _walking_speed),
+    "objects": _Kind(_objects, "seconds a frame", _always(_STEP)),
+    "light": _Kind(_light),
+    "moving_light": _Kind(_moving_light),
 }
