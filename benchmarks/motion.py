@@ -32,6 +32,7 @@ from benchmarks import motion_scenes
 from pica.color import luminance
 from pica.frame.context import Size
 from pica.quality.picture_errors import compare
+from pica.quality.playback import last_frame
 from pica.quality.sequences import Sequence, sequence
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
@@ -98,9 +99,7 @@ def noise(halves: Pixels) -> float:
 def played(renderer: pica.Renderer, play: Sequence, frames: range) -> Pixels:
     """The last of the frames, after a cut."""
     renderer.reset()
-    for frame in frames[:-1]:
-        renderer.render(1, camera=play(frame), aovs=())
-    return renderer.render(1, camera=play(frames[-1]), aovs=()).color
+    return last_frame(renderer, play, frames).color
 
 
 def moving_camera(bench: Bench, name: str) -> dict[str, Any]:

@@ -66,14 +66,9 @@ def sequences(device: Device, size: Any, settings: pica.Settings, arguments: arg
         for motion, speed in MOTIONS.items():
             scene = lit(pica.scenes.machine_world(), light, eye)
             renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
+            play = sequence(motion, scene, scene.default_camera(size[0] / size[1]), speed=speed)
             errors = compare_effect(
-                renderer,
-                "shadows",
-                motion,
-                arguments.frames,
-                arguments.samples,
-                jittered=arguments.jitter,
-                speed=speed,
+                renderer, "shadows", play, arguments.frames, arguments.samples, jittered=arguments.jitter
             )
             found.setdefault(name, {})[motion] = {
                 "psnr": round(float(np.mean(errors.psnr)), 2),

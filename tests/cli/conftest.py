@@ -55,7 +55,8 @@ class FakeRenderer:
     def _answer(self, camera, progress, count, **counts):
         if FakeRenderer.error is not None:
             raise FakeRenderer.error
-        progress(count, count)
+        if progress is not None:
+            progress(count, count)
         FakeRenderer.calls.append(SimpleNamespace(**vars(self.asked), **counts, camera=camera))
         return fake_frame(*self.size)
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,26 @@ _GROUND = 0.5
 
 
 @dataclass(frozen=True)
+class Motion:
+    """One of SEQUENCES at a speed."""
+
+    name: str
+    """"turn" for an orbit in a closed room."""
+    speed: float
+    unit: str
+    """Of the speed; "" where the sequence has none."""
+    play: Sequence
+
+    def __call__(self, frame: int) -> Camera:
+        """Plays a frame."""
+        return self.play(frame)
+
+    def numbers(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"sequence": self.name, **({"speed": self.speed, "speed_unit": self.unit} if self.unit else {})}
+
+
+@dataclass(frozen=True)
 class _Kind:
     """One of SEQUENCES."""
 
@@ -44,7 +65,7 @@ class _Kind:
     """Of its speed; "" where it has none."""
     speed: Callable[[Scene, Camera], float] = lambda scene, camera: 0.0
     """The default."""
-    fastest: float = math.inf
+    fastest: float = 1000.0
 
 
 def sequence(
@@ -54,30 +75,35 @@ def sequence(
     start: float = 0.0,
     animation: int | str | None = None,
     speed: float | None = None,
-) -> Sequence:
+) -> Motion:
     """One of SEQUENCES, about the scene as it stands now.
 
     `start` seconds and `animation`: where moving objects begin, and what they play, as Scene.animate has it. `speed`: a
-    frame, in the sequence's unit; None for the default. Raises PicaError for a speed that the sequence cannot have.
+    frame, in the sequence's unit; None for the default. Raises PicaError for an unknown name, for a speed that the
+    sequence cannot have, and for a scene in which it moves nothing.
     """
+    check_sequence(name, speed)
+    if name == "orbit" and encloses(scene, camera):  # it would go through walls
+        name = "turn"
     kind = SEQUENCES[name]
-    speed = sequence_speed(name, scene, camera, speed)
+    speed = kind.speed(scene, camera) if speed is None else speed
     if name == "objects" and scene.animations:
-        return _animated(scene, camera, start, animation, speed)
-    return kind.make(scene, camera, speed)
+        return Motion(name, speed, kind.unit, _animated(scene, camera, start, animation, speed))
+    return Motion(name, speed, kind.unit, kind.make(scene, camera, speed))
 
 
-def sequence_speed(name: str, scene: Scene, camera: Camera, speed: float | None = None) -> float:
-    """The speed asked for, or the default. Raises PicaError."""
+def check_sequence(name: str, speed: float | None = None) -> None:
+    """Raises PicaError for an unknown name, and for a speed that the sequence cannot have."""
+    if name not in SEQUENCES:
+        raise PicaError(f"sequence {name!r} is not one of {', '.join(SEQUENCES)}")
     kind = SEQUENCES[name]
     if speed is None:
-        return kind.speed(scene, camera)
+        return
     if not kind.unit:
         raise PicaError(f"the sequence {name} has no speed")
-    if not 0 < speed <= kind.fastest or math.isinf(speed):
-        most = f" and at most {kind.fastest:g}" if math.isfinite(kind.fastest) else ""
-        raise PicaError(f"speed {speed:g} of the sequence {name}: must be above 0{most}, in {kind.unit}")
-    return speed
+    if not 0 < speed <= kind.fastest:
+        fault = f"must be above 0 and at most {kind.fastest:g} {kind.unit}"
+        raise PicaError(f"speed {speed:g} of the sequence {name}: {fault}")
 
 
 def _still(scene: Scene, camera: Camera, speed: float) -> Sequence:
@@ -85,10 +111,7 @@ def _still(scene: Scene, camera: Camera, speed: float) -> Sequence:
 
 
 def _orbit(scene: Scene, camera: Camera, speed: float) -> Sequence:
-    """Round the vertical axis through what the camera looks at; in closed rooms, where walls are in the way, about the
-    camera itself."""
-    if encloses(scene, camera):
-        return _turn(scene, camera, speed)
+    """Round the vertical axis through what the camera looks at."""
     center = pivot(scene, camera)
     return lambda frame: orbited(camera, center, math.radians(speed * frame))
 
@@ -130,7 +153,8 @@ def _light(scene: Scene, camera: Camera, speed: float) -> Sequence:
     light = switched.light
     assert light is not None
     strength = next(name for name in ("illuminance", "intensity", "radiance") if hasattr(light, name))
-    dark = replace(light, **{strength: 0.0})
+    without: Any = {strength: 0.0}
+    dark = replace(light, **without)
 
     def play(frame: int) -> Camera:
         switched.light = dark if frame // _SWITCH % 2 else light
