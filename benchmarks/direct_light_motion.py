@@ -15,14 +15,12 @@ from statistics import median
 import numpy as np
 
 import pica
-from benchmarks.many_lights import CAMERA, bazaar
+from benchmarks.many_lights import CAMERA, DIRECT, bazaar
 from pica.quality.picture_errors import compare
 from pica.quality.sequences import Sequence, sequence
 from pica.rhi.device import Device, open_device
 from pica.scene.model import Scene
 
-DIRECT = {"reflections.mode": "off", "global_illumination.mode": "off"}
-"""Settings without what paths of depth 2 do not have."""
 SPEEDS = {"orbit": 0.25, "objects": 1 / 60}
 """Degrees and seconds a frame."""
 FRAMES = 0, 3, 15

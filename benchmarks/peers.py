@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import pica
-from benchmarks.direct_light_motion import DIRECT as WITHOUT_OTHERS
 from benchmarks.flight_helmet import helmet_on_plane
+from benchmarks.many_lights import DIRECT as WITHOUT_OTHERS
 from pica.images.pictures import read_radiance
 from pica.quality import compare
 
