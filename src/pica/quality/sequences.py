@@ -25,8 +25,8 @@ _STEP = 1 / 30
 """Seconds a frame of animations."""
 _WALK, _NEAREST = 0.05, 0.01
 """Metres a frame of a walking camera: 1.5 m/s at 30 frames a second; at most this fraction of the way to the pivot."""
-_SWITCH = 16
-"""Frames from one switch of a light to the next."""
+_SWITCH, _DIMMED = 16, 0.2
+"""Frames from one step of a light to the next, and what is left of it: without any the reference could be black."""
 _SWAY = 0.04
 """Of the scene's diagonal, by which objects and lamps swing to each side."""
 _PERIOD = 4.0
@@ -146,18 +146,18 @@ def _objects(scene: Scene, camera: Camera, step: float) -> Sequence:
 
 
 def _light(scene: Scene, camera: Camera, speed: float) -> Sequence:
-    """Every _SWITCH frames the first light goes off or on."""
-    switched = next((node for node in scene.nodes() if node.light is not None), None)
-    if switched is None:
-        raise PicaError("the sequence light: the scene has no light that could be switched")
-    light = switched.light
+    """Every _SWITCH frames the first light is dimmed, or has its full strength again."""
+    stepping = next((node for node in scene.nodes() if node.light is not None), None)
+    if stepping is None:
+        raise PicaError("the sequence light: the scene has no light that could be dimmed")
+    light = stepping.light
     assert light is not None
     strength = next(name for name in ("illuminance", "intensity", "radiance") if hasattr(light, name))
-    without: Any = {strength: 0.0}
-    dark = replace(light, **without)
+    dimmer: Any = {strength: _DIMMED * getattr(light, strength)}
+    dimmed = replace(light, **dimmer)
 
     def play(frame: int) -> Camera:
-        switched.light = dark if frame // _SWITCH % 2 else light
+        stepping.light = dimmed if frame // _SWITCH % 2 else light
         return camera
 
     return play
