@@ -13,7 +13,7 @@ from pica.scene.light import DirectionalLight, PointLight
 from pica.scene.orbit import pivot
 from pica.scenes.basic_meshes import box, plane
 from pica.scenes.placing import move, turn
-from tests.building import lambert, placed, scene_of, shining
+from tests.building import lambert, placed, scene_of, shining, uniform
 
 OUTSIDE = Camera.look_at((0, 6, 3), (0, 0, 0), vertical_fov=np.radians(40))
 INSIDE = Camera.look_at((0, 1, 3), (0, 1, 0))
@@ -89,15 +89,30 @@ def test_animations_advance_by_the_speed(monkeypatch):
     assert times == [(2.0, "belts"), (pytest.approx(3.0), "belts"), (1.5, None)]
 
 
-def test_the_light_changes_in_steps():
-    scene = half_hidden(PointLight(intensity=7))
-    lamp = next(node for node in scene.nodes() if node.light)
+def strengths(scene, read):
     play = sequence("light", scene, OUTSIDE)
-    intensities = []
+    found = []
     for frame in (0, 15, 16, 31, 32):
         play(frame)
-        intensities.append(lamp.light.intensity)
-    assert intensities == [7, 7, pytest.approx(1.4), pytest.approx(1.4), 7]
+        found.append(read())
+    return found
+
+
+STEPS = [1, 1, pytest.approx(0.2), pytest.approx(0.2), 1]
+
+
+def test_the_light_changes_in_steps():
+    scene = half_hidden(PointLight(intensity=1))
+    lamp = next(node for node in scene.nodes() if node.light)
+    assert strengths(scene, lambda: lamp.light.intensity) == STEPS
+
+
+def test_without_lights_an_emitter_changes_and_without_these_the_environment():
+    glow = lambert(0.5, emission=(1.0, 0.0, 0.0))
+    scene = scene_of(placed(box(1, lambert(0.5))), placed(box(1, glow)), environment=uniform(1, 1, 1))
+    assert strengths(scene, lambda: glow.emission[0]) == STEPS
+    scene = scene_of(placed(box(1, lambert(0.5))), environment=uniform(1, 1, 1))
+    assert strengths(scene, lambda: scene.environment.strength) == STEPS
 
 
 def test_lamps_sway():
@@ -125,6 +140,6 @@ def test_wrong_names_and_speeds(name, speed, says):
         sequence(name, half_hidden(), OUTSIDE, speed=speed)
 
 
-def test_without_a_light_none_is_dimmed():
+def test_where_nothing_shines_nothing_is_dimmed():
     with pytest.raises(PicaError, match="no light"):
         sequence("light", scene_of(placed(box(1, lambert(0.5)))), OUTSIDE)

@@ -147,20 +147,31 @@ def _objects(scene: Scene, camera: Camera, step: float) -> Sequence:
 
 def _light(scene: Scene, camera: Camera, speed: float) -> Sequence:
     """Every _SWITCH frames the first light is dimmed, or has its full strength again."""
-    stepping = next((node for node in scene.nodes() if node.light is not None), None)
-    if stepping is None:
-        raise PicaError("the sequence light: the scene has no light that could be dimmed")
-    light = stepping.light
-    assert light is not None
-    strength = next(name for name in ("illuminance", "intensity", "radiance") if hasattr(light, name))
-    dimmer: Any = {strength: _DIMMED * getattr(light, strength)}
-    dimmed = replace(light, **dimmer)
+    dim = _dimmer(scene)
 
     def play(frame: int) -> Camera:
-        stepping.light = dimmed if frame // _SWITCH % 2 else light
+        dim(_DIMMED if frame // _SWITCH % 2 else 1.0)
         return camera
 
     return play
+
+
+def _dimmer(scene: Scene) -> Callable[[float], None]:
+    """Sets the fraction that is left of the first light; without lights of the first material that emits, without these
+    of the environment. Raises PicaError where nothing shines."""
+    nodes = list(scene.nodes())
+    if lamp := next((node for node in nodes if node.light is not None), None):
+        light: Any = lamp.light
+        strength = next(name for name in ("illuminance", "intensity", "radiance") if hasattr(light, name))
+        full = getattr(light, strength)
+        return lambda left: setattr(lamp, "light", replace(light, **{strength: left * full}))
+    materials = (section.material for node in nodes if node.mesh is not None for section in node.mesh.sections)
+    if emitter := next((material for material in materials if any(material.emission)), None):
+        red, green, blue = emitter.emission
+        return lambda left: setattr(emitter, "emission", (left * red, left * green, left * blue))
+    if environment := scene.environment:
+        return lambda left: setattr(scene, "environment", replace(environment, strength=left * environment.strength))
+    raise PicaError("the sequence light: the scene has no light that could be dimmed")
 
 
 def _moving_light(scene: Scene, camera: Camera, step: float) -> Sequence:
