@@ -13,7 +13,11 @@ import numpy as np
 
 import pica
 from pica.quality.effects import compare_effect, error_sheet
+from pica.quality.sequences import sequence
 from pica.rhi.device import Device
+
+SPEEDS = {"still": None, "orbit": 0.25, "objects": 1 / 60}
+"""Degrees and seconds a frame."""
 
 
 def main() -> None:
@@ -28,14 +32,16 @@ def main() -> None:
     device = Device()
     for mode in ("ray_traced", "ground_truth"):
         values = {"ambient_occlusion.mode": mode, "ambient_occlusion.max_distance": "0.6"}
-        for motion in ("still", "camera", "objects"):
+        for motion, speed in SPEEDS.items():
+            scene = pica.scenes.machine_world()
             renderer = pica.Renderer(
-                pica.scenes.machine_world(),
+                scene,
                 size=size,
                 settings=pica.Settings().with_values(values | {"shadows.mode": "off"}),
                 device=device,
             )
-            errors = compare_effect(renderer, "ambient_occlusion", motion, arguments.frames, arguments.samples)
+            play = sequence(motion, scene, scene.default_camera(size[0] / size[1]), speed=speed)
+            errors = compare_effect(renderer, "ambient_occlusion", play, arguments.frames, arguments.samples)
             found = {"mode": mode, "sequence": motion, "psnr": round(float(np.mean(errors.psnr)), 2)}
             found |= {"first": round(errors.psnr[0], 2), "last": round(errors.psnr[-1], 2)}
             print(json.dumps(found | {"flicker": round(float(np.mean(errors.change)), 5)}), flush=True)

@@ -3,10 +3,11 @@
     python benchmarks/antialiasing.py [--size 1920x1080] [--frames 60] [--every 1] [--samples 64] [--strips FOLDER]
 
 Each frame of a sequence against the mean of `samples` jittered, unfiltered frames of the same instant without
-antialiasing over time. The camera round machine_world, with the renderer's own light; then unlit scenes, where all
-error is aliasing: a grid of thin wires in slow motion, boxes that pass in front of a board, bright boards before a
-wall. One JSON line a sequence and setting: mean FLIP over the frames, and flicker, the mean absolute error of the
-change from frame to frame in sRGB.
+antialiasing over time. The camera round machine_world, in the renderer's own direct light: unfiltered, indirect light
+and reflections would be noise in the reference, and what their filters lack in motion would count as aliasing
+(benchmarks/motion.py measures all light). Then unlit scenes, where all error is aliasing: a grid of thin wires in slow
+motion, boxes that pass in front of a board, bright boards before a wall. One JSON line a sequence and setting: mean
+FLIP over the frames, and flicker, the mean absolute error of the change from frame to frame in sRGB.
 `--every` N compares each Nth frame and its next alone. `--strips` writes frames side by side, above their FLIP maps.
 """
 
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import pica
+from benchmarks.many_lights import DIRECT
 from pica.frame.context import Size
 from pica.images.pictures import write_png
 from pica.quality.metrics import flip
@@ -125,7 +127,7 @@ def strip(
 
 def _machine_world(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
     scene = pica.scenes.machine_world()
-    return scene, sequence("camera", scene, scene.default_camera(size[0] / size[1])), {}
+    return scene, sequence("orbit", scene, scene.default_camera(size[0] / size[1]), speed=0.25), DIRECT
 
 
 def wire_grid(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:

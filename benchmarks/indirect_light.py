@@ -6,7 +6,7 @@
 As JSON, a line a scene and mode: `ms`, GPU milliseconds of its passes at the size --time while the camera turns, and of
 all of them together; of the light that surfaces reflect diffusely of others, FLIP, the root mean square error over the
 mean and the mean over the reference's, after 1, 8 and 64 still frames (`still`) and of the frames 11 and 23 while the
-camera or the objects move (`camera`, `objects`). References are SAMPLES paths a pixel from the same G-buffer.
+camera or the objects move (`orbit`, `objects`). References are SAMPLES paths a pixel from the same G-buffer.
 `--size none` or `--time none` leaves one of both out. MODE+map has a light map, of PATHS paths a probe, as
 light_map does.
 """
@@ -24,7 +24,9 @@ from pica.quality.effects import MeasuredEffect
 from pica.quality.picture_errors import compare
 from pica.quality.sequences import sequence
 
-_FRAMES = {"still": (0, 7, 63), "camera": (11, 23), "objects": (11, 23)}
+_FRAMES = {"still": (0, 7, 63), "orbit": (11, 23), "objects": (11, 23)}
+_SPEEDS = {"still": None, "orbit": 0.25, "objects": 1 / 60}
+"""Degrees and seconds a frame."""
 _TIMED = 80
 _PASSES = ("indirect_", "irradiance_", "reuse_", "surfel_", "light_map_")
 
@@ -66,7 +68,7 @@ def _times(
     name: str, size: tuple[int, int], settings: pica.Settings, light_map: pica.LightMap | None
 ) -> dict[str, float]:
     scene = getattr(pica.scenes, name)()
-    play = sequence("camera", scene, scene.default_camera(size[0] / size[1]))
+    play = sequence("orbit", scene, scene.default_camera(size[0] / size[1]), speed=_SPEEDS["orbit"])
     renderer = pica.Renderer(scene, size=size, settings=settings, light_map=light_map)
     for frame in range(_TIMED):
         renderer.advance(play(frame))
@@ -89,7 +91,7 @@ def _errors(
 ) -> dict[int, list[float]]:
     """[FLIP, relative error, mean] by frame; `references` are kept for other modes."""
     scene = getattr(pica.scenes, name)()
-    play = sequence(motion, scene, scene.default_camera(size[0] / size[1]))
+    play = sequence(motion, scene, scene.default_camera(size[0] / size[1]), speed=_SPEEDS[motion])
     renderer = pica.Renderer(scene, size=size, settings=settings, light_map=light_map)
     measured = MeasuredEffect(renderer, "global_illumination")
     found = {}

@@ -1,4 +1,4 @@
-"""A thousand point lights: what sampling them costs, and how noisy one frame is.
+"""A thousand point lights: what sampling them costs, and how noisy one frame of direct light is.
 
     python benchmarks/many_lights.py [--size 1920x1080] [--device NAME] [--frames 200] [--reference 0]
 
@@ -21,6 +21,8 @@ from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move
 
 CAMERA = pica.Camera.look_at((0.0, 6.0, 14.0), (0.0, 0.5, 0.0), vertical_fov=np.radians(50.0))
+DIRECT = {"reflections.mode": "off", "global_illumination.mode": "off"}
+"""Settings without what paths of depth 2 do not have."""
 RUNS = ((8, 16), (100, 16), (1000, 1), (1000, 8), (1000, 16), (1000, 32))
 """Lights and candidates."""
 
@@ -46,7 +48,7 @@ def bazaar(lights: int) -> Scene:
 
 def measure(device: Device, size: tuple[int, int], lights: int, candidates: int, frames: int) -> dict[str, object]:
     """Times of the passes and the noise of one frame."""
-    settings = pica.Settings().with_values({"lighting.candidates": str(candidates)})
+    settings = pica.Settings().with_values({**DIRECT, "lighting.candidates": str(candidates)})
     renderer = pica.Renderer(bazaar(lights), size=size, settings=settings, device=device)
     times = benchmark(renderer, CAMERA, frames, warm_up=min(frames, 50))
     renderer.reset()

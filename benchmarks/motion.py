@@ -1,91 +1,198 @@
-"""Direct light in motion: how far single frames are from the path tracer, and what a frame costs then.
+"""What users see at rest and in motion, against the path tracer: docs/measurements/motion.md.
 
-    python benchmarks/motion.py [--size 240x135] [--time 1920x1080] [--samples 1024] [--set GROUP.NAME=VALUE]
+    PYTHONPATH=. python benchmarks/motion.py [SCENE ...] [--parts camera,objects,ring] [--size 480x270]
+        [--samples 1024] [--preset NAME] [--set GROUP.NAME=VALUE] [--references DIR] [--noise] [--json]
 
-FLIP of the frames 0, 3 and 15 of three sequences, the first frames of a start or after a cut among them, against path
-traced pictures of depth 2; and the GPU milliseconds of the passes while the camera turns round machine_world, when
-filters have work that a still picture spares them. `--size none` or `--time none` leaves one of both out.
+SCENE is a name in pica.scenes or in motion_scenes.py: `door`, `metal`. FLIP, and the mean luminance over the
+reference's, both clipped at display white as FLIP has them, so that a lamp's edge does not outweigh the room; of
+
+* camera: the 64th and the 2nd frame at rest, and the 24th of a camera that turns by a degree a frame: round what it
+  looks at, or in closed rooms about itself. It comes to where the other two stand, all three have one reference;
+* objects: the 24th frame of an animation in steps of 1/30 s, the camera at rest;
+* ring: the fraction of sky pixels, more than two pixels from a thin ring, that are off by over 5 % of the picture's
+  mean luminance in the 20th frame of an orbit of 1.5 degrees a frame, 240x135.
+
+--references keeps the references in a folder, and takes those that are there; empty it when scenes change. --noise adds
+FLIP between the halves of each reference, twice as far apart as the reference is from the truth. --json prints a line a
+measurement.
 """
 
 import argparse
 import json
-from statistics import median
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import pica
-from benchmarks.many_lights import CAMERA, bazaar
+from benchmarks import motion_scenes
+from pica.color import luminance
+from pica.frame.context import Size
 from pica.quality.picture_errors import compare
+from pica.quality.playback import last_frame
 from pica.quality.sequences import Sequence, sequence
 from pica.rhi.device import Device, open_device
+from pica.scene.camera import Camera
 from pica.scene.model import Scene
 
-DIRECT = {"reflections.mode": "off", "global_illumination.mode": "off"}
-"""Settings without what paths of depth 2 do not have."""
-FRAMES = 0, 3, 15
-TIMED = 60
+Pixels = NDArray[np.float32]
+
+RESTING, MOVING = (64, 2), 24
+"""Frames."""
+DEGREES, STEP = 1.0, 1 / 30
+"""A frame, of the camera; seconds a frame, of the animation."""
+CAMERA_SCENES = "machine_world", "corridor", "rooms", "door", "metal"
+OBJECT_SCENES = "corridor", "machine_world", "landscape"
+RING_SIZE, RING_FRAMES, RING_DEGREES = (240, 135), 20, 1.5
+RING_MARGIN, RING_ERROR = 2, 0.05
+"""Pixels round the ring that do not count; of the mean luminance."""
 
 
-def played(name: str, size: tuple[int, int]) -> tuple[Scene, Sequence]:
-    """A scene, and what happens in it."""
-    if name == "bazaar, 1,000 lights":
-        scene = bazaar(1000)
-        return scene, sequence("camera", scene, CAMERA)
-    scene = pica.scenes.machine_world()
-    return scene, sequence(name, scene, scene.default_camera(size[0] / size[1]))
+@dataclass(frozen=True)
+class Bench:
+    """What all measurements share."""
+
+    device: Device
+    size: Size
+    samples: int
+    settings: pica.Settings
+    references: Path | None
+
+    def reference(self, name: str, scene: Scene, camera: Camera, size: Size) -> Pixels:
+        """(2, height, width, 3): path traced pictures of half the samples each, of different noise."""
+        file = self.references and self.references / f"{name}-{size[0]}x{size[1]}-{self.samples}.npy"
+        if file and file.exists():
+            return np.load(file)
+        halves = []
+        for seed in range(2):
+            settings = pica.Settings().with_values({"seed": seed})
+            with pica.PathTracer(scene, size=size, settings=settings, device=self.device) as tracer:
+                halves.append(tracer.render(max(self.samples // 2, 1), camera=camera).color)
+        if file:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            np.save(file, np.stack(halves))
+        return np.stack(halves)
 
 
-def errors(device: Device, name: str, size: tuple[int, int], settings: pica.Settings, samples: int) -> list[float]:
-    """FLIP of FRAMES."""
-    scene, play = played(name, size)
-    renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
-    pictures = {}
-    for frame in range(FRAMES[-1] + 1):
-        picture = renderer.advance(play(frame))["color"]
-        if frame in FRAMES:
-            pictures[frame] = np.ascontiguousarray(picture.to_numpy()[..., :3], np.float32)
-    found = []
-    for frame, picture in pictures.items():
-        with pica.PathTracer(scene, size=size, max_depth=2, device=device) as tracer:
-            found.append(round(compare(tracer.render(samples, camera=play(frame)).color, picture).flip, 4))
-    return found
+def made(name: str) -> Scene:
+    """A new scene."""
+    make: Callable[[], Scene] = getattr(motion_scenes, name, None) or getattr(pica.scenes, name)
+    return make()
 
 
-def times(device: Device, size: tuple[int, int], settings: pica.Settings) -> dict[str, float]:
-    """Median GPU milliseconds by pass while the camera turns."""
-    scene, play = played("camera", size)
-    renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
-    device.profiler.flush()
-    device.profiler.finished.clear()
-    for frame in range(TIMED):
-        renderer.advance(play(frame))
-    device.profiler.flush()
-    rows = list(device.profiler.finished)[TIMED // 4 :]
-    found = {name: round(median(row[name] for row in rows if name in row), 3) for name in rows[-1]}
-    return {**found, "frame": round(median(sum(row.values()) for row in rows), 3)}
+def errors(halves: Pixels, picture: Pixels) -> dict[str, float]:
+    """FLIP, and the mean luminance over the reference's."""
+    reference = halves.mean(0)
+    found = compare(reference, picture)
+    means = [np.minimum(luminance(each), 1 / found.exposure).mean() for each in (picture, reference)]
+    return {"flip": round(found.flip, 4), "mean": round(float(means[0] / means[1]), 4)}
+
+
+def noise(halves: Pixels) -> float:
+    """FLIP between the two."""
+    return round(compare(halves[0], halves[1]).flip, 4)
+
+
+def played(renderer: pica.Renderer, play: Sequence, frames: range) -> Pixels:
+    """The last of the frames, after a cut."""
+    renderer.reset()
+    return last_frame(renderer, play, frames).color
+
+
+def moving_camera(bench: Bench, name: str) -> dict[str, Any]:
+    """At rest, and after MOVING frames of a camera that comes to the same place."""
+    scene = made(name)
+    camera = scene.default_camera(bench.size[0] / bench.size[1])
+    halves = bench.reference(name, scene, camera, bench.size)
+    orbit = sequence("orbit", scene, camera, speed=DEGREES)
+    found: dict[str, Any] = {"scene": name, "moves": "camera"}
+    with pica.Renderer(scene, size=bench.size, settings=bench.settings, device=bench.device) as renderer:
+        for frames in RESTING:
+            found[f"{frames} still"] = errors(halves, played(renderer, lambda _: camera, range(frames)))
+        found["moving"] = errors(halves, played(renderer, orbit, range(1 - MOVING, 1)))
+    return {**found, "noise": noise(halves)}
+
+
+def moving_objects(bench: Bench, name: str) -> dict[str, Any]:
+    """After MOVING frames of the animation."""
+    scene = made(name)
+    camera = scene.default_camera(bench.size[0] / bench.size[1])
+    play = sequence("objects", scene, camera, speed=STEP)
+    play(MOVING - 1)
+    halves = bench.reference(f"{name}-objects", scene, camera, bench.size)
+    play(0)
+    with pica.Renderer(scene, size=bench.size, settings=bench.settings, device=bench.device) as renderer:
+        found = errors(halves, played(renderer, play, range(MOVING)))
+    return {"scene": name, "moves": "objects", "moving": found, "noise": noise(halves)}
+
+
+def thin_ring(bench: Bench) -> dict[str, Any]:
+    """Sky that a ring which went over it has left wrong."""
+    scene = motion_scenes.ring()
+    camera = scene.default_camera(RING_SIZE[0] / RING_SIZE[1])
+    play = sequence("orbit", scene, camera, speed=RING_DEGREES)
+    last = play(RING_FRAMES - 1)
+    reference = bench.reference("ring", scene, last, RING_SIZE).mean(0)
+    with pica.Renderer(scene, size=RING_SIZE, settings=bench.settings, device=bench.device) as renderer:
+        picture = played(renderer, play, range(RING_FRAMES))
+        shown = renderer.labels(camera=last, aovs=["instance"]).aov("instance") > 0
+    sky = ~_dilated(shown, RING_MARGIN)
+    off = np.abs(luminance(picture) - luminance(reference)) > RING_ERROR * luminance(reference).mean()
+    return {"scene": "ring", "moves": "camera", "wrong sky": round(float(off[sky].mean()), 5)}
+
+
+def _dilated(mask: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(mask, reach), (2 * reach + 1,) * 2)
+    return windows.any((-1, -2))
+
+
+def _row(found: dict[str, Any], with_noise: bool) -> str:
+    if "wrong sky" in found:
+        return f"{found['scene']:14} {found['wrong sky']:.3%} of the sky is off by over {RING_ERROR:.0%} of the mean"
+    columns = [
+        f"{found[name]['flip']:7.4f} {found[name]['mean']:6.3f}" if name in found else " " * 14
+        for name in ("64 still", "2 still", "moving")
+    ]
+    noisy = f"   {found['noise']:.4f}" if with_noise else ""
+    return f"{found['scene']:14} {found['moves']:8} {'   '.join(columns)}{noisy}"
 
 
 def main() -> None:
-    """Measure and print, one JSON line a sequence."""
+    """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--size", default="240x135")
-    parser.add_argument("--time", default="1920x1080")
+    parser.add_argument("scenes", nargs="*", metavar="SCENE")
+    parser.add_argument("--parts", default="camera,objects,ring")
+    parser.add_argument("--size", default="480x270")
     parser.add_argument("--samples", type=int, default=1024)
-    parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE")
-    arguments = parser.parse_args()
-    values = dict(value.split("=", 1) for value in arguments.set)
-    settings = pica.Settings().with_values({**DIRECT, **values})
-    device = open_device()
+    parser.add_argument("--preset", default="hybrid")
+    parser.add_argument("--set", action="append", default=[], dest="values", metavar="GROUP.NAME=VALUE")
+    parser.add_argument("--references", type=Path, metavar="DIR")
+    parser.add_argument("--noise", action="store_true")
+    parser.add_argument("--json", action="store_true")
+    given = parser.parse_args()
+    width, height = (int(length) for length in given.size.split("x"))
+    settings = pica.Settings.preset(given.preset).with_values(dict(value.split("=", 1) for value in given.values))
+    bench = Bench(open_device(), (width, height), given.samples, settings, given.references)
+    parts = given.parts.split(",")
+    if not given.json:
+        print(f"{bench.device.name}, {given.size}, {given.samples} samples: FLIP, mean over the reference's")
+        print(f"{'scene':14} {'moves':8} 64 still         2 still          moving" + "           noise" * given.noise)
 
-    def pixels(size: str) -> tuple[int, int]:
-        width, height = size.split("x")
-        return int(width), int(height)
+    def show(found: dict[str, Any]) -> None:
+        if not given.noise:
+            found.pop("noise", None)
+        print(json.dumps(found) if given.json else _row(found, given.noise), flush=True)
 
-    for name in ("camera", "objects", "bazaar, 1,000 lights") if arguments.size != "none" else ():
-        flip = errors(device, name, pixels(arguments.size), settings, arguments.samples)
-        print(json.dumps({"sequence": name, "flip": dict(zip(FRAMES, flip, strict=True))}), flush=True)
-    if arguments.time != "none":
-        print(json.dumps({"gpu_ms": times(device, pixels(arguments.time), settings)}), flush=True)
+    for name in given.scenes or CAMERA_SCENES if "camera" in parts else ():
+        show(moving_camera(bench, name))
+    for name in given.scenes or OBJECT_SCENES if "objects" in parts else ():
+        if made(name).animations:
+            show(moving_objects(bench, name))
+    if "ring" in parts:
+        show(thin_ring(bench))
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 import pica
 from benchmarks.flight_helmet import helmet_on_plane
-from benchmarks.motion import DIRECT as WITHOUT_OTHERS
+from benchmarks.many_lights import DIRECT as WITHOUT_OTHERS
 from pica.images.pictures import read_radiance
 from pica.quality import compare
 

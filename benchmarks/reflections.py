@@ -27,6 +27,8 @@ from pica.quality.sequences import sequence
 from pica.quality.sheet import sheet
 
 MEASURED = 20
+SPEEDS = {"orbit": 0.25, "objects": 1 / 60}
+"""Degrees and seconds a frame."""
 TILE, FARTHEST = 8, 6
 """Of --bound: pixels a side, and pixels of the longest shift each way."""
 STEPS = 9
@@ -74,7 +76,7 @@ def main() -> None:
     arguments = parser.parse_args()
     width, height = (int(length) for length in arguments.size.split("x"))
     scene = pica.scenes.sphere_sweep()
-    play = sequence(arguments.motion, scene, scene.default_camera(width / height))
+    play = sequence(arguments.motion, scene, scene.default_camera(width / height), speed=SPEEDS.get(arguments.motion))
     settings = pica.Settings().with_values(dict(value.split("=") for value in arguments.values))
     renderer = pica.Renderer(scene, size=(width, height), settings=settings)
     measured = MeasuredEffect(renderer, "reflections")

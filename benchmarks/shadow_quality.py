@@ -33,6 +33,8 @@ LIGHTS: dict[str, tuple[Light, tuple[float, float, float]]] = {
     "rectangle 4 m": (RectangleLight(radiance=3, width=4, height=4), LAMP_FROM),
     "sphere": (SphereLight(radiance=60, radius=0.4), LAMP_FROM),
 }
+MOTIONS = {"still": None, "orbit": 0.25, "objects": 1 / 60, "moving_light": None}
+"""Sequences, and their speeds: degrees and seconds a frame."""
 
 
 def lit(scene: Scene, light: Light, eye: tuple[float, float, float]) -> Scene:
@@ -61,11 +63,12 @@ def sequences(device: Device, size: Any, settings: pica.Settings, arguments: arg
     """Decibels and flicker of each light in each sequence."""
     found: dict[str, Any] = {}
     for name, (light, eye) in LIGHTS.items():
-        for motion in ("still", "camera", "objects", "light"):
+        for motion, speed in MOTIONS.items():
             scene = lit(pica.scenes.machine_world(), light, eye)
             renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
+            play = sequence(motion, scene, scene.default_camera(size[0] / size[1]), speed=speed)
             errors = compare_effect(
-                renderer, "shadows", motion, arguments.frames, arguments.samples, jittered=arguments.jitter
+                renderer, "shadows", play, arguments.frames, arguments.samples, jittered=arguments.jitter
             )
             found.setdefault(name, {})[motion] = {
                 "psnr": round(float(np.mean(errors.psnr)), 2),
@@ -117,7 +120,7 @@ def trail(device: Device, size: Any, settings: pica.Settings, arguments: argpars
         renderer = pica.Renderer(scene, size=size, settings=settings, device=device)
         measured = MeasuredEffect(renderer, "shadows")
         camera = scene.default_camera(size[0] / size[1])
-        play = sequence("objects", scene, camera)
+        play = sequence("objects", scene, camera, speed=MOTIONS["objects"])
         before: Any = None
         errors = []
         for frame in range(31 + 60):

@@ -10,8 +10,7 @@ import argparse
 import json
 
 import pica
-from benchmarks.many_lights import bazaar
-from benchmarks.motion import DIRECT
+from benchmarks.many_lights import DIRECT, bazaar
 from pica.quality.metrics import flip, psnr
 from pica.quality.picture_errors import exposed, exposure_for
 from pica.rhi.device import Device

@@ -35,7 +35,7 @@ def main() -> None:
     scene = still_life()
     renderer = pica.Renderer(scene, size=(width, height))
     renderer.debug = True
-    turning = sequence("camera", scene, VIEW)
+    turning = sequence("orbit", scene, VIEW, speed=0.25)
     for moment in range(FRAMES):
         frame = renderer.render(1, camera=turning(moment))
     (reference,) = MeasuredEffect(renderer, "shadows").reference(RAYS).values()

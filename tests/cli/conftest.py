@@ -23,10 +23,19 @@ def fake_frame(width, height, level=0.5):
     return Frame((width, height), color, lambda: display, aovs, {"gbuffer": 1.5})
 
 
-def fake_benchmark(renderer, camera=None, frames=None, warm_up=None, progress=None):
+def fake_benchmark(renderer, camera=None, frames=None, warm_up=None, progress=None, play=None):
     progress(1, 1)
-    FakeRenderer.calls.append(SimpleNamespace(**vars(renderer.asked), camera=camera, frames=frames, warm_up=warm_up))
-    return {"frames": frames or 20, "gpu_ms": {"gbuffer": 0.5, "frame": 0.5}, "host_ms": 0.25}
+    asked = {"camera": camera, "frames": frames, "warm_up": warm_up, "play": play}
+    FakeRenderer.calls.append(SimpleNamespace(**vars(renderer.asked), **asked))
+    frame = 0.5 if play is None else 0.75
+    rays = {"shadow_rays": 7} if play is None else {"shadow_rays": 8, "surfel_rays": 9}
+    return {
+        "frames": frames or 20,
+        "gpu_ms": {"gbuffer": frame, "frame": frame},
+        "host_ms": 0.25,
+        "rays": rays,
+        "peak_gpu_memory": 5,
+    }
 
 
 def fake_path_traced_sample(renderer, frame_ms, camera=None, progress=None):
@@ -49,13 +58,17 @@ class FakeRenderer:
         asked = {"scene": scene, "size": size, "settings": settings, "device": device, "max_depth": max_depth}
         self.asked = SimpleNamespace(**asked, light_map=light_map)
 
+    def reset(self):
+        pass
+
     def render(self, frames=16, *, camera=None, progress=None, denoise=False, aovs=None):
         return self._answer(camera, progress, frames, frames=frames, denoise=denoise)
 
     def _answer(self, camera, progress, count, **counts):
         if FakeRenderer.error is not None:
             raise FakeRenderer.error
-        progress(count, count)
+        if progress is not None:
+            progress(count, count)
         FakeRenderer.calls.append(SimpleNamespace(**vars(self.asked), **counts, camera=camera))
         return fake_frame(*self.size)
 

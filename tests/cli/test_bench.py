@@ -1,4 +1,5 @@
 import json
+import math
 
 import pytest
 
@@ -11,16 +12,24 @@ def test_json_joins_what_the_renderer_measured(run, calls):
         "device": "fake device",
         "size": [8, 4],
         "frames": 7,
-        "gpu_ms": {"gbuffer": 0.5, "frame": 0.5},
-        "host_ms": 0.25,
-        "path_traced": {"samples": 3, "sample_ms": 1.0, "frame_over_sample": 0.5},
+        "peak_gpu_memory": 5,
+        "motion": {"sequence": "orbit", "speed": 1.0, "speed_unit": "degrees a frame"},
+        "moving": {
+            "gpu_ms": {"gbuffer": 0.75, "frame": 0.75},
+            "host_ms": 0.25,
+            "rays": {"shadow_rays": 8, "surfel_rays": 9},
+        },
+        "rest": {"gpu_ms": {"gbuffer": 0.5, "frame": 0.5}, "host_ms": 0.25, "rays": {"shadow_rays": 7}},
+        "path_traced": {"samples": 3, "sample_ms": 1.5, "frame_over_sample": 0.5},
     }
-    assert (calls[0].frames, calls[0].warm_up) == (7, 2)
+    assert [(call.frames, call.warm_up) for call in calls] == [(7, 2), (7, 2)]
+    moving, rest = calls
+    assert rest.play is None and math.dist(moving.play(0).transform[:3, 3], moving.play(90).transform[:3, 3]) > 1
 
 
 def test_how_many_frames_is_left_to_the_device(run, calls):
     run("bench", "m.glb", "--size", "8x4")
-    assert (calls[0].frames, calls[0].warm_up) == (None, None)
+    assert [(call.frames, call.warm_up) for call in calls] == [(None, None)] * 2
 
 
 def test_json_has_no_numbers_that_json_lacks(run, calls, monkeypatch):
@@ -29,13 +38,13 @@ def test_json_has_no_numbers_that_json_lacks(run, calls, monkeypatch):
 
     monkeypatch.setattr("pica.quality.benchmark.benchmark", unfinished)
     result = json.loads(run("bench", "m.glb", "--size", "8x4", "--json")[1], parse_constant=pytest.fail)
-    assert (result["host_ms"], result["gpu_ms"], result["each"]) == (None, {"frame": None}, [1.0, None])
+    assert result["moving"] == {"host_ms": None, "gpu_ms": {"frame": None}, "each": [1.0, None]}
     assert "nan" in run("bench", "m.glb", "--size", "8x4")[1]
 
 
 def test_a_table_shows_names_of_all_kinds(run, calls, monkeypatch):
     times = {"gpu_ms": {"sun [bold]\n\x1b[2J": 1.0, "x" * 9999: 2, "frame": 3.0}}
-    monkeypatch.setattr("pica.quality.benchmark.benchmark", lambda *_, **__: times)
+    monkeypatch.setattr("pica.quality.benchmark.benchmark", lambda *_, **__: dict(times))
     out = run("bench", "[red]\n.glb", "--size", "8x4")[1]
     assert out.splitlines()[0] == "[red]\\n.glb" and "  sun [bold]\\n\\x1b[2J" in out
     assert all(line.isprintable() and len(line) < 100 for line in out.splitlines())
@@ -43,11 +52,17 @@ def test_a_table_shows_names_of_all_kinds(run, calls, monkeypatch):
 
 def test_without_json_a_table(run, calls):
     out = run("bench", "m.glb", "--size", "8x4")[1]
-    assert "gbuffer" in out and "0.5" in out
-    assert [line.split() for line in out.splitlines()][-3:] == [
-        ["samples", "3"],
-        ["sample_ms", "1"],
-        ["frame_over_sample", "0.5"],
+    lines = [line.split() for line in out.splitlines()]
+    assert ["frame_over_sample", "0.5"] in lines and ["sequence", "orbit"] in lines
+    assert lines[lines.index(["moving", "at", "rest"]) :] == [
+        ["moving", "at", "rest"],
+        ["gpu_ms"],
+        ["gbuffer", "0.75", "0.5"],
+        ["frame", "0.75", "0.5"],
+        ["host_ms", "0.25", "0.25"],
+        ["rays"],
+        ["shadow_rays", "8", "7"],
+        ["surfel_rays", "9"],
     ]
 
 
@@ -61,9 +76,12 @@ def test_where_nothing_traces_there_is_no_path_traced_sample(run, calls, monkeyp
 def test_progress_on_stderr_and_json_alone_on_stdout(run):
     code, out, err = run("bench", "cornell", "--size", "16x16", "--frames", "2", "--warm-up", "1", "--json")
     result = json.loads(out)
-    assert code == 0 and result["frames"] == 2 and result["gpu_ms"]["frame"] > 0
+    moving, rest = result["moving"], result["rest"]
+    assert code == 0 and result["frames"] == 2 and moving["gpu_ms"]["frame"] > 0 and rest["gpu_ms"]["frame"] > 0
+    assert moving["effect_rays"]["global_illumination"] == moving["rays"]["indirect_rays"] > 0
     said = [json.loads(line) for line in err.splitlines() if line.startswith("{")]
-    assert {"progress": "Measuring", "done": 3, "total": 3} in said
+    assert {"progress": "Measuring, moving", "done": 3, "total": 3} in said
+    assert {"progress": "Measuring, at rest", "done": 3, "total": 3} in said
     sample = result["path_traced"]
     assert sample["samples"] == 3 and {"progress": "Path tracing", "done": 5, "total": 5} in said
-    assert sample["frame_over_sample"] == pytest.approx(result["gpu_ms"]["frame"] / sample["sample_ms"])
+    assert sample["frame_over_sample"] == pytest.approx(moving["gpu_ms"]["frame"] / sample["sample_ms"])

@@ -1,9 +1,12 @@
 import json
 
+import numpy as np
 import pytest
 from PIL import Image
 
 import pica
+from pica.cli import compare
+from pica.quality.sequences import SEQUENCES
 
 
 def test_json_has_the_schema(run, calls, tmp_path):
@@ -20,6 +23,49 @@ def test_json_has_the_schema(run, calls, tmp_path):
         "whole": {"flip": 0.0, "psnr": 120.0, "relmse": 0.0},
     }
     assert [call.max_depth for call in calls] == [None, 2]
+
+
+def test_the_last_frame_of_a_sequence_is_compared_where_the_camera_is_then(run, calls):
+    more = ["--size", "8x4", "--frames", "3", "--samples", "5", "--json"]
+    code, out, err = run("compare", "m.glb", "--sequence", "orbit", "--speed", "30", *more)
+    assert code == 0, err
+    result = json.loads(out)
+    assert (result["sequence"], result["speed"], result["speed_unit"]) == ("orbit", 30.0, "degrees a frame")
+    assert result["whole"]["flip"] == 0.0
+    *moving, traced = calls
+    assert [call.frames for call in moving] == [1, 1, 1] and traced.samples == 5
+    for call, degrees in zip(calls, (0, 30, 60, 60), strict=True):
+        eye = np.cos(np.radians(degrees)), 0, -np.sin(np.radians(degrees))
+        np.testing.assert_allclose(call.camera.transform[:3, 3], eye, atol=1e-9)
+
+
+def test_both_pictures_of_other_settings_follow_the_sequence(run, calls):
+    more = ["--size", "8x4", "--frames", "2", "--against", "preset=high", "--json"]
+    code, out, err = run("compare", "m.glb", "--sequence", "turn", *more)
+    assert code == 0, err
+    assert json.loads(out)["sequence"] == "turn"
+    first, second = calls[1].camera.transform, calls[3].camera.transform
+    assert len(calls) == 4 and np.allclose(first, second) and not np.allclose(first, calls[0].camera.transform)
+
+
+def test_the_sequences_of_the_help_are_those_that_there_are():
+    assert tuple(SEQUENCES) == compare._SEQUENCES
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--sequence", "dance"], "sequence 'dance' is not one of still, orbit, turn"),
+        (["--sequence", "still", "--speed", "1"], "the sequence still has no speed"),
+        (["--sequence", "orbit", "--speed", "nan"], "speed nan of the sequence orbit: must be above 0"),
+        (["--speed", "1"], "--speed is for --sequence"),
+        (["--sequence", "light"], "the scene has no light"),
+    ],
+)
+def test_wrong_sequences_and_speeds(run, calls, arguments, says):
+    code, out, err = run("compare", "m.glb", "--size", "8x4", *arguments)
+    assert (code, out, err.count("\n")) == (2, "", 1) and says in err
+    assert calls == []
 
 
 def test_against_other_settings(run, calls, tmp_path):

@@ -12,7 +12,8 @@ from pica.quality import effects
     ("arguments", "says"),
     [
         (["--effect", "shadows", "--sequence", "dance"], "'dance' is not one of still"),
-        (["--sequence", "still"], "--sequence is for --effect"),
+        (["--effect", "shadows", "--speed", "2"], "--speed is for --sequence"),
+        (["--effect", "shadows", "--sequence", "turn", "--speed", "-2"], "above 0 and at most 90 degrees a frame"),
         (["--effect", "shadows", "--max-depth", "2"], "--max-depth"),
     ],
 )
@@ -44,8 +45,8 @@ def test_json_of_an_effect(run, tmp_path):
 def test_an_effect_is_looked_at_through_the_camera_that_is_asked_for(run, calls, monkeypatch):
     cameras = []
 
-    def compare_effect(renderer, effect, motion, frames, samples, camera, *moment):
-        cameras.append(camera)
+    def compare_effect(renderer, effect, motion, frames, samples, progress):
+        cameras.append(motion(0))
         grey = {"open": np.zeros((4, 8), np.float32)}
         return effects.EffectErrors([1.0], {"open": [1.0]}, newest=(grey, grey))
 

@@ -19,7 +19,7 @@ WAYS["render"] += [["-o", "out.png", "--path-traced", "--samples", "1"]]
 WAYS["render"] += [["-o", "out.png", "--preset", preset] for preset in PRESETS]
 WAYS["compare"] += [
     ["--samples", "1", "--effect", effect, "--set", "ambient_occlusion.mode=ray_traced", "--sequence", sequence]
-    for effect, sequence in itertools.product(EFFECTS, ("still", "camera", "objects", "light"))
+    for effect, sequence in itertools.product(EFFECTS, ("still", "orbit", "objects", "light"))
 ]
 EVERY = [(command, scene, way) for command, ways in WAYS.items() for scene in SCENES for way in ways]
 SPREAD = [("compare", "cornell", WAYS["compare"][2]), *EVERY[:: len(EVERY) // 11]]

@@ -32,7 +32,7 @@ OPTIONS += [
     "--transparent",
     "--against",
 ]
-OPTIONS += ["--start", "--animation", "--effect", "--sequence", "--help", "--", "-"]
+OPTIONS += ["--start", "--animation", "--effect", "--sequence", "--speed", "--help", "--", "-"]
 SCENES = ["cornell", "demo", "model.gltf", "missing.gltf", "folder", "nothing"]
 VALUES = [
     *map(str, NUMBERS),

@@ -5,9 +5,8 @@ import pytest
 
 import pica
 from pica.quality.effects import EffectErrors, MeasuredEffect, compare_effect, error_sheet
-from pica.quality.sequences import SEQUENCES, sequence
 from pica.scene.camera import Camera
-from pica.scene.light import DirectionalLight, PointLight, RectangleLight
+from pica.scene.light import PointLight, RectangleLight
 from pica.scenes.basic_meshes import box, plane
 from pica.scenes.placing import move, turn
 from tests.building import lambert, placed, scene_of, shining
@@ -62,31 +61,9 @@ def test_sharp_shadows_equal_their_reference(device):
 def test_one_ray_of_a_wide_lamp_is_noise(device):
     scene = half_hidden(PointLight(intensity=10, radius=0.8))
     renderer = pica.Renderer(scene, size=SIZE, settings=pica.Settings(), device=device)
-    errors = compare_effect(renderer, "shadows", "camera", frames=2, samples=256, camera=CAMERA)
+    errors = compare_effect(renderer, "shadows", "orbit", frames=2, samples=256, camera=CAMERA)
     assert 5 < errors.numbers()["psnr"] < 60
     assert error_sheet(errors).shape[1] > 3 * SIZE[0]
-
-
-@pytest.mark.parametrize("name", SEQUENCES)
-def test_sequences_move_what_they_say(name):
-    scene = half_hidden(DirectionalLight())
-    play = sequence(name, scene, CAMERA)
-    before = {node.name: node.world for node in scene.nodes()}
-    assert np.allclose(play(0).transform, CAMERA.transform)
-    camera = play(7)
-    moved = {node.name for node in scene.nodes() if not np.allclose(node.world, before[node.name])}
-    assert moved == {"still": set(), "camera": set(), "objects": {"board"}, "light": {"light"}}[name]
-    assert np.allclose(camera.transform, CAMERA.transform) == (name != "camera")
-    play(0)
-    for node in scene.nodes():
-        np.testing.assert_allclose(node.world, before[node.name], atol=1e-12)
-
-
-def test_lamps_sway():
-    scene = half_hidden(PointLight())
-    lamp = next(node for node in scene.nodes() if node.light)
-    sequence("light", scene, CAMERA)(30)
-    assert np.linalg.norm(lamp.world[:3, 3] - (0, 5, 0)) > 0.1
 
 
 def test_numbers_are_means_over_frames():

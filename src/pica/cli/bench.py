@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from pica.cli import options
-from pica.cli.report import print_json, print_values, progress
+from pica.cli.report import print_beside, print_json, print_values, progress
 from pica.cli.view import View, takes_view
 
 
@@ -25,25 +25,39 @@ def bench(
     device: options.Device = None,
     json: options.Json = False,
 ) -> None:
-    """Measure SCENE: GPU milliseconds per pass, host milliseconds per frame, rays per second, memory.
+    """Measure SCENE while the camera moves and at rest: GPU milliseconds and rays per pass and per effect, host
+    milliseconds per frame, rays per second, memory.
 
-    Beside it the same picture by the path tracer, with all light: milliseconds a sample, and the frame over that.
+    The camera orbits what it looks at by a degree a frame; within the scene it turns about itself. Beside it the
+    same picture by the path tracer, with all light: milliseconds a sample, and the moving frame over that.
     """
     import pica
     from pica.quality.benchmark import benchmark, path_traced_sample
+    from pica.quality.sequences import sequence
 
     pixels = options.parse_size(size)
     settings = options.parse_settings(preset, values)
     baked = options.load_light_map(light_map, settings)
     content = view.load()
-    camera = view.camera_in(content)
+    camera = view.camera_in(content) or content.default_camera(pixels[0] / pixels[1])
+    orbit = sequence("orbit", content, camera)
     renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked)
-    with progress("Measuring", json) as advance:
-        measured = benchmark(renderer, camera, frames, warm_up, progress=advance)
+    measured = {}
+    for way, play in (("moving", orbit), ("rest", None)):
+        renderer.reset()
+        with progress(f"Measuring, {_TITLES[way]}", json) as advance:
+            measured[way] = benchmark(renderer, camera, frames, warm_up, advance, play)
     with progress("Path tracing", json) as advance:
-        measured["path_traced"] = path_traced_sample(renderer, measured["gpu_ms"]["frame"], camera, advance)
-    result = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), **measured}
+        traced = path_traced_sample(renderer, measured["moving"]["gpu_ms"]["frame"], camera, advance)
+    shared = {name: [each.pop(name) for each in measured.values()][-1] for name in _SHARED if name in measured["rest"]}
+    result = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), **shared}
     if json:
-        print_json(result)
-    else:
-        print_values(view.scene, {name: value for name, value in result.items() if value is not None})
+        print_json({**result, "motion": orbit.numbers(), **measured, "path_traced": traced})
+        return
+    print_values(view.scene, {**result, **orbit.numbers(), **({} if traced is None else {"path_traced": traced})})
+    print_beside({_TITLES[way]: each for way, each in measured.items()})
+
+
+_SHARED = ("frames", "warm_up", "peak_gpu_memory")
+"""What the last of both says for both."""
+_TITLES = {"moving": "moving", "rest": "at rest"}

@@ -14,10 +14,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from pica import Camera, Frame, Renderer, Settings
+    from pica import Frame, Renderer, Settings
+    from pica.quality.sequences import Motion
 
 _SAMPLES = 256
-_SEQUENCES = ("still", "camera", "objects", "light")
+_SEQUENCES = ("still", "orbit", "turn", "dolly", "objects", "light", "moving_light")
 
 
 @takes_view
@@ -33,7 +34,16 @@ def compare(
         str | None, typer.Option(metavar="NAME", help="Compare one effect's buffer, such as shadows.")
     ] = None,
     sequence: Annotated[
-        str | None, typer.Option(metavar="NAME", help=f"With --effect, what moves: {', '.join(_SEQUENCES)}.")
+        str | None,
+        typer.Option(metavar="NAME", help=f"What moves: {', '.join(_SEQUENCES)}; still unless told."),
+    ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            metavar="NUMBER",
+            help="Of --sequence, a frame: degrees of orbit and turn, 1 unless told; metres of dolly; seconds of "
+            "objects, 1/30 unless told.",
+        ),
     ] = None,
     preset: options.Preset = "hybrid",
     values: options.Values = None,
@@ -53,17 +63,19 @@ def compare(
 ) -> None:
     """Tell how far the hybrid picture of SCENE is from the path traced one: FLIP, PSNR, relative MSE.
 
-    With --against, how far it is from the one that other settings give. With --effect, how far each frame's buffer of
-    one effect is from the same by many rays, and how much it flickers.
+    With --sequence, of the last of the frames, when something moves. With --against, how far it is from the one that
+    other settings give. With --effect, how far each frame's buffer of one effect is from the same by many rays, and how
+    much it flickers.
     """
     import pica
+    from pica.quality.sequences import check_sequence
+    from pica.quality.sequences import sequence as sequence_of
 
     if output is not None:
         options.check_output(output, (".png",))
-    if effect is None and sequence is not None:
-        raise PicaError("--sequence is for --effect")
-    if sequence is not None and sequence not in _SEQUENCES:
-        raise PicaError(f"--sequence {sequence!r} is not one of {', '.join(_SEQUENCES)}")
+    if speed is not None and sequence is None:
+        raise PicaError("--speed is for --sequence")
+    check_sequence(sequence or "still", speed)
     if effect is not None and max_depth is not None:
         raise PicaError("--max-depth is for whole pictures, not for --effect")
     if against and not (effect is None and samples is None and max_depth is None):
@@ -74,22 +86,29 @@ def compare(
     content = view.load()
     # Decided once, so that both pictures look from one place whatever rendering does to the scene.
     camera = view.camera_in(content) or content.default_camera(pixels[0] / pixels[1])
+    animation = find_animation(content, view.animation)
+    motion = sequence_of(sequence or "still", content, camera, view.start or 0.0, animation, speed)
     renderer = pica.Renderer(content, size=pixels, settings=settings, device=device)
     result: dict[str, Any] = {
         "device": renderer.device_name,
         "size": list(pixels),
         "frames": frames,
+        **(motion.numbers() if sequence or effect else {}),
     }
     if against and others:
         result["against"] = against
-        result["whole"], page = _settings(renderer, others, ", ".join(against), camera, frames, json)
+        result["whole"], page = _settings(renderer, others, ", ".join(against), motion, frames, json)
     elif effect is None:
         result["samples"] = samples = samples or _SAMPLES
-        result["whole"], page = _path_traced(renderer, camera, frames, samples, max_depth, json)
+        result["whole"], page = _path_traced(renderer, motion, frames, samples, max_depth, json)
     else:
+        from pica.quality.effects import compare_effect, error_sheet
+
         result["samples"] = samples = samples or _SAMPLES
-        found, page = _one_effect(renderer, view, camera, frames, samples, effect, sequence or "still", json)
-        result |= {"effect": effect, "sequence": sequence or "still", **found}
+        with progress(effect, json) as advance:
+            errors = compare_effect(renderer, effect, motion, frames, samples, progress=advance)
+        page = error_sheet(errors)
+        result |= {"effect": effect, **errors.numbers()}
     if output is not None:
         from pica.images import pictures
 
@@ -121,16 +140,24 @@ def _other_settings(preset: str, values: list[str] | None, against: list[str]) -
     )
 
 
+def _hybrid(renderer: "Renderer", motion: "Motion", frames: int, json: bool, title: str = "Hybrid") -> "Frame":
+    """The last of the frames."""
+    from pica.quality.playback import last_frame
+
+    with progress(title, json) as advance:
+        if motion.name == "still":
+            return renderer.render(frames, camera=motion(0), progress=advance)
+        return last_frame(renderer, motion, range(frames), advance)
+
+
 def _settings(
-    renderer: "Renderer", settings: "Settings", name: str, camera: "Camera", frames: int, json: bool
+    renderer: "Renderer", settings: "Settings", name: str, motion: "Motion", frames: int, json: bool
 ) -> _Found:
     import pica
 
-    with progress("Hybrid", json) as advance:
-        hybrid = renderer.render(frames, camera=camera, progress=advance)
+    hybrid = _hybrid(renderer, motion, frames, json)
     other = pica.Renderer(renderer.scene, size=renderer.size, settings=settings, device=renderer.device)
-    with progress(name, json) as advance:
-        reference = other.render(frames, camera=camera, progress=advance)
+    reference = _hybrid(other, motion, frames, json, name)
     return _errors(hybrid, f"hybrid, {frames} frames", reference, name)
 
 
@@ -147,7 +174,7 @@ def _errors(picture: "Frame", title: str, reference: "Frame", reference_title: s
 
 
 def _path_traced(
-    renderer: "Renderer", camera: "Camera", frames: int, samples: int, max_depth: int | None, json: bool
+    renderer: "Renderer", motion: "Motion", frames: int, samples: int, max_depth: int | None, json: bool
 ) -> _Found:
     import pica
 
@@ -155,21 +182,7 @@ def _path_traced(
     tracer = pica.PathTracer(
         renderer.scene, size=renderer.size, max_depth=max_depth, settings=renderer.settings, device=renderer.device
     )
-    with progress("Hybrid", json) as advance:
-        hybrid = renderer.render(frames, camera=camera, progress=advance)
+    hybrid = _hybrid(renderer, motion, frames, json)
     with progress("Path traced", json) as advance:
-        reference = tracer.render(samples, camera=camera, progress=advance)
+        reference = tracer.render(samples, camera=motion(frames - 1), progress=advance)
     return _errors(hybrid, f"hybrid, {frames} frames", reference, f"path traced, {samples} samples")
-
-
-def _one_effect(
-    renderer: "Renderer", view: View, camera: "Camera", frames: int, samples: int, effect: str, motion: str, json: bool
-) -> _Found:
-    from pica.quality.effects import compare_effect, error_sheet
-
-    animation = find_animation(renderer.scene, view.animation)
-    with progress(effect, json) as advance:
-        errors = compare_effect(
-            renderer, effect, motion, frames, samples, camera, False, advance, view.start or 0.0, animation
-        )
-    return errors.numbers(), error_sheet(errors)

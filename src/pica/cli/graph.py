@@ -80,11 +80,11 @@ def print_table(title: str, found: "GraphDescription") -> None:
         writes = _listed(each.effect, each.writes)
         name = f"{each.name} (if needed)" if each.conditional else each.name
         rows.append([each.effect, name, time, reads, writes])
-    print_columns(rows, right=2)
+    print_columns(rows, right={2})
     print()
     times = found.milliseconds
     sums = [["effect", "ms", "MB"]]
     for effect in dict.fromkeys([*times, *found.memory]):
         sums.append([effect, f"{times.get(effect, 0):.3f}", f"{found.memory.get(effect, 0) / 1e6:.2f}"])
     sums.append(["all", f"{sum(times.values()):.3f}", f"{sum(found.memory.values()) / 1e6:.2f}"])
-    print_columns(sums, right=1)
+    print_columns(sums, right={1})

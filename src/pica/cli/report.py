@@ -1,7 +1,7 @@
 """What the commands say: results on stdout, everything else on stderr."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from functools import partial
 from json import dumps
@@ -80,23 +80,41 @@ def _finite(value: Any) -> Any:
 
 def print_values(title: str, rows: Mapping[str, Any]) -> None:
     """Names and values on stdout; a mapping among the values becomes indented rows below its name."""
-    lines = []
-    for name, value in rows.items():
-        nested = isinstance(value, Mapping)
-        lines.append((one_line(name), "" if nested else _text(value)))
-        lines += [(f"  {one_line(inner, 60)}", _text(number)) for inner, number in value.items()] if nested else []
     print_line(title)
-    print_columns(lines, right=1)
+    print_columns(_lines([rows]), right={1})
 
 
-def print_columns(rows: Sequence[Sequence[str]], right: int | None = None) -> None:
+def print_beside(columns: Mapping[str, Mapping[str, Any]]) -> None:
+    """The same of several mappings beside each other, below the names of these."""
+    print_columns([("", *map(one_line, columns)), *_lines(list(columns.values()))], right=range(1, len(columns) + 1))
+
+
+def _lines(columns: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
+    """A name and the value in each column; "" where a column does not have it."""
+    lines: list[tuple[str, ...]] = []
+    for name in _names(columns):
+        values = [column.get(name, "") for column in columns]
+        inner = [value for value in values if isinstance(value, Mapping)]
+        lines.append((one_line(name, 60), *("" if isinstance(value, Mapping) else _text(value) for value in values)))
+        for key in _names(inner):
+            cells = (_text(value[key]) if isinstance(value, Mapping) and key in value else "" for value in values)
+            lines.append((f"  {one_line(key, 60)}", *cells))
+    return lines
+
+
+def _names(columns: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Of all columns, in their order."""
+    return list(dict.fromkeys(name for column in columns for name in column))
+
+
+def print_columns(rows: Sequence[Sequence[str]], right: Container[int] = ()) -> None:
     """Rows of cells below each other on stdout, as wide as they need, since programs read them too.
 
-    `right`: the column whose cells end below each other.
+    `right`: the columns whose cells end below each other.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
-        cells = [cell.rjust(widths[n]) if n == right else cell.ljust(widths[n]) for n, cell in enumerate(row)]
+        cells = [cell.rjust(widths[n]) if n in right else cell.ljust(widths[n]) for n, cell in enumerate(row)]
         print("  ".join(cells).rstrip())
 
 

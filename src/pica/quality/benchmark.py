@@ -6,6 +6,7 @@ from typing import Any
 
 from pica.graph.description import times_by_effect
 from pica.path_tracer.path_tracer import PathTracer
+from pica.quality.sequences import Sequence
 from pica.renderer import Renderer
 from pica.scene.camera import Camera
 from pica.tracing.fallbacks import traces
@@ -22,15 +23,19 @@ def benchmark(
     frames: int | None = None,
     warm_up: int | None = None,
     progress: Callable[[int, int], None] | None = None,
+    play: Sequence | None = None,
 ) -> dict[str, Any]:
-    """Medians over `frames` frames of a still camera after `warm_up` frames.
+    """Medians over `frames` frames after `warm_up` frames, of a still camera or of the sequence `play`.
 
     None: 200 frames after 50, on a software device 20 after 3. `progress(done, warm_up + frames)` is called after each.
     frames, warm_up: how many; gpu_ms: milliseconds by pass, and "frame" for their sum; effect_ms: by effect, "scene"
-    for what follows its changes; host_ms: to record and submit a frame; rays: traced in one frame, by pass;
-    rays_per_second: likewise; peak_gpu_memory: bytes.
+    for what follows its changes; host_ms: to record and submit a frame; rays: that start in one more frame, by pass:
+    the first ray of each path, which goes on with others and with one to a light at each hit; effect_rays: their sums
+    by effect; rays_per_second: by pass; peak_gpu_memory: bytes.
     """
-    camera = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
+    if play is None:
+        still = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
+        play = lambda frame: still  # noqa: E731
     usual = _SOFTWARE if renderer.device.is_software else _HARDWARE
     frames = usual[0] if frames is None else frames
     warm_up = usual[1] if warm_up is None else warm_up
@@ -40,7 +45,7 @@ def benchmark(
         if done == warm_up:
             profiler.flush()
             profiler.finished.clear()
-        renderer.advance(camera)
+        renderer.advance(play(done))
         if done >= warm_up:
             host.append(renderer.host_seconds * 1e3)
         if progress is not None:
@@ -50,7 +55,11 @@ def benchmark(
     gpu = {name: median(times[name] for times in measured if name in times) for name in measured[-1]}
     gpu["frame"] = median(sum(times.values()) for times in measured)
     effects = [times_by_effect(times) for times in list(profiler.by_owner)[-len(measured) :]]
-    rays = renderer.count_rays(camera)
+    rays = renderer.count_rays(play(warm_up + frames))
+    effect_of = {each.name: each.effect for each in renderer.graph.passes}
+    effect_rays: dict[str, int] = {}
+    for name, count in rays.items():
+        effect_rays[effect_of[name]] = effect_rays.get(effect_of[name], 0) + count
     return {
         "frames": frames,
         "warm_up": warm_up,
@@ -58,6 +67,7 @@ def benchmark(
         "effect_ms": {name: median(times.get(name, 0.0) for times in effects) for name in effects[-1]},
         "host_ms": median(host),
         "rays": rays,
+        "effect_rays": effect_rays,
         "rays_per_second": {name: count / (gpu[name] * 1e-3) for name, count in rays.items() if gpu.get(name)},
         "peak_gpu_memory": renderer.device.peak_memory,
     }

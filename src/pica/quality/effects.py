@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pica.errors import SettingsError
 from pica.frame.effect import Effect, Reference
 from pica.quality.picture_errors import exposed, exposure_for
-from pica.quality.sequences import sequence
+from pica.quality.sequences import Sequence, sequence
 from pica.quality.sheet import sheet
 from pica.renderer import Renderer
 from pica.scene.camera import Camera
@@ -86,29 +86,28 @@ class EffectErrors:
 def compare_effect(
     renderer: Renderer,
     effect: str,
-    motion: str,
+    motion: str | Sequence,
     frames: int,
     samples: int,
     camera: Camera | None = None,
     jittered: bool = False,
     progress: Callable[[int, int], None] | None = None,
-    start: float = 0.0,
-    animation: int | str | None = None,
 ) -> EffectErrors:
-    """Render `frames` frames of a sequence (`sequences.SEQUENCES`) and compare one effect in each.
+    """Render `frames` frames of a sequence and compare one effect in each.
 
+    `motion`: the sequence, or the name of one (`sequences.SEQUENCES`), which then begins with `camera`.
     `jittered`: False looks through the pixels' centres. With jitter each frame shows other places, so that a history
     is right about the pixel and wrong about the place: the difference is antialiasing. References take `samples` rays a
-    pixel and light. Light is compared as a display would show it, at the first picture's exposure. `start` seconds and
-    `animation`: for moving objects, as `sequence` has them. Raises SettingsError when the renderer does not have the
-    effect.
+    pixel and light. Light is compared as a display would show it, at the first picture's exposure. Raises
+    SettingsError when the renderer does not have the effect.
     """
     measured = MeasuredEffect(renderer, effect)
-    camera = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
-    play = sequence(motion, renderer.scene, camera, start, animation)
+    if isinstance(motion, str):
+        camera = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
+        motion = sequence(motion, renderer.scene, camera)
     errors, before, exposure = EffectErrors(), None, 0.0
     for frame in range(frames):
-        color = renderer.advance(play(frame), jittered=jittered, capture=measured.offers)["color"]
+        color = renderer.advance(motion(frame), jittered=jittered, capture=measured.offers)["color"]
         # No frame is skipped: flicker counts every one.
         result, expected = measured.result(), measured.reference(samples)
         if measured.is_light:

@@ -1,4 +1,4 @@
-"""Cameras that go round what they look at."""
+"""Cameras that go round what they look at, turn about themselves, or walk ahead."""
 
 import itertools
 import math
@@ -12,6 +12,8 @@ from pica.scene.model import Scene
 
 _SHARE = 0.95
 """Of the picture that a framed box may fill."""
+_LEVEL = 1e-3
+"""Length of the horizontal part of a direction, below which it is vertical."""
 
 
 def pivot(scene: Scene, camera: Camera) -> NDArray[np.float64]:
@@ -25,11 +27,35 @@ def pivot(scene: Scene, camera: Camera) -> NDArray[np.float64]:
 def orbited(camera: Camera, center: NDArray[np.float64], angle: float) -> Camera:
     """The camera gone round the vertical axis through `center` (3,) by `angle` radians,
     counter-clockwise as seen from above."""
-    turned = np.eye(4)
+    rotation = np.eye(4)
     cosine, sine = math.cos(angle), math.sin(angle)
-    turned[:3, :3] = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
-    turned[:3, 3] = center - turned[:3, :3] @ center
-    return replace(camera, transform=turned @ camera.transform)
+    rotation[:3, :3] = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+    rotation[:3, 3] = center - rotation[:3, :3] @ center
+    return replace(camera, transform=rotation @ camera.transform)
+
+
+def turned(camera: Camera, angle: float) -> Camera:
+    """The camera turned about the vertical axis through itself by `angle` radians, as `orbited` turns."""
+    return orbited(camera, camera.transform[:3, 3], angle)
+
+
+def dollied(camera: Camera, distance: float) -> Camera:
+    """The camera gone ahead by `distance` metres at its own height; one that looks straight up or down goes along its
+    axis."""
+    forward = -camera.transform[:3, 2]
+    level = forward * (1, 0, 1)
+    if np.linalg.norm(level) > _LEVEL:
+        forward = level / np.linalg.norm(level)
+    moved = camera.transform.copy()
+    moved[:3, 3] += forward * distance
+    return replace(camera, transform=moved)
+
+
+def encloses(scene: Scene, camera: Camera) -> bool:
+    """Whether the camera stands inside the box round the scene, where an orbit would go through its walls."""
+    low, high = scene.bounds()
+    eye = camera.transform[:3, 3]
+    return bool(((low <= eye) & (eye <= high)).all())
 
 
 def framing_all_round(low: NDArray[np.float64], high: NDArray[np.float64], aspect: float, steps: int = 64) -> Camera:

@@ -10,6 +10,7 @@ from pica.scene.camera import Camera
 from pica.scene.environment import Environment
 from pica.scene.light import DiskLight, PointLight, RectangleLight, SphereLight, TubeLight
 from pica.scene.material import Material
+from pica.scene.orbit import orbited, pivot
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, turn
 from tests.building import held, lambert, left_in, placed, scene_of, settings, shining, trace, uniform
@@ -228,9 +229,13 @@ def test_what_a_mirror_shows_moves_with_its_image(device, scene, camera):
     """Its history is found where the image of the mirrored point was, not where the mirror was."""
     errors = []
     for follows in (True, False):
-        renderer = pica.Renderer(
-            scene(), size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device
-        )
+        shown = scene()
+        renderer = pica.Renderer(shown, size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device)
+        center = pivot(shown, camera)
+
+        def orbit(frame, center=center):
+            return orbited(camera, center, np.radians(0.25 * frame))
+
         if not follows:
             accumulate = renderer._stages.reflections._accumulate
             blank = device.texture("nowhere", spy.Format.rg32_float, SIZE)
@@ -240,7 +245,7 @@ def test_what_a_mirror_shows_moves_with_its_image(device, scene, camera):
                 return accumulate(*arguments, **(values | {"distances": blank}))
 
             renderer._stages.reflections._accumulate = without_distances  # before the frame is declared
-        errors.append(np.mean(compare_effect(renderer, "reflections", "camera", 10, 32, camera).psnr[4:]))
+        errors.append(np.mean(compare_effect(renderer, "reflections", orbit, 10, 32).psnr[4:]))
     assert errors[0] > errors[1] + 1.5
 
 

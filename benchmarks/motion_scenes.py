@@ -1,0 +1,97 @@
+"""Scenes that are hard in motion: a room lit through its door alone, mirroring metal, a thin ring before the sky."""
+
+import math
+from collections.abc import Iterable
+
+from pica.scene.camera import Camera
+from pica.scene.light import DirectionalLight, RectangleLight
+from pica.scene.material import Material
+from pica.scene.mesh import Section
+from pica.scene.model import Node, Scene
+from pica.scenes.basic_meshes import box, sphere, torus
+from pica.scenes.placing import Matrix, aim, mesh, move, place, turn
+from pica.scenes.sky import gradient_sky
+
+_WALL = 0.1
+"""Metres."""
+_ROUGHNESS = 0.0, 0.1, 0.2, 0.35, 0.6
+"""Of the metal balls."""
+
+
+def door() -> Scene:
+    """A closed room of 4 x 2.5 x 4 metres; the sun shines into the yard behind its door and through it on the floor."""
+    white, red, green = _matte(0.75, 0.74, 0.7), _matte(0.7, 0.3, 0.22), _matte(0.3, 0.55, 0.3)
+    scene = _of_boxes(
+        "door",
+        ((6.4, _WALL, 4.2), (1.2, -_WALL / 2, 0), white),
+        ((4.2, _WALL, 4.2), (0, 2.5 + _WALL / 2, 0), white),
+        ((4.2, 2.5, _WALL), (0, 1.25, -2.05), red),
+        ((4.2, 2.5, _WALL), (0, 1.25, 2.05), white),
+        ((_WALL, 2.5, 4), (-2.05, 1.25, 0), green),
+        ((_WALL, 2.5, 1.5), (2.05, 1.25, -1.25), white),
+        ((_WALL, 2.5, 1.5), (2.05, 1.25, 1.25), white),
+        ((_WALL, 0.5, 1.0), (2.05, 2.25, 0), white),
+        ((_WALL, 2.5, 4.2), (4.45, 1.25, 0), white),
+        ((0.7, 0.7, 0.7), (-1.1, 0.35, -1.1), white),
+    )
+    place(scene.roots[0], "ball", mesh("ball", [sphere(0.4, white)]), move(0.4, 0.4, -1.2))
+    sun = scene.add(Node("sun", light=DirectionalLight(illuminance=30.0, angular_diameter=math.radians(0.5))))
+    sun.transform = aim((3, 4.5, 1.2), (0, 0, 0))
+    return _seen(scene, Camera.look_at((-1.2, 1.5, 1.7), (0.6, 0.9, -1.0), vertical_fov=math.radians(70)))
+
+
+def metal() -> Scene:
+    """A closed room of 5 x 2.5 x 5 metres with a mirroring floor, and balls from a mirror to rough metal."""
+    white, red, blue = _matte(0.75, 0.74, 0.7), _matte(0.7, 0.25, 0.2), _matte(0.2, 0.3, 0.65)
+    scene = _of_boxes(
+        "metal",
+        ((5.2, _WALL, 5.2), (0, -_WALL / 2, 0), _metal(0.9, 0.05)),
+        ((5.2, _WALL, 5.2), (0, 2.5 + _WALL / 2, 0), white),
+        ((5.2, 2.5, _WALL), (0, 1.25, -2.55), white),
+        ((5.2, 2.5, _WALL), (0, 1.25, 2.55), white),
+        ((_WALL, 2.5, 5), (-2.55, 1.25, 0), red),
+        ((_WALL, 2.5, 5), (2.55, 1.25, 0), blue),
+        ((0.6, 1.2, 0.6), (1.6, 0.6, -1.7), white),
+    )
+    for number, roughness in enumerate(_ROUGHNESS):
+        ball = mesh("ball", [sphere(0.35, _metal(0.8, roughness))])
+        place(scene.roots[0], f"ball {number}", ball, move(0.85 * (number - 2), 0.35, -0.9 + 0.3 * (number % 2)))
+    lamp = scene.add(Node("lamp", light=RectangleLight(radiance=15.0, width=1.2, height=0.8)))
+    lamp.transform = move(0, 2.45, 0) @ turn("x", -90)
+    return _seen(scene, Camera.look_at((0.3, 1.4, 2.2), (0, 0.5, -1.0), vertical_fov=math.radians(70)))
+
+
+def ring() -> Scene:
+    """An upright ring with a tube of 3 centimetres, before a smooth sky."""
+    sky = gradient_sky(zenith=(0.25, 0.4, 0.8), horizon=(0.8, 0.85, 0.9), nadir=(0.3, 0.28, 0.25))
+    scene = Scene("ring", sky)
+    violet = Material("violet", base_color=(0.9, 0.3, 0.8, 1.0), metallic=0.0, roughness=0.5)
+    place(scene.add(Node("ring")), "torus", mesh("torus", [torus(1.0, 0.03, violet, segments=96)]), turn("x", 90))
+    sun = scene.add(Node("sun", light=DirectionalLight(illuminance=3.0, angular_diameter=math.radians(0.5))))
+    sun.transform = aim((3, 5, 4), (0, 0, 0))
+    return _seen(scene, Camera.look_at((0, 0, 4), (0, 0, 0), vertical_fov=math.radians(45)))
+
+
+def _of_boxes(name: str, *boxes: tuple[Iterable[float], tuple[float, float, float], Material]) -> Scene:
+    scene = Scene(name)
+    inside = scene.add(Node(name))
+    for number, (size, center, material) in enumerate(boxes):
+        _put(inside, f"box {number}", box(list(size), material), move(*center))
+    return scene
+
+
+def _put(parent: Node, name: str, section: Section, where: Matrix) -> None:
+    place(parent, name, mesh(name, [section]), where)
+
+
+def _matte(red: float, green: float, blue: float) -> Material:
+    return Material(base_color=(red, green, blue, 1.0), metallic=0.0, roughness=1.0, specular=0.0)
+
+
+def _metal(reflectance: float, roughness: float) -> Material:
+    return Material(base_color=(reflectance, reflectance, reflectance, 1.0), metallic=1.0, roughness=roughness)
+
+
+def _seen(scene: Scene, camera: Camera) -> Scene:
+    scene.add(Node("camera", camera=camera)).transform = camera.transform
+    return scene
