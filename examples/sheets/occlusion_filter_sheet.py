@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 import pica
 from pica import quality
 from pica.effects.ambient_occlusion.filter import RayFilter
-from pica.frame.gbuffer import GBuffer
-from pica.frame.reprojection import Reprojection
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.images import pictures
@@ -43,7 +41,7 @@ _DISTANT_RAYS = {
 }
 _BY_DISTANCE = {
     "float maxDistance;": "float maxDistance; Texture2D<float2> occlusion; groupshared float tileMetres[TILE * TILE];",
-    "float2 known = signal[place];": "float2 known = signal[place]; tileMetres[i] = occlusion[place].y;",
+    "float2 known = signal[place];": "float2 known = signal[place]; tileMetres[index] = occlusion[place].y;",
     "    float4 position = tilePosition[middle]": """    float metres = 0, alike = 0;
     for (int i = 0; i < (2 * RADIUS + 1) * (2 * RADIUS + 1); ++i)
     {
@@ -115,14 +113,12 @@ def _by_distance(device: Device, effect: Any) -> None:
 
 
 class _FilterByDistance(RayFilter):
-    def __call__(
-        self, graph: FrameGraph, gbuffer: GBuffer, occlusion: Texture, reprojection: Reprojection
-    ) -> tuple[Texture, Texture]:
-        history, signal = self._mean(graph, gbuffer, occlusion, reprojection)
+    def __call__(self, graph: FrameGraph, occlusion: Texture) -> tuple[Texture, Texture]:
+        history, signal = self._mean(graph, occlusion)
         filtered = graph.texture("filtered", spy.Format.rg16_float)
         step = _filter_step(graph.device, "distant_occlusion", _BY_DISTANCE)
-        shared = {"frame": graph.frame, "gbuffer": gbuffer, "maxDistance": self._max_distance}
-        graph.add(step, graph.grid, occlusion=occlusion, signal=signal, filtered=write(filtered), **shared)
+        own = {"occlusion": occlusion, "maxDistance": self._max_distance}
+        graph.add(step, graph.grid, signal=signal, filtered=write(filtered), **own)
         return history, filtered
 
 
@@ -135,7 +131,8 @@ def _filter_step(device: Device, name: str, changes: Mapping[str, str]) -> Compu
         program = device.handle.link_program([module], [module.entry_point("main")])
         return program, device.handle.create_compute_pipeline(program)
 
-    return ComputePass(device.handle, "occlusion_filter", made)  # type: ignore[arg-type]
+    source = "effects/ambient_occlusion/occlusion_filter.slang"
+    return ComputePass(device.handle, "occlusion_filter", made, source)  # type: ignore[arg-type]
 
 
 def _changed(step: str, changes: Mapping[str, str]) -> str:

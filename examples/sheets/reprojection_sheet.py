@@ -71,7 +71,8 @@ def history_step(device: Device, name: str, changes: tuple[tuple[str, str], ...]
         program = device.handle.link_program([module], [module.entry_point("main")])
         return program, device.handle.create_compute_pipeline(program)
 
-    return ComputePass(device.handle, "reflection_history", made)  # type: ignore[arg-type]
+    source = "effects/reflections/reflection_history.slang"
+    return ComputePass(device.handle, "reflection_history", made, source)  # type: ignore[arg-type]
 
 
 def main() -> None:

@@ -56,6 +56,7 @@ class PathPipeline:
         source = _RAY_GENERATION.format(module=import_path(module), effect=effect, detail=detail)
         generation = ShaderSource(f"{unique(module)}_{effect}_{detail}_paths", source, module)
         self._pipeline = RayPipeline(device, name, generation, detail, simplified, with_module)
+        self.blocks = self._pipeline.blocks
         self._buffers = RayBuffers(device, name, generation, shared=True)
         self._grid: tuple[int, int] | None = None
         self._counts = device.buffer("path counts", data=np.zeros(2 * len(self._parts), np.uint32), struct_size=4)

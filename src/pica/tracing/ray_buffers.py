@@ -19,7 +19,7 @@ from pica.rhi.host_memory import HostBuffer
 from pica.rhi.passes import Recording
 from pica.rhi.slang_files import Source, import_path, stem, unique
 from pica.tracing.hit_groups import HitDetail
-from pica.tracing.ray_pipeline import ShaderSource, types_of
+from pica.tracing.ray_pipeline import ShaderSource, effect_blocks, types_of
 
 _GROUP = 8
 _LINE = 64
@@ -126,6 +126,7 @@ class BufferEffect:
         )
         suffix = "buffers_simplified" if simplified else "buffers"
         kernels = ShaderSource(f"{unique(module)}_{effect}_{detail}_{suffix}", source, module)
+        self.blocks = effect_blocks(module, with_module)
         self._start = self._kernel(device, KernelRecipe(kernels, "start", with_module))
         self._advance = self._kernel(device, KernelRecipe(kernels, "advance", with_module))
         self._buffers = RayBuffers(device, name, kernels, hits=_HIT)

@@ -14,6 +14,7 @@ from pica.programs.shape_types import modules_for
 from pica.rhi.binding import ProgramParameters
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
+from pica.rhi.shader_blocks import blocks_of
 from pica.rhi.slang_files import SlangFile, Source, import_path, stem, unique
 from pica.tracing.hit_groups import HitDetail, hit_group
 
@@ -126,6 +127,11 @@ class _RayProgram:
         recording.profiler.end(recording.encoder)
 
 
+def effect_blocks(module: Source, with_module: str | None) -> frozenset[str]:
+    """Names of the parameter blocks of a ray effect."""
+    return blocks_of(module, *([with_module] if with_module else [])) | {"scene"}
+
+
 def types_of(values: dict[str, Any]) -> MaterialTypeSet:
     """The material types of the scene among a pass's parameters."""
     scene: SceneView | None = values.get("scene")
@@ -144,7 +150,7 @@ class RayPipeline:
         simplified: bool = False,
         with_module: str | None = None,
     ) -> None:
-        self.name = name
+        self.name, self.blocks = name, effect_blocks(generation.effect, with_module)
         generation.loaded(device)  # a fault shows here, not in the first frame
         recipe = RayRecipe(generation, detail, simplified, with_module)
         self._program = ForTypes(programs(device), recipe, lambda made: _RayProgram(device, name, *made))

@@ -5,7 +5,6 @@ from typing import Any
 
 import slangpy as spy
 
-from pica.frame.gbuffer import GBuffer
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture, write
 from pica.rhi.device import Device
@@ -23,7 +22,6 @@ class TemporalResolve:
     def __call__(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
         samples: Texture,
         exposure: Buffer,
         restarts: Callable[[Any], bool] | None = None,
@@ -44,8 +42,6 @@ class TemporalResolve:
         graph.add(
             self._pass,
             graph.output_grid,
-            frame=graph.frame,
-            gbuffer=gbuffer,
             radiance=samples,
             exposure=exposure,
             linearSampler=self._linear,

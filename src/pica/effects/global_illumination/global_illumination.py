@@ -10,7 +10,6 @@ from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.indirect import IndirectLight, IndirectPictures
-from pica.frame.reprojection import Reprojection
 from pica.frame.signals import SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
@@ -68,7 +67,6 @@ class GlobalIllumination(Effect):
         gbuffer: GBuffer,
         scene: SceneView,
         light: LightSamples,
-        reprojection: Reprojection,
         occlusion: Texture | None,
         exposure: Buffer,
     ) -> IndirectLight:
@@ -83,9 +81,9 @@ class GlobalIllumination(Effect):
             if isinstance(self._way, SurfelIndirect):
                 self._way(graph, gbuffer, scene, light, occlusion, exposure, pictures)
             elif isinstance(self._way, LightMapIndirect):
-                self._way(graph, gbuffer, scene, occlusion, pictures)
+                self._way(graph, occlusion, pictures)
             else:
-                self._way(graph, gbuffer, scene, light, reprojection, pictures)
+                self._way(graph, gbuffer, light, pictures)
             graph.offer("diffuse_indirect", (pictures.reflected,), light_of)
             arriving_views(graph, arriving)
         return IndirectLight(arriving, pictures.reflected, self._way.is_smooth, self._bounces, self._way.cache)
