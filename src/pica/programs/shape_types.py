@@ -4,7 +4,6 @@ A program knows shapes by entries ShapeOn in its MaterialTypeSet: each is a hit 
 the shape's and whose other shaders are the material type's. So a scene without shapes has the programs it always had.
 """
 
-
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
