@@ -27,8 +27,6 @@ class Outline:
         graph.add(
             self._pass,
             graph.grid,
-            frame=graph.frame,
-            gbuffer=signals.gbuffer,
             radiance=update(signals.radiance),
             edges=write(edges),
             strength=self._strength,

@@ -20,14 +20,13 @@ from numpy.typing import NDArray
 import pica
 from pica import quality
 from pica.effects.ambient_occlusion.filter import RayFilter
-from pica.filtering.reprojection import Reprojection
-from pica.frame.gbuffer import GBuffer
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.images import pictures
 from pica.quality.effects import MeasuredEffect
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
+from pica.rhi.slang_files import SlangFile
 from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = Path(pica.__file__).parent / "effects/ambient_occlusion"
@@ -43,7 +42,7 @@ _DISTANT_RAYS = {
 }
 _BY_DISTANCE = {
     "float maxDistance;": "float maxDistance; Texture2D<float2> occlusion; groupshared float tileMetres[TILE * TILE];",
-    "float2 known = signal[place];": "float2 known = signal[place]; tileMetres[i] = occlusion[place].y;",
+    "float2 known = signal[place];": "float2 known = signal[place]; tileMetres[index] = occlusion[place].y;",
     "    float4 position = tilePosition[middle]": """    float metres = 0, alike = 0;
     for (int i = 0; i < (2 * RADIUS + 1) * (2 * RADIUS + 1); ++i)
     {
@@ -103,47 +102,37 @@ def main() -> None:
 
 def _even(device: Device, effect: Any) -> None:
     assert isinstance(effect._filter, RayFilter)
-    effect._filter._smooth = _filter_step(device, "even_occlusion", _EVEN)
+    effect._filter._smooth = _filter_step(device, _EVEN)
 
 
 def _by_distance(device: Device, effect: Any) -> None:
     """Rays look for the nearest hit, and the filter asks how far that was."""
-    text = _changed("occlusion_rays", _DISTANT_RAYS)
-    device.handle.load_module_from_source("distant_occlusion_rays", text, _FOLDER / "distant_occlusion_rays.slang")
-    effect._trace = ray_effect(device, "distant_occlusion_rays", "OcclusionRays", "hit")
+    effect._trace = ray_effect(device, _changed("occlusion_rays", _DISTANT_RAYS), "OcclusionRays", "hit")
     effect._filter = _FilterByDistance(device, effect._filter._mean._rays, effect._filter._max_distance)
 
 
 class _FilterByDistance(RayFilter):
-    def __call__(
-        self, graph: FrameGraph, gbuffer: GBuffer, occlusion: Texture, reprojection: Reprojection
-    ) -> tuple[Texture, Texture]:
-        history, signal = self._mean(graph, gbuffer, occlusion, reprojection)
+    def __call__(self, graph: FrameGraph, occlusion: Texture) -> tuple[Texture, Texture]:
+        history, signal = self._mean(graph, occlusion)
         filtered = graph.texture("filtered", spy.Format.rg16_float)
-        step = _filter_step(graph.device, "distant_occlusion", _BY_DISTANCE)
-        shared = {"frame": graph.frame, "gbuffer": gbuffer, "maxDistance": self._max_distance}
-        graph.add(step, graph.grid, occlusion=occlusion, signal=signal, filtered=write(filtered), **shared)
+        step = _filter_step(graph.device, _BY_DISTANCE)
+        own = {"occlusion": occlusion, "maxDistance": self._max_distance}
+        graph.add(step, graph.grid, signal=signal, filtered=write(filtered), **own)
         return history, filtered
 
 
-def _filter_step(device: Device, name: str, changes: Mapping[str, str]) -> ComputePass:
+def _filter_step(device: Device, changes: Mapping[str, str]) -> ComputePass:
     """occlusion_filter.slang with some of its text exchanged."""
-    text = _changed("occlusion_filter", changes)
-
-    def made() -> tuple[object, object]:
-        module = device.module(name, text)
-        program = device.handle.link_program([module], [module.entry_point("main")])
-        return program, device.handle.create_compute_pipeline(program)
-
-    return ComputePass(device.handle, "occlusion_filter", made)  # type: ignore[arg-type]
+    return device.compute(_changed("occlusion_filter", changes), name="occlusion_filter")
 
 
-def _changed(step: str, changes: Mapping[str, str]) -> str:
-    text = (_FOLDER / f"{step}.slang").read_text()
+def _changed(step: str, changes: Mapping[str, str]) -> SlangFile:
+    path = _FOLDER / f"{step}.slang"
+    text = path.read_text()
     for old, new in changes.items():
         assert text.count(old) == 1, f"{step}.slang has changed: {old}"
         text = text.replace(old, new)
-    return text
+    return SlangFile(path, text)
 
 
 if __name__ == "__main__":

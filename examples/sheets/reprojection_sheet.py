@@ -19,6 +19,7 @@ from pica.images import pictures
 from pica.quality.effects import MeasuredEffect
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
+from pica.rhi.slang_files import SlangFile
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
 from pica.scene.material import Material
@@ -59,19 +60,15 @@ def stage() -> Scene:
     return scene
 
 
-def history_step(device: Device, name: str, changes: tuple[tuple[str, str], ...]) -> ComputePass:
+def history_step(device: Device, changes: tuple[tuple[str, str], ...]) -> ComputePass:
     """reflection_history.slang with some of its text exchanged."""
-    text = (Path(STEP[0]).parent / STEP[1]).read_text()
+    path = Path(STEP[0]).parent / STEP[1]
+    text = path.read_text()
     for old, new in changes:
         assert text.count(old) == 1, f"{STEP[1]} has changed: {old}"
         text = text.replace(old, new)
 
-    def made() -> tuple[object, object]:
-        module = device.module(name, text)
-        program = device.handle.link_program([module], [module.entry_point("main")])
-        return program, device.handle.create_compute_pipeline(program)
-
-    return ComputePass(device.handle, "reflection_history", made)  # type: ignore[arg-type]
+    return device.compute(SlangFile(path, text), name="reflection_history")
 
 
 def main() -> None:
@@ -90,7 +87,7 @@ def main() -> None:
         measured = MeasuredEffect(renderer, "reflections")
         reflections = renderer._stages.reflections
         assert reflections is not None
-        reflections._accumulate = history_step(renderer.device, f"reprojection_sheet_{len(panels)}", changes)
+        reflections._accumulate = history_step(renderer.device, changes)
         for frame in range(arguments.frames):
             x = arguments.step * (frame - arguments.frames)
             camera = Camera.look_at((x, 1.3, 4), (x, 0.5, 0), vertical_fov=np.radians(40.0))

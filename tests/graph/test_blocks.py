@@ -151,3 +151,26 @@ def test_arrays_of_structs_and_plain_values_pass_through(frames):
     graph.record("look", lambda frame, **values: seen.append(values), size=size, rows=rows, none=None)
     frames.replay(Plan(graph))
     assert seen[0]["size"] is size and seen[0]["rows"] is rows and seen[0]["none"] is None
+
+
+class Step:
+    """A pass whose shader has a block, and what it was given."""
+
+    blocks = frozenset({"seen"})
+
+    def __call__(self, frame, threads, **values):
+        self.values = values
+
+
+def test_blocks_are_given_to_passes_that_have_them(device):
+    frames = Frames(device)
+    graph, steps = frames.graph(), [Step() for _ in range(4)]
+    graph.add(steps[0], (1, 1, 1))
+    graph.provide(seen=1, other=2)
+    graph.add(steps[1], (1, 1, 1))
+    with graph.scope("effect"):
+        graph.provide(seen=3)
+        graph.add(steps[2], (1, 1, 1), seen=4)
+    graph.add(steps[3], (1, 1, 1), more=5)
+    frames.replay(Plan(graph))
+    assert [step.values for step in steps] == [{}, {"seen": 1}, {"seen": 4}, {"seen": 1, "more": 5}]

@@ -9,8 +9,6 @@ import slangpy as spy
 from pica.denoising.open_image_denoise import Picture, check_installed, denoised
 from pica.errors import PicaError, shown
 from pica.frame.context import FrameContext, Size
-from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.nodes import Condition
 from pica.graph.resources import Lifetime, Texture, write
@@ -54,11 +52,10 @@ class Denoiser:
     def _gather(self) -> ComputePass:
         return self._device.compute("denoising/gather_features.slang")
 
-    def gather(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView) -> None:
-        """Add what a G-buffer shows."""
+    def gather(self, graph: FrameGraph) -> None:
+        """Add what the G-buffer shows."""
         with graph.scope("denoising"):
-            step = self._gather
-            graph.add(step, graph.output_grid, frame=graph.frame, gbuffer=gbuffer, scene=scene, **self.sums)
+            graph.add(self._gather, graph.output_grid, **self.sums)
 
     def finish(self, graph: FrameGraph, picture: Texture, when: Condition | None = None) -> Texture:
         """Linear radiance (width, height, rgba) without its noise."""

@@ -4,7 +4,6 @@ import slangpy as spy
 
 from pica.filtering.convergence import UNTESTED_FROM
 from pica.frame.context import FrameContext
-from pica.frame.gbuffer import GBuffer
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Block, Lifetime, Texture, write
 from pica.rhi.device import Device
@@ -24,8 +23,8 @@ class Reprojection:
         self.unchanged = 0
         """Frames since anything has changed, as of the frame that is being recorded."""
 
-    def __call__(self, graph: FrameGraph, gbuffer: GBuffer) -> "Reprojection":
-        """Look for all that `gbuffer` shows."""
+    def __call__(self, graph: FrameGraph) -> "Reprojection":
+        """Look for all that the G-buffer shows."""
         with graph.scope("reprojection"):
             history = graph.history("reprojection", {"found": spy.Format.r32_uint})
             state = history.state
@@ -38,8 +37,7 @@ class Reprojection:
                 return frame.camera_moved and state.precedes(frame)
 
             graph.record("count unchanged frames", count)
-            shared = {"frame": graph.frame, "gbuffer": gbuffer}
-            graph.add(self._find_cut, (1, 1, 1), when=moved, cut=write(cut), **shared)
+            graph.add(self._find_cut, (1, 1, 1), when=moved, cut=write(cut))
             graph.add(
                 self._find,
                 graph.grid,
@@ -48,7 +46,6 @@ class Reprojection:
                 moved=lambda frame: int(frame.camera_moved and not state.empty),
                 unsettled=lambda frame: int(frame.changed_lights),
                 **history.swap(),
-                **shared,
             )
             self.found = history["found"]
             self.block = graph.block(

@@ -1,6 +1,7 @@
 """The G-buffer: what each pixel sees, as one block that shaders read."""
 
 from collections.abc import Collection, Mapping
+from typing import Any
 
 import slangpy as spy
 
@@ -48,6 +49,10 @@ class GBuffer:
             with graph.scope("half_gbuffer"):
                 self._half = self._make_half(graph)
         return self._half
+
+    def half_blocks(self, graph: FrameGraph) -> dict[str, Any]:
+        """Arguments of a pass at half width and height: the blocks `frame` and `gbuffer`."""
+        return {"frame": graph.half_frame, "gbuffer": self.at_half(graph)}
 
     def _make_half(self, graph: FrameGraph) -> "GBuffer":
         half = GBuffer(graph, graph.half_size, self._optional)

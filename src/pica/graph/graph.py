@@ -62,6 +62,7 @@ class FrameGraph:
         self.histories: list[History] = []
         self.offers: dict[str, Offer] = {}
         self.requested = requested
+        self._blocks: dict[str, Any] = {"frame": frame} if frame is not None else {}
         self._names: dict[tuple[str, str], str] = {}
         self._scope = "frame"
         self._when: Condition | None = None
@@ -77,12 +78,18 @@ class FrameGraph:
 
     @contextmanager
     def scope(self, name: str) -> Iterator[None]:
-        """What is declared within belongs to this effect."""
-        outer, self._scope = self._scope, name
+        """What is declared within belongs to this effect; blocks that are provided within are for its passes alone."""
+        outer, blocks = self._scope, self._blocks
+        self._scope, self._blocks = name, dict(blocks)
         try:
             yield
         finally:
-            self._scope = outer
+            self._scope, self._blocks = outer, blocks
+
+    def provide(self, **blocks: Any) -> None:
+        """Parameter blocks by the names that shaders have for them. Passes that are added from here on in this scope
+        are given those that their shaders have; their own inputs go first."""
+        self._blocks.update(blocks)
 
     @property
     def grid(self) -> Threads:
@@ -191,10 +198,12 @@ class FrameGraph:
 
         Each is a value; a texture, buffer or block that it reads, or a tuple of textures where the shader has an
         array; what it writes, as write(…) or update(…); or a function that takes the frame and gives the value, asked
-        in each frame. `when` takes the frame: in frames where it is false the pass is left out. Raises GraphError where
-        two passes write the same anew.
+        in each frame. Blocks that the graph provides, `frame` among them, need not be named. `when` takes the frame: in
+        frames where it is false the pass is left out. Raises GraphError where two passes write the same anew.
         """
         name = str(getattr(step, "name", "pass"))
+        blocks: frozenset[str] = getattr(step, "blocks", frozenset())
+        inputs = {each: block for each, block in self._blocks.items() if each in blocks} | inputs
         self._add(PassNode(name, self._scope, _caller(), inputs, when or self._when, step=step, threads=threads))
 
     def record(self, name: str, call: Callable[..., None], /, *, when: Condition | Any = None, **inputs: Any) -> None:

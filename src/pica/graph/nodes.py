@@ -29,7 +29,8 @@ Threads = tuple[int, ...]
 Condition = Callable[[Any], bool]
 """Takes the frame; asked in each."""
 Step = Callable[..., None]
-"""Takes the frame, threads and named values, and records a dispatch."""
+"""Takes the frame, threads and named values, and records a dispatch. `blocks`, where it has them: names of parameter
+blocks that it asks the graph for."""
 
 
 @dataclass(eq=False)

@@ -6,8 +6,6 @@ from typing import Any
 
 import slangpy as spy
 
-from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture, write
 from pica.light_sampling.light_slots import LightSlots
@@ -41,7 +39,6 @@ class LightSamples:
         assert self.pool is not None, "LightSampler.expect_hits comes first"
         slots = self.slots
         return {
-            "lightSlots": slots,
             "pool": self.pool,
             "entries": lambda frame: _PRESAMPLED_AT_HITS if slots.every else 0,
             "leastRoughness": _LEAST_ROUGHNESS if regularized else 0.0,
@@ -61,10 +58,10 @@ class LightSampler:
         """Whether some effect lights the hits of its rays."""
         self._asks_at_hits = wanted
 
-    def __call__(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, slots: LightSlots) -> LightSamples:
+    def __call__(self, graph: FrameGraph, slots: LightSlots) -> LightSamples:
         """Draw this frame's samples."""
         with graph.scope("light_sampling"):
-            at_hits = self._pool_at_hits(graph, scene, slots) if self._asks_at_hits else None
+            at_hits = self._pool_at_hits(graph, slots) if self._asks_at_hits else None
             layers, denoised = slots.count, len(slots.denoised)
             if slots.first_sampled == slots.count:
                 nothing = graph.nothing(spy.Format.rgba32_uint, 1), graph.nothing(spy.Format.r16_float, 1)
@@ -75,11 +72,7 @@ class LightSampler:
             graph.add(
                 self._sample_pass(slots.by_ratio),
                 graph.grid,
-                frame=graph.frame,
-                gbuffer=gbuffer,
-                scene=scene,
-                lightSlots=slots,
-                **self._shared_pool(graph, scene, slots),
+                **self._shared_pool(graph, slots),
                 lightSamples=write(samples),
                 weights=write(weights),
             )
@@ -92,17 +85,17 @@ class LightSampler:
             self._sample[by_ratio] = step
         return self._sample[by_ratio]
 
-    def _shared_pool(self, graph: FrameGraph, scene: SceneView, slots: LightSlots) -> dict[str, Any]:
+    def _shared_pool(self, graph: FrameGraph, slots: LightSlots) -> dict[str, Any]:
         """Arguments of the pass that draws a pixel's samples: points on the emitters that share a slot."""
         if not slots.has_shared:
             return {"pool": graph.buffer("no lights", 32, struct_size=16), "entries": 0}
         pool = graph.buffer("presampled lights", 32 * _PRESAMPLED, struct_size=16)
-        self._draw(graph, 0, _PRESAMPLED, pool, scene, slots, lambda: slots.shared_lights)
+        self._draw(graph, 0, _PRESAMPLED, pool, lambda: slots.shared_lights)
         return {"pool": pool, "entries": _PRESAMPLED}
 
-    def _pool_at_hits(self, graph: FrameGraph, scene: SceneView, slots: LightSlots) -> Buffer:
+    def _pool_at_hits(self, graph: FrameGraph, slots: LightSlots) -> Buffer:
         pool = graph.buffer("presampled lights at hits", 32 * _PRESAMPLED_AT_HITS, struct_size=16)
-        self._draw(graph, 1, _PRESAMPLED_AT_HITS, pool, scene, slots, lambda: range(slots.every))
+        self._draw(graph, 1, _PRESAMPLED_AT_HITS, pool, lambda: range(slots.every))
         return pool
 
     def _draw(
@@ -111,8 +104,6 @@ class LightSampler:
         number: int,
         entries: int,
         pool: Buffer,
-        scene: SceneView,
-        slots: LightSlots,
         lights: Callable[[], range],
     ) -> None:
         """Draw this frame's points (presampled_lights.slang), of these entries of the light table."""
@@ -120,9 +111,6 @@ class LightSampler:
             self._presample[number],
             (entries, 1, 1),
             when=lambda frame: len(lights()) > 0,
-            frame=graph.frame,
-            scene=scene,
-            lightSlots=slots,
             pool=write(pool),
             entries=entries,
             range=lambda frame: spy.uint2(lights().start, len(lights())),

@@ -176,7 +176,9 @@ class PathTracer(Closing):
 
     def _graph(self, requested: frozenset[str]) -> FrameGraph:
         blocks = self._frames.block, self._frames.half_block
-        return FrameGraph(self._memory, self.size, self.size, *blocks, requested)
+        graph = FrameGraph(self._memory, self.size, self.size, *blocks, requested)
+        graph.provide(scene=self.view)
+        return graph
 
     def _add_sample(self, graph: FrameGraph, total: Texture, denoiser: Denoiser | None) -> None:
         """Add a path a pixel to `total`."""
@@ -185,8 +187,6 @@ class PathTracer(Closing):
         graph.add(
             self._trace,
             graph.size,
-            frame=graph.frame,
-            scene=self.view,
             accumulated=update(total),
             maxDepth=self._max_depth,
             gathersFeatures=int(denoiser is not None),
@@ -197,7 +197,7 @@ class PathTracer(Closing):
     def _finish(self, graph: FrameGraph, total: Texture, denoiser: Denoiser | None) -> None:
         """The mean of all samples, and the display."""
         mean = graph.texture("radiance", _LIGHT)
-        graph.add(self._average, graph.grid, frame=graph.frame, accumulated=total, radiance=write(mean))
+        graph.add(self._average, graph.grid, accumulated=total, radiance=write(mean))
         picture = mean if denoiser is None else denoiser.finish(graph, mean)
         alpha = mean if self._transparent else None
         display = self._post(graph, picture, self._post.exposure(graph), alpha, channel=3)

@@ -104,14 +104,18 @@ _SCALARS = {
 
 
 @dataclass(frozen=True)
-class MaterialType:
-    """A compiled material type."""
+class CompiledType:
+    """A compiled material type or shape."""
 
     name: str
     alias: str
     """The module to import for it."""
     parameters: np.dtype[Any]
-    """What `Material.parameters` must give, as a structured type of MAX_PARAMETERS numbers at most."""
+    """What `Material.parameters`, of MAX_PARAMETERS numbers at most, or each primitive must give."""
+
+
+class MaterialType(CompiledType):
+    """A compiled material type."""
 
     @property
     def struct(self) -> str:

@@ -20,6 +20,7 @@ from pica.programs.shape_types import ShapeType, ShapeTypes, modules_for
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass, Recording
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe
+from pica.rhi.shader_blocks import blocks_of
 
 if TYPE_CHECKING:
     from pica.programs.library import ProgramLibrary
@@ -91,6 +92,8 @@ class MaterialPass(ForTypes[tuple[spy.ShaderProgram, spy.ComputePipeline], Compu
         handle = library.device.handle
         super().__init__(library, recipe, lambda made: ComputePass(handle, name, lambda: made))
         self.name = name
+        self.blocks = blocks_of(recipe.plain.module) | {"scene"}
+        """Names of its parameter blocks."""
 
     def __call__(self, recording: Recording, threads: tuple[int, int, int], /, **values: Any) -> None:
         """As ComputePass; one of the values is `scene`."""

@@ -4,15 +4,19 @@ A program knows shapes by entries ShapeOn in its MaterialTypeSet: each is a hit 
 the shape's and whose other shaders are the material type's. So a scene without shapes has the programs it always had.
 """
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.errors import ShapeError
-from pica.programs.material_types import MaterialTypes, MaterialTypeSet, ShapeOn, compiled, fitting_numbers
+from pica.programs.material_types import (
+    CompiledType,
+    MaterialTypes,
+    MaterialTypeSet,
+    ShapeOn,
+    compiled,
+    fitting_numbers,
+)
 from pica.programs.scene_features import feature_modules
 from pica.rhi.device import Device
 from pica.rhi.slang_files import digest
@@ -44,15 +48,8 @@ export public static const bool SHAPES_IN_USE = true;
 """
 
 
-@dataclass(frozen=True)
-class ShapeType:
+class ShapeType(CompiledType):
     """A compiled shape."""
-
-    name: str
-    alias: str
-    """The module to import for it."""
-    parameters: np.dtype[Any]
-    """What each primitive must give."""
 
     @property
     def struct(self) -> str:

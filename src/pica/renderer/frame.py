@@ -65,40 +65,40 @@ def declare(
     """Declare a frame; gives the name of each stage as it is done. `last`: `denoiser` finishes the picture."""
     s.exposure = stages.post.exposure(graph)
     s.gbuffer = stages.gbuffer(graph, s.scene)
+    graph.provide(scene=s.scene, lightSlots=s.slots, gbuffer=s.gbuffer)
     if denoiser is not None:
-        denoiser.gather(graph, s.gbuffer, s.scene)
-    s.reprojection = stages.reprojection(graph, s.gbuffer)
+        denoiser.gather(graph)
+    s.reprojection = stages.reprojection(graph)
+    graph.provide(reprojection=s.reprojection)
     yield "gbuffer"
-    s.light = stages.light_sampler(graph, s.gbuffer, s.scene, s.slots)
+    s.light = stages.light_sampler(graph, s.slots)
     if stages.shadows is not None:
-        s.shadows = stages.shadows(graph, s.gbuffer, s.scene, s.light, s.reprojection)
+        s.shadows = stages.shadows(graph, s.scene, s.light)
     yield "shadows"
     if stages.ambient_occlusion is not None:
-        s.occlusion = stages.ambient_occlusion(graph, s.gbuffer, s.scene, s.reprojection)
+        s.occlusion = stages.ambient_occlusion(graph, s.gbuffer)
     yield "ambient_occlusion"
     noisy = stages.stochastic_light.samples(graph) if s.slots.noisy else None
     surroundings = stages.reflections.surroundings(graph) if stages.reflections else None
-    direct = [stages.lighting(graph, s.gbuffer, s.scene, s.light, s.shadows, s.occlusion, noisy, surroundings)]
+    direct = [stages.lighting(graph, s.scene, s.light, s.shadows, s.occlusion, noisy, surroundings)]
     if noisy is not None:
-        direct.append(stages.stochastic_light(graph, s.gbuffer, s.scene, noisy, s.reprojection))
+        direct.append(stages.stochastic_light(graph, noisy, s.reprojection))
     stages.lighting.offer(graph, *direct)
     s.parts += direct
     yield "lighting"
     if stages.global_illumination is not None:
-        s.indirect = stages.global_illumination(
-            graph, s.gbuffer, s.scene, s.light, s.reprojection, s.occlusion, s.exposure
-        )
+        s.indirect = stages.global_illumination(graph, s.gbuffer, s.scene, s.light, s.occlusion, s.exposure)
         s.parts.append(s.indirect.reflected)
     yield "global_illumination"
     if stages.reflections is not None:
         # What looks for its reflections in the picture needs that before they are in it.
-        picture = stages.composite.so_far(graph, s.gbuffer, s.scene, s.parts) if surroundings else None
+        picture = stages.composite.so_far(graph, s.parts) if surroundings else None
         inputs = s.light, s.reprojection, s.indirect, surroundings, picture
-        s.parts.append(stages.reflections(graph, s.gbuffer, s.scene, *inputs))
+        s.parts.append(stages.reflections(graph, s.gbuffer, *inputs))
     yield "reflections"
-    s.radiance = stages.composite(graph, s.gbuffer, s.scene, s.parts)
+    s.radiance = stages.composite(graph, s.gbuffer, s.parts)
     yield "composite"
-    s.picture, s.alpha = stages.antialiasing(graph, s.gbuffer, s.scene, s.radiance, s.exposure)
+    s.picture, s.alpha = stages.antialiasing(graph, s.radiance, s.exposure)
     if denoiser is not None and last:
         s.picture = denoiser.finish(graph, s.picture)
     yield "antialiasing"

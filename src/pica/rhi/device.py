@@ -348,7 +348,7 @@ class Device:
         does not compile.
         """
         recipe = ComputeRecipe(module, entry)
-        return self._planned(recipe, ComputePass(self.handle, name or stem(module), partial(self.kept, recipe)))
+        return self._planned(recipe, ComputePass(self.handle, name or stem(module), partial(self.kept, recipe), module))
 
     def raster(self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None) -> RasterPass:
         """A raster pass from the vertex and, if any, fragment entry points of a file; as `compute`."""

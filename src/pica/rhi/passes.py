@@ -9,6 +9,8 @@ import slangpy as spy
 
 from pica.rhi.binding import ProgramParameters
 from pica.rhi.profiler import Profiler
+from pica.rhi.shader_blocks import blocks_of
+from pica.rhi.slang_files import Source
 
 Pipeline = TypeVar("Pipeline")
 
@@ -53,6 +55,22 @@ class _Pass(Generic[Pipeline]):
 
 class ComputePass(_Pass[spy.ComputePipeline]):
     """One compute entry point, run over a grid of threads."""
+
+    def __init__(
+        self,
+        device: spy.Device,
+        name: str,
+        make: Callable[[], tuple[spy.ShaderProgram, spy.ComputePipeline]],
+        source: Source | None = None,
+    ) -> None:
+        """`source`: its file, where it has one."""
+        super().__init__(device, name, make)
+        self._source = source
+
+    @property
+    def blocks(self) -> frozenset[str]:
+        """Names of its parameter blocks."""
+        return blocks_of(self._source) if self._source is not None else frozenset()
 
     def __call__(self, recording: Recording, threads: tuple[int, int, int], /, **values: Any) -> None:
         """Record one dispatch of (x, y, z) threads with these parameters."""

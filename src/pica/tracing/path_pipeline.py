@@ -7,10 +7,8 @@ import slangpy as spy
 
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
-from pica.rhi.slang_files import Source, import_path, stem, unique
-from pica.tracing.hit_groups import HitDetail
 from pica.tracing.ray_buffers import RayBuffers
-from pica.tracing.ray_pipeline import RayPipeline, ShaderSource
+from pica.tracing.ray_pipeline import EffectCode, RayPipeline
 
 _RAY_GENERATION = """
 import tracing.path_pipeline;
@@ -40,23 +38,13 @@ class PathPipeline:
     so that waves are full again.
     """
 
-    def __init__(
-        self,
-        device: Device,
-        module: Source,
-        effect: str,
-        detail: HitDetail,
-        simplified: bool,
-        with_module: str | None,
-        parts: tuple[int, ...],
-    ) -> None:
+    def __init__(self, device: Device, code: EffectCode, parts: tuple[int, ...]) -> None:
         """`parts`: rays of a path in each part but the last, which has the rest."""
-        self.name = name = stem(module)
+        self.name, self.blocks = code.name, code.blocks
         self._parts = (*parts, _ALL)
-        source = _RAY_GENERATION.format(module=import_path(module), effect=effect, detail=detail)
-        generation = ShaderSource(f"{unique(module)}_{effect}_{detail}_paths", source, module)
-        self._pipeline = RayPipeline(device, name, generation, detail, simplified, with_module)
-        self._buffers = RayBuffers(device, name, generation, shared=True)
+        generation = code.shaders("paths", _RAY_GENERATION)
+        self._pipeline = RayPipeline(device, self.name, code.recipe(generation))
+        self._buffers = RayBuffers(device, self.name, generation, shared=True)
         self._grid: tuple[int, int] | None = None
         self._counts = device.buffer("path counts", data=np.zeros(2 * len(self._parts), np.uint32), struct_size=4)
 

@@ -17,9 +17,7 @@ from pica.rhi.binding import ProgramParameters, parameters_of
 from pica.rhi.device import Device
 from pica.rhi.host_memory import HostBuffer
 from pica.rhi.passes import Recording
-from pica.rhi.slang_files import Source, import_path, stem, unique
-from pica.tracing.hit_groups import HitDetail
-from pica.tracing.ray_pipeline import ShaderSource, types_of
+from pica.tracing.ray_pipeline import EffectCode, ShaderSource, types_of
 
 _GROUP = 8
 _LINE = 64
@@ -102,33 +100,17 @@ class _Kernel:
 class BufferEffect:
     """The effect as compute kernels around buffers of rays and hits (tier 1)."""
 
-    def __init__(
-        self,
-        device: Device,
-        module: Source,
-        effect: str,
-        detail: HitDetail,
-        simplified: bool,
-        tracer: Tracer,
-        with_module: str | None = None,
-    ) -> None:
-        self.name = name = stem(module)
-        self._pass = f"{name} kernels"
+    def __init__(self, device: Device, code: EffectCode, tracer: Tracer) -> None:
+        self.name, self.blocks = code.name, code.blocks
+        self._pass = f"{self.name} kernels"
         self._device = device
         self._tracer = tracer
-        source = _ENTRIES.format(
-            module=import_path(module),
-            effect=effect,
-            detail=detail,
-            simplified=str(simplified).lower(),
-            group=_GROUP,
-            line=_LINE,
-        )
-        suffix = "buffers_simplified" if simplified else "buffers"
-        kernels = ShaderSource(f"{unique(module)}_{effect}_{detail}_{suffix}", source, module)
-        self._start = self._kernel(device, KernelRecipe(kernels, "start", with_module))
-        self._advance = self._kernel(device, KernelRecipe(kernels, "advance", with_module))
-        self._buffers = RayBuffers(device, name, kernels, hits=_HIT)
+        simplified = code.simplified
+        words = {"simplified": str(simplified).lower(), "group": _GROUP, "line": _LINE}
+        kernels = code.shaders("buffers_simplified" if simplified else "buffers", _ENTRIES, **words)
+        self._start = self._kernel(device, KernelRecipe(kernels, "start", code.with_module))
+        self._advance = self._kernel(device, KernelRecipe(kernels, "advance", code.with_module))
+        self._buffers = RayBuffers(device, self.name, kernels, hits=_HIT)
         self._counts = device.buffer("ray counts", data=np.zeros(2, np.uint32), struct_size=4)
         self._host_counts = HostBuffer(device, self._counts)
 

@@ -7,12 +7,12 @@ import slangpy as spy
 
 from pica.errors import BindingError
 from pica.rhi.device import Device
-from pica.rhi.slang_files import SlangFile, Source, stem
+from pica.rhi.slang_files import SlangFile, Source
 from pica.tracing.fallbacks import check_traces
 from pica.tracing.hit_groups import HitDetail
 from pica.tracing.path_pipeline import PathPipeline
 from pica.tracing.ray_buffers import BufferEffect, Tracer
-from pica.tracing.ray_pipeline import PipelineEffect
+from pica.tracing.ray_pipeline import EffectCode, PipelineEffect
 
 PATHS = 1, 1, 2, 4, 8
 """`parts` of paths from pixels: the first ray, the one from there to a light, then twice as many each time."""
@@ -40,14 +40,15 @@ def ray_effect(
     Raises BindingError when the module does not compile (ShaderError: one outside of the package), DeviceError where
     nothing traces.
     """
+    code = EffectCode(module, effect, detail, simplified, with_module)
     if tracer is None:
-        check_traces(device, stem(module))
+        check_traces(device, code.name)
     try:
         if tracer is not None:
-            return BufferEffect(device, module, effect, detail, simplified, tracer, with_module)
+            return BufferEffect(device, code, tracer)
         if parts:
-            return PathPipeline(device, module, effect, detail, simplified, with_module, parts)
-        return PipelineEffect(device, module, effect, detail, simplified, with_module)
+            return PathPipeline(device, code, parts)
+        return PipelineEffect(device, code)
     except (RuntimeError, spy.SlangCompileError) as error:
         if isinstance(module, SlangFile):
             raise module.fault(error) from None

@@ -14,6 +14,7 @@ from pica.programs.shape_types import modules_for
 from pica.rhi.binding import ProgramParameters
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
+from pica.rhi.shader_blocks import blocks_of
 from pica.rhi.slang_files import SlangFile, Source, import_path, stem, unique
 from pica.tracing.hit_groups import HitDetail, hit_group
 
@@ -126,6 +127,36 @@ class _RayProgram:
         recording.profiler.end(recording.encoder)
 
 
+@dataclass(frozen=True)
+class EffectCode:
+    """What a ray effect is made of, whatever runs it; `ray_effect` has what its parts mean."""
+
+    module: Source
+    effect: str
+    detail: HitDetail
+    simplified: bool = False
+    with_module: str | None = None
+
+    @property
+    def name(self) -> str:
+        """What the profiler calls it."""
+        return stem(self.module)
+
+    @property
+    def blocks(self) -> frozenset[str]:
+        """Names of its parameter blocks."""
+        return blocks_of(self.module, *([self.with_module] if self.with_module else [])) | {"scene"}
+
+    def shaders(self, kind: str, text: str, **words: object) -> ShaderSource:
+        """The module of entry points that run it. `text`: with {module}, {effect}, {detail} and `words`."""
+        source = text.format(module=import_path(self.module), effect=self.effect, detail=self.detail, **words)
+        return ShaderSource(f"{unique(self.module)}_{self.effect}_{self.detail}_{kind}", source, self.module)
+
+    def recipe(self, generation: ShaderSource) -> RayRecipe:
+        """Of the program with this ray generation shader."""
+        return RayRecipe(generation, self.detail, self.simplified, self.with_module)
+
+
 def types_of(values: dict[str, Any]) -> MaterialTypeSet:
     """The material types of the scene among a pass's parameters."""
     scene: SceneView | None = values.get("scene")
@@ -135,18 +166,9 @@ def types_of(values: dict[str, Any]) -> MaterialTypeSet:
 class RayPipeline:
     """A ray generation shader with the hit shaders for what it asks of hits and for the scene's material types."""
 
-    def __init__(
-        self,
-        device: Device,
-        name: str,
-        generation: ShaderSource,
-        detail: HitDetail,
-        simplified: bool = False,
-        with_module: str | None = None,
-    ) -> None:
+    def __init__(self, device: Device, name: str, recipe: RayRecipe) -> None:
         self.name = name
-        generation.loaded(device)  # a fault shows here, not in the first frame
-        recipe = RayRecipe(generation, detail, simplified, with_module)
+        recipe.generation.loaded(device)  # a fault shows here, not in the first frame
         self._program = ForTypes(programs(device), recipe, lambda made: _RayProgram(device, name, *made))
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
@@ -160,16 +182,6 @@ class RayPipeline:
 class PipelineEffect(RayPipeline):
     """The effect as one ray generation shader that loops over its rays (tiers 2 and 3)."""
 
-    def __init__(
-        self,
-        device: Device,
-        module: Source,
-        effect: str,
-        detail: HitDetail,
-        simplified: bool,
-        with_module: str | None = None,
-    ) -> None:
-        name = stem(module)
-        source = _RAY_GENERATION.format(module=import_path(module), effect=effect, detail=detail)
-        generation = ShaderSource(f"{unique(module)}_{effect}_{detail}_pipeline", source, module)
-        super().__init__(device, name, generation, detail, simplified, with_module)
+    def __init__(self, device: Device, code: EffectCode) -> None:
+        super().__init__(device, code.name, code.recipe(code.shaders("pipeline", _RAY_GENERATION)))
+        self.blocks = code.blocks

@@ -12,7 +12,7 @@ from pica.settings import RaysSettings
 from pica.tracing import embree
 from pica.tracing.fallbacks import say_once
 from pica.tracing.ray_buffers import RayQueue, Tracer
-from pica.tracing.ray_pipeline import RayPipeline, ShaderSource
+from pica.tracing.ray_pipeline import RayPipeline, RayRecipe, ShaderSource
 
 
 def uses_embree(device: Device, settings: RaysSettings) -> bool:
@@ -28,7 +28,8 @@ class PipelineTracer:
     """Traces ray buffers with the device's own ray tracing pipeline."""
 
     def __init__(self, device: Device, scene: SceneView) -> None:
-        self._pipeline = RayPipeline(device, "trace_rays", ShaderSource("tracing/trace_rays.slang"), "hit")
+        recipe = RayRecipe(ShaderSource("tracing/trace_rays.slang"), "hit", simplified=False)
+        self._pipeline = RayPipeline(device, "trace_rays", recipe)
         self._scene = scene
 
     def __call__(self, recording: Recording, queue: RayQueue) -> bool:

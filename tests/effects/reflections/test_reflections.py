@@ -244,6 +244,7 @@ def test_what_a_mirror_shows_moves_with_its_image(device, scene, camera):
             def without_distances(*arguments, accumulate=accumulate, blank=blank, **values):
                 return accumulate(*arguments, **(values | {"distances": blank}))
 
+            without_distances.blocks = accumulate.blocks
             renderer._stages.reflections._accumulate = without_distances  # before the frame is declared
         errors.append(np.mean(compare_effect(renderer, "reflections", orbit, 10, 32).psnr[4:]))
     assert errors[0] > errors[1] + 1.5
@@ -288,6 +289,7 @@ def test_what_one_ray_alone_finds_leaves_no_blotch(device, error, least, most):
     def given(frame, threads, /, **values):
         return accumulate(frame, threads, **(values | {"reconstructed": frames[shown[frame.index]]}))
 
+    given.blocks = accumulate.blocks
     effect._accumulate = given  # before the frame is declared
     for number in range(len(shown)):
         aside = 0.002 * number

@@ -6,10 +6,8 @@ import slangpy as spy
 from pica.effects.ambient_occlusion.filter import HorizonFilter, RayFilter
 from pica.effects.ambient_occlusion.views import occlusion_views, open_share
 from pica.filtering.accumulation import accumulate_grid
-from pica.filtering.reprojection import Reprojection
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.rhi.device import Device
@@ -53,14 +51,14 @@ class AmbientOcclusion(Effect):
         inputs = "frame", "gbuffer", "scene"
         return Reference(self._by_many_rays, inputs, layers)
 
-    def __call__(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, reprojection: Reprojection) -> Texture:
+    def __call__(self, graph: FrameGraph, gbuffer: GBuffer) -> Texture:
         """The open share of this frame's G-buffer."""
         with graph.scope(self.name):
             raw = graph.texture("raw", spy.Format.rg16_float)
-            shared = {"frame": graph.frame, "gbuffer": gbuffer, "occlusion": write(raw), **self._lengths}
+            shared = {"occlusion": write(raw), **self._lengths}
             rays = self._settings.rays
             if self._trace is not None:
-                graph.add(self._trace, graph.size, scene=scene, rayCount=rays, **shared)
+                graph.add(self._trace, graph.size, rayCount=rays, **shared)
                 depth = gbuffer.textures["depth"]
                 graph.offer(
                     "rays.occlusion_rays", (depth,), lambda depth: int(np.count_nonzero(depth)) * rays, on_request=True
@@ -71,7 +69,7 @@ class AmbientOcclusion(Effect):
             if self._filter is None:
                 graph.offer(self.name, (raw,), open_share)
                 return raw
-            history, occlusion = self._filter(graph, gbuffer, raw, reprojection)
+            history, occlusion = self._filter(graph, raw)
             occlusion_views(graph, history, occlusion)
             graph.offer(self.name, (occlusion,), open_share)
         return occlusion

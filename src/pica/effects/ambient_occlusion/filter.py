@@ -3,8 +3,6 @@
 import slangpy as spy
 
 from pica.filtering.accumulation import accumulate_grid
-from pica.filtering.reprojection import Reprojection
-from pica.frame.gbuffer import GBuffer
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.rhi.device import Device
@@ -21,18 +19,13 @@ class _Mean:
         self._rays, self._smoothed = rays, smoothed
         self._accumulate = device.compute(f"{_FOLDER}/occlusion_history.slang")
 
-    def __call__(
-        self, graph: FrameGraph, gbuffer: GBuffer, occlusion: Texture, reprojection: Reprojection
-    ) -> tuple[Texture, Texture]:
+    def __call__(self, graph: FrameGraph, occlusion: Texture) -> tuple[Texture, Texture]:
         """The history, and the mean with this frame's `occlusion`, as occlusion_history.slang's `signal`."""
         history = graph.history("occlusion", {"mean": spy.Format.rgba16_float}, layers=1)
         signal = graph.texture("signal", spy.Format.rg16_float)
         graph.add(
             self._accumulate,
             accumulate_grid(graph.size),
-            frame=graph.frame,
-            gbuffer=gbuffer,
-            reprojection=reprojection,
             occlusion=occlusion,
             signal=write(signal),
             smoothed=int(self._smoothed),
@@ -51,17 +44,13 @@ class RayFilter:
         self._mean = _Mean(device, rays, smoothed=False)
         self._smooth = device.compute(f"{_FOLDER}/occlusion_filter.slang")
 
-    def __call__(
-        self, graph: FrameGraph, gbuffer: GBuffer, occlusion: Texture, reprojection: Reprojection
-    ) -> tuple[Texture, Texture]:
+    def __call__(self, graph: FrameGraph, occlusion: Texture) -> tuple[Texture, Texture]:
         """The history, and (width, height, rg16_float) the open share and its variance."""
-        history, signal = self._mean(graph, gbuffer, occlusion, reprojection)
+        history, signal = self._mean(graph, occlusion)
         filtered = graph.texture("filtered", spy.Format.rg16_float)
         graph.add(
             self._smooth,
             graph.grid,
-            frame=graph.frame,
-            gbuffer=gbuffer,
             signal=signal,
             filtered=write(filtered),
             maxDistance=self._max_distance,
@@ -75,8 +64,6 @@ class HorizonFilter:
     def __init__(self, device: Device) -> None:
         self._mean = _Mean(device, _HORIZON_RAYS, smoothed=True)
 
-    def __call__(
-        self, graph: FrameGraph, gbuffer: GBuffer, occlusion: Texture, reprojection: Reprojection
-    ) -> tuple[Texture, Texture]:
+    def __call__(self, graph: FrameGraph, occlusion: Texture) -> tuple[Texture, Texture]:
         """The history, and (width, height, rg16_float) the open share and its variance."""
-        return self._mean(graph, gbuffer, occlusion, reprojection)
+        return self._mean(graph, occlusion)

@@ -9,8 +9,6 @@ from pica.effects.antialiasing.temporal_resolve import TemporalResolve
 from pica.frame.aovs import alpha_of
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
-from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Lifetime, Texture, write
 from pica.rhi.device import Device
@@ -37,9 +35,7 @@ class Antialiasing(Effect):
         """Begin the picture anew with the next frame; other histories stay."""
         self._restarted = True
 
-    def __call__(
-        self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, radiance: Texture, exposure: Buffer
-    ) -> tuple[Texture, Texture | None]:
+    def __call__(self, graph: FrameGraph, radiance: Texture, exposure: Buffer) -> tuple[Texture, Texture | None]:
         """The picture with this frame's `radiance`, and its alpha in r, None where the background is not transparent.
 
         `exposure`: of the frame before (Post.exposure).
@@ -48,9 +44,9 @@ class Antialiasing(Effect):
             graph.record("restarts", self._decide)
             alpha = None
             if self._coverage is not None:
-                alpha = self._coverage(graph, gbuffer, scene, self._restarts)
+                alpha = self._coverage(graph, self._restarts)
                 graph.offer("alpha", (alpha,), partial(alpha_of, 0))
-            picture = self._resolve(graph, gbuffer, scene, radiance, exposure, self._restarts)
+            picture = self._resolve(graph, radiance, exposure, self._restarts)
             if self._settings.sharpness > 0:
                 picture = self._sharpened(graph, picture, exposure)
         return picture, alpha
@@ -68,7 +64,6 @@ class Antialiasing(Effect):
         graph.add(
             self._sharpen,
             graph.output_grid,
-            frame=graph.frame,
             picture=picture,
             exposure=exposure,
             sharpened=write(sharpened),

@@ -7,8 +7,6 @@ import numpy as np
 import slangpy as spy
 
 from pica.effects.antialiasing.temporal_resolve import TemporalResolve
-from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.rhi.device import Device
@@ -22,11 +20,9 @@ class Coverage:
         self._resolve = TemporalResolve(device, "coverage")
         self._cover = device.compute("effects/antialiasing/coverage.slang")
 
-    def __call__(
-        self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, restarts: Callable[[Any], bool] | None
-    ) -> Texture:
+    def __call__(self, graph: FrameGraph, restarts: Callable[[Any], bool] | None) -> Texture:
         """Alpha in each of r, g and b (output size)."""
         covered = graph.texture("covered", spy.Format.rgba16_float)
-        graph.add(self._cover, graph.grid, frame=graph.frame, gbuffer=gbuffer, covered=write(covered))
+        graph.add(self._cover, graph.grid, covered=write(covered))
         one = graph.buffer("exposure of coverage", data=np.ones(1, np.float32))
-        return self._resolve(graph, gbuffer, scene, covered, one, restarts)
+        return self._resolve(graph, covered, one, restarts)

@@ -5,8 +5,6 @@ from typing import Any
 
 import slangpy as spy
 
-from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture, write
 from pica.rhi.device import Device
@@ -24,8 +22,6 @@ class TemporalResolve:
     def __call__(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
-        scene: SceneView,
         samples: Texture,
         exposure: Buffer,
         restarts: Callable[[Any], bool] | None = None,
@@ -46,9 +42,6 @@ class TemporalResolve:
         graph.add(
             self._pass,
             graph.output_grid,
-            frame=graph.frame,
-            gbuffer=gbuffer,
-            scene=scene,
             radiance=samples,
             exposure=exposure,
             linearSampler=self._linear,

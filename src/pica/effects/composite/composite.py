@@ -10,7 +10,6 @@ from pica.errors import GraphError
 from pica.frame.effect import Array, Effect, rgb
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.light import BOTH_PARTS, SIGNAL
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.programs.library import programs
@@ -41,13 +40,13 @@ class Composite(Effect):
     def _made(self, name: str) -> MaterialPass:
         return programs(self._device).compute("effects/composite/composite.slang", name=name)
 
-    def so_far(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, parts: Sequence[Texture]) -> Texture:
+    def so_far(self, graph: FrameGraph, parts: Sequence[Texture]) -> Texture:
         """The sum without what later stages give, for one that mirrors it."""
-        return self._added(self._sum_so_far, "radiance so far", graph, gbuffer, scene, parts)
+        return self._added(self._sum_so_far, "radiance so far", graph, parts)
 
-    def __call__(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, parts: Sequence[Texture]) -> Texture:
+    def __call__(self, graph: FrameGraph, gbuffer: GBuffer, parts: Sequence[Texture]) -> Texture:
         """The whole sum. `parts`: as frame/signals/light.py has them."""
-        radiance = self._added(self._sum, "radiance", graph, gbuffer, scene, parts)
+        radiance = self._added(self._sum, "radiance", graph, parts)
         with graph.scope(self.name):
             graph.offer("combined", (radiance,), rgb, on_request=True)
             seen = gbuffer.textures["visibility"]
@@ -59,8 +58,6 @@ class Composite(Effect):
         step: MaterialPass,
         name: str,
         graph: FrameGraph,
-        gbuffer: GBuffer,
-        scene: SceneView,
         parts: Sequence[Texture],
     ) -> Texture:
         pairs = [part for part in parts if part.format == BOTH_PARTS]
@@ -70,9 +67,6 @@ class Composite(Effect):
             graph.add(
                 step,
                 graph.grid,
-                frame=graph.frame,
-                gbuffer=gbuffer,
-                scene=scene,
                 pairs=_filled_up(graph, pairs, BOTH_PARTS),
                 pairCount=len(pairs),
                 singles=_filled_up(graph, singles, SIGNAL),

@@ -150,10 +150,10 @@ class GBufferEffect(Effect):
                 self._raster(graph, scene, gbuffer)
             if self._rays is not None:
                 seen = gbuffer.written("visibility")
-                graph.add(self._rays, graph.size, scene=scene, frame=graph.frame, **seen)
+                graph.add(self._rays, graph.size, scene=scene, **seen)
             rest = gbuffer.written(*(name for name in gbuffer.textures if name != "visibility"))
             visibility = gbuffer.textures["visibility"]
-            graph.add(self._resolve, graph.grid, scene=scene, frame=graph.frame, visibility=visibility, **rest)
+            graph.add(self._resolve, graph.grid, scene=scene, visibility=visibility, **rest)
             gbuffer.filled(graph)
             self._offer(graph, scene, gbuffer)
         return gbuffer

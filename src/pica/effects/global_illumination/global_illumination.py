@@ -6,7 +6,6 @@ from pica.effects.global_illumination.light_map.light_map_indirect import LightM
 from pica.effects.global_illumination.path_traced.path_traced import PathTracedIndirect
 from pica.effects.global_illumination.surfels.surfels import SurfelIndirect
 from pica.effects.global_illumination.views import arriving_views
-from pica.filtering.reprojection import Reprojection
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
@@ -72,7 +71,6 @@ class GlobalIllumination(Effect):
         gbuffer: GBuffer,
         scene: SceneView,
         light: LightSamples,
-        reprojection: Reprojection,
         occlusion: Texture | None,
         exposure: Buffer,
     ) -> IndirectResult:
@@ -87,9 +85,9 @@ class GlobalIllumination(Effect):
             if isinstance(self._way, SurfelIndirect):
                 self._way(graph, gbuffer, scene, light, occlusion, exposure, pictures)
             elif isinstance(self._way, LightMapIndirect):
-                self._way(graph, gbuffer, scene, occlusion, pictures)
+                self._way(graph, occlusion, pictures)
             else:
-                self._way(graph, gbuffer, scene, light, reprojection, pictures)
+                self._way(graph, gbuffer, light, pictures)
             graph.offer("diffuse_indirect", (pictures.reflected,), light_of)
             arriving_views(graph, arriving)
         return IndirectResult(arriving, pictures.reflected, self._way.is_smooth, self._bounces, self._way.cache)

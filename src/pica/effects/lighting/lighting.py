@@ -5,7 +5,6 @@ import slangpy as spy
 from pica.effects.lighting.ltc_tables import LtcTables
 from pica.effects.lighting.prefiltered import PrefilteredEnvironment
 from pica.frame.effect import Effect
-from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.light import BOTH_PARTS, diffuse_of, specular_of
 from pica.frame.signals.shadows import ShadowTextures
 from pica.gpu_scene.view import SceneView
@@ -31,7 +30,6 @@ class DirectLighting(Effect):
     def __call__(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
         scene: SceneView,
         light: LightSamples,
         shadows: ShadowTextures | None,
@@ -56,10 +54,6 @@ class DirectLighting(Effect):
             graph.add(
                 self._direct,
                 graph.grid,
-                frame=graph.frame,
-                gbuffer=gbuffer,
-                scene=scene,
-                lightSlots=light.slots,
                 lightSamples=light.samples,
                 visibility=shadows.bits if shadows else graph.nothing(spy.Format.rg32_uint),
                 shadowed=int(shadows is not None),

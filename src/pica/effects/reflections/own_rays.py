@@ -5,8 +5,6 @@ import slangpy as spy
 from pica.filtering.convergence import OWN_RAYS_FROM
 from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
-from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Lifetime, Texture, update
 from pica.programs.library import programs
@@ -30,8 +28,6 @@ class OwnRays:
     def __call__(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
-        scene: SceneView,
         reprojection: Reprojection,
         ends: Texture,
         light: Texture,
@@ -43,7 +39,6 @@ class OwnRays:
         """
         missing = graph.texture("missing light", spy.Format.rgba32_float, lifetime=Lifetime.KEPT)
         squares = graph.texture("missing squares", spy.Format.r32_float, lifetime=Lifetime.KEPT)
-        shared = {"frame": graph.frame, "gbuffer": gbuffer}
 
         def resting(frame: FrameContext) -> bool:
             return reprojection.unchanged >= OWN_RAYS_FROM
@@ -57,14 +52,12 @@ class OwnRays:
             self._collect,
             graph.half_grid,
             when=resting,
-            scene=scene,
             ends=ends,
             light=light,
             reflected=reflected,
             missing=update(missing),
             squares=update(squares),
             known=known,
-            **shared,
         )
         graph.add(
             self._mend,
@@ -73,5 +66,4 @@ class OwnRays:
             missing=missing,
             squares=squares,
             reflected=update(reflected),
-            **shared,
         )

@@ -14,7 +14,6 @@ from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import ENDLESS, IndirectResult
 from pica.frame.signals.light import SIGNAL
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Lifetime, Texture, write
 from pica.light_sampling.light_sampler import LightSamples
@@ -81,7 +80,6 @@ class Reflections(Effect):
         self,
         graph: FrameGraph,
         gbuffer: GBuffer,
-        scene: SceneView,
         light: LightSamples,
         reprojection: Reprojection,
         indirect: IndirectResult | None,
@@ -102,15 +100,12 @@ class Reflections(Effect):
             brought = single = graph.texture("light", spy.Format.rgba32_uint, graph.half_size)
             if self._traced is not None:
                 mirrors = int(self._mirrors)
-                single = self._traced(graph, gbuffer, scene, light, indirect, ends, brought, mirrors)
+                single = self._traced(graph, gbuffer, light, indirect, ends, brought, mirrors)
             if self._screen is not None:
                 assert surroundings is not None and picture is not None
                 state = history.state
                 self._screen(
                     graph,
-                    gbuffer,
-                    scene,
-                    reprojection,
                     surroundings,
                     known=lambda frame: int(self._filters and state.precedes(frame)),
                     mirrors=int(self._mirrors),
@@ -119,27 +114,21 @@ class Reflections(Effect):
                     ends=write(ends),
                     light=write(brought),
                 )
-            signal = self._rebuild(graph, gbuffer, scene, reprojection, history, ends, brought)
+            signal = self._rebuild(graph, history, ends, brought)
             graph.add(
                 self._filter,
                 graph.grid,
-                frame=graph.frame,
-                gbuffer=gbuffer,
-                scene=scene,
                 signal=signal,
                 reflected=write(reflected),
             )
             if self._own is not None:
-                self._own(graph, gbuffer, scene, reprojection, ends, single, reflected)
+                self._own(graph, reprojection, ends, single, reflected)
             graph.offer("reflections", (reflected,), light_of)
         return reflected
 
     def _rebuild(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
-        scene: SceneView,
-        reprojection: Reprojection,
         history: History,
         ends: Texture,
         light: Texture,
@@ -150,9 +139,6 @@ class Reflections(Effect):
         graph.add(
             self._reconstruct,
             graph.grid,
-            frame=graph.frame,
-            gbuffer=gbuffer,
-            scene=scene,
             ends=ends,
             light=light,
             reconstructed=write(reconstructed),
@@ -163,8 +149,7 @@ class Reflections(Effect):
         if not self._filters:
             return reconstructed
         signal = graph.texture("signal", _LIGHT)
-        past: dict[str, Any] = {"frame": graph.frame, "gbuffer": gbuffer, "reprojection": reprojection}
-        past |= {"reconstructed": reconstructed, "distances": distances}
+        past = {"reconstructed": reconstructed, "distances": distances}
         graph.add(self._accumulate, graph.grid, known=history.known, signal=write(signal), **history.swap(), **past)
         accumulated_views(graph, signal, history["history"])
         if graph.wants(*PAST_VIEWS):

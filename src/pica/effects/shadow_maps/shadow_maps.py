@@ -6,10 +6,8 @@ from typing import Any
 import slangpy as spy
 
 from pica.effects.shadow_maps.mapped_lights import MappedLights
-from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
-from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.shadows import ShadowTextures, visibility_layers
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
@@ -37,10 +35,8 @@ class ShadowMaps(Effect):
     def __call__(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
         scene: SceneView,
         light: LightSamples,
-        reprojection: Reprojection,
     ) -> ShadowTextures:
         """The shadows of this frame, which need no history."""
         slots = light.slots
@@ -51,18 +47,15 @@ class ShadowMaps(Effect):
             filtered = graph.texture("map shadows", spy.Format.rgba16_float, layers=layers)
             # Groups of 64 threads for 8 x 8 pixels; one pixel more each way, by which squares of pixels are moved.
             columns, rows = graph.size[0] // 8 + 1, graph.size[1] // 8 + 1
-            graph.record(
-                "shadow map lookup",
-                partial(self._look_up, (64 * columns, rows, 1)),
-                constants=graph.frame,
-                gbuffer=gbuffer,
-                scene=scene,
-                lightSlots=slots,
+            graph.add(
+                self._lookup,
+                (64 * columns, rows, 1),
                 nearest=self._nearest,
                 soft=int(self._settings.shadows.mode == "soft"),
                 taps=self._settings.shadow_maps.taps,
                 visibility=write(bits),
                 filtered=write(filtered),
+                **{name: partial(self._parameter, name) for name in self.maps.parameters},
             )
             graph.offer("shadows", (bits,), lambda values: visibility_layers(values, slots.count))
             graph.offer("debug.shadows.filtered", (filtered,), lambda values: values)
@@ -74,6 +67,6 @@ class ShadowMaps(Effect):
             self.maps = MappedLights(self._device, self._settings.shadow_maps, light.denoised)
         self.maps.update(frame, scene)
 
-    def _look_up(self, threads: tuple[int, int, int], frame: FrameContext, constants: Any, **inputs: Any) -> None:
+    def _parameter(self, name: str, frame: FrameContext) -> Any:
         """The maps are others when lights come or go."""
-        self._lookup(frame, threads, frame=constants, **inputs, **self.maps.parameters)
+        return self.maps.parameters[name]

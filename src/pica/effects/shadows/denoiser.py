@@ -7,10 +7,7 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.filtering.accumulation import accumulate_grid
-from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
-from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Size, Texture, update, write
 from pica.light_sampling.light_slots import LightSlots
@@ -63,12 +60,9 @@ class ShadowDenoiser:
     def __call__(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
-        scene: SceneView,
         slots: LightSlots,
         samples: Texture,
         slopes: Texture,
-        reprojection: Reprojection,
     ) -> dict[str, Texture]:
         """filtered: (width, height, denoised slots, rgba16_float) the fraction of each slot's light that arrives; and
         what views.py shows besides.
@@ -92,15 +86,12 @@ class ShadowDenoiser:
 
         graph.record("follow lights", follow)
         if slots.svgf < layers:
-            self._find_footprints(graph, gbuffer, scene, slots, slopes, footprints, shifts)
+            self._find_footprints(graph, slots, slopes, footprints, shifts)
         else:
             footprints, shifts = graph.nothing(spy.Format.rgba16_float, 1), graph.nothing(spy.Format.rg16_float, 1)
         graph.add(
             self._accumulate,
             accumulate_grid(graph.size, layers),
-            frame=graph.frame,
-            gbuffer=gbuffer,
-            reprojection=reprojection,
             samples=samples,
             deviation=write(deviation),
             footprints=footprints,
@@ -115,9 +106,9 @@ class ShadowDenoiser:
         filtered = [graph.texture(f"filtered {i}", spy.Format.rgba16_float, layers=self._layers) for i in range(2)]
         after = deviation
         if slots.svgf:
-            after = self._filter_by_variance(graph, gbuffer, signal, deviation, filtered, slots.svgf)
+            after = self._filter_by_variance(graph, signal, deviation, filtered, slots.svgf)
         if slots.svgf < layers:
-            self._filter_by_footprint(graph, gbuffer, history, deviation, footprints, filtered, slots)
+            self._filter_by_footprint(graph, history, deviation, footprints, filtered, slots)
         return {
             "filtered": filtered[0],
             "moments": moments,
@@ -132,7 +123,6 @@ class ShadowDenoiser:
     def _filter_by_variance(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
         signal: Texture,
         deviation: Texture,
         filtered: list[Texture],
@@ -146,8 +136,6 @@ class ShadowDenoiser:
             graph.add(
                 self._svgf[number],
                 (*graph.size, layers),
-                frame=graph.frame,
-                gbuffer=gbuffer,
                 signal=source,
                 deviation=deviations[number % 2],
                 filtered=write(target) if number < 2 else update(target),
@@ -161,8 +149,6 @@ class ShadowDenoiser:
     def _find_footprints(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
-        scene: SceneView,
         slots: LightSlots,
         slopes: Texture,
         footprints: Texture,
@@ -171,14 +157,10 @@ class ShadowDenoiser:
         first, layers = slots.svgf, len(slots.denoised) - slots.svgf
         grid, count = (*graph.size, layers), _tiles_of(graph.size)
         tiles = graph.texture("tiles of slopes", spy.Format.rg16_float, count, layers=self._layers)
-        graph.add(self._tiles, grid, frame=graph.frame, slopes=slopes, tiles=write(tiles))
+        graph.add(self._tiles, grid, slopes=slopes, tiles=write(tiles))
         graph.add(
             self._footprint,
             grid,
-            frame=graph.frame,
-            gbuffer=gbuffer,
-            scene=scene,
-            lightSlots=slots,
             slopes=slopes,
             tiles=tiles,
             footprints=write(footprints),
@@ -192,7 +174,6 @@ class ShadowDenoiser:
     def _filter_by_footprint(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
         history: History,
         deviation: Texture,
         footprints: Texture,
@@ -205,8 +186,6 @@ class ShadowDenoiser:
             graph.add(
                 self._anisotropic[axis],
                 (*graph.size, layers),
-                frame=graph.frame,
-                gbuffer=gbuffer,
                 signal=source,
                 footprints=footprints,
                 moments=history["moments"],

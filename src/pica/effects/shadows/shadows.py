@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 
 from pica.effects.shadows.denoiser import ShadowDenoiser
 from pica.effects.shadows.views import shadow_views
-from pica.filtering.reprojection import Reprojection
 from pica.frame.effect import Effect, Reference, ReferenceLayer
-from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.shadows import ShadowTextures, visibility_layers
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
@@ -59,10 +57,8 @@ class Shadows(Effect):
     def __call__(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
         scene: SceneView,
         light: LightSamples,
-        reprojection: Reprojection,
     ) -> ShadowTextures:
         """The visibility of this frame's light samples, and the filtered shadows."""
         slots = self._slots = light.slots
@@ -81,10 +77,6 @@ class Shadows(Effect):
             graph.add(
                 self._rays_for(scene),
                 graph.size,
-                frame=graph.frame,
-                gbuffer=gbuffer,
-                scene=scene,
-                lightSlots=slots,
                 lightSamples=light.samples,
                 weights=light.weights,
                 **{"samples": samples, "slopes": slopes, **outputs},
@@ -93,7 +85,7 @@ class Shadows(Effect):
             graph.offer("rays.shadow_rays", (bits,), _traced, on_request=True)
             filtered = samples
             if denoised:
-                textures = self._denoiser(graph, gbuffer, scene, slots, samples, slopes, reprojection)
+                textures = self._denoiser(graph, slots, samples, slopes)
                 filtered = textures["filtered"]
                 shadow_views(graph, {"samples": samples, **textures}, slots.svgf)
             for slot in range(len(slots.single_lights)):

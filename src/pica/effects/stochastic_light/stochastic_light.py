@@ -8,9 +8,7 @@ from pica.filtering.convergence import COMPLETE_FROM, UNFILTERED_FROM
 from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
-from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.light import BOTH_PARTS
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, update, write
 from pica.programs.library import programs
@@ -45,8 +43,6 @@ class StochasticLightDenoiser(Effect):
     def __call__(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
-        scene: SceneView,
         samples: Texture,
         reprojection: Reprojection,
     ) -> Texture:
@@ -69,10 +65,6 @@ class StochasticLightDenoiser(Effect):
                 self._accumulate,
                 accumulate_grid(graph.size, _PARTS),
                 when=self._remembering,
-                frame=graph.frame,
-                gbuffer=gbuffer,
-                scene=scene,
-                reprojection=reprojection,
                 samples=samples,
                 signal=write(filtered[0]),
                 lobes=write(lobes),
@@ -85,9 +77,6 @@ class StochasticLightDenoiser(Effect):
                     smooth,
                     graph.grid,
                     when=self._smoothing,
-                    frame=graph.frame,
-                    gbuffer=gbuffer,
-                    scene=scene,
                     signal=source,
                     lobes=lobes,
                     filtered=update(target) if number else write(target),
@@ -97,13 +86,9 @@ class StochasticLightDenoiser(Effect):
             graph.add(
                 self._modulate,
                 graph.grid,
-                frame=graph.frame,
-                gbuffer=gbuffer,
-                scene=scene,
                 filtered=result,
                 samples=samples,
                 history=history["history"],
-                reprojection=reprojection,
                 smoothed=lambda frame: int(self._smooths),
                 shared=write(shared),
             )

@@ -2,9 +2,7 @@
 
 import slangpy as spy
 
-from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import ENDLESS, IndirectPictures
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
 from pica.light_map.gpu_light_map import GpuLightMap, light_map_cache
@@ -26,21 +24,11 @@ class LightMapIndirect:
     def reset(self) -> None:
         """There is no history."""
 
-    def __call__(
-        self,
-        graph: FrameGraph,
-        gbuffer: GBuffer,
-        scene: SceneView,
-        occlusion: Texture | None,
-        pictures: IndirectPictures,
-    ) -> None:
+    def __call__(self, graph: FrameGraph, occlusion: Texture | None, pictures: IndirectPictures) -> None:
         """Fill the pictures."""
         graph.add(
             self._apply,
             graph.grid,
-            frame=graph.frame,
-            gbuffer=gbuffer,
-            scene=scene,
             lightMap=self._light_map,
             occlusion=occlusion or graph.nothing(spy.Format.r16_float),
             occluded=int(occlusion is not None),

@@ -2,10 +2,8 @@
 
 import slangpy as spy
 
-from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
 from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, update
 from pica.rhi.device import Device
@@ -28,8 +26,6 @@ class PathResampling:
         self,
         graph: FrameGraph,
         gbuffer: GBuffer,
-        scene: SceneView,
-        reprojection: Reprojection,
         found: Texture,
         met: Texture,
     ) -> None:
@@ -37,12 +33,10 @@ class PathResampling:
         formats = dict.fromkeys(("starts", "ends", "kept"), spy.Format.rgba32_uint)
         reservoirs = graph.history("reservoirs", formats, graph.half_size)
         state = reservoirs.state
-        half = gbuffer.at_half(graph)
-        shared = {"frame": graph.half_frame, "gbuffer": half, "scene": scene, "found": update(found)}
+        shared = {**gbuffer.half_blocks(graph), "found": update(found)}
 
         def known(frame: FrameContext) -> int:
             return int(not (state.empty or frame.changed_lights))  # the light of paths is that of their frame
 
-        chosen = {"reprojection": reprojection, "met": met, "known": known}
-        graph.add(self._in_time, graph.half_size, **shared, **reservoirs.swap(), **chosen)
+        graph.add(self._in_time, graph.half_size, **shared, **reservoirs.swap(), met=met, known=known)
         graph.add(self._of_neighbours, graph.half_size, **shared, **reservoirs.textures)

@@ -6,10 +6,8 @@ import slangpy as spy
 from pica.effects.global_illumination.path_traced.path_resampling import PathResampling
 from pica.effects.global_illumination.views import filter_views, ray_views
 from pica.filtering.accumulation import accumulate_grid
-from pica.filtering.reprojection import Reprojection
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import ENDLESS, IndirectPictures
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Texture, write
 from pica.light_map.gpu_light_map import GpuLightMap, light_map_cache
@@ -60,23 +58,18 @@ class PathTracedIndirect:
         self,
         graph: FrameGraph,
         gbuffer: GBuffer,
-        scene: SceneView,
         light: LightSamples,
-        reprojection: Reprojection,
         pictures: IndirectPictures,
     ) -> None:
         """Fill the pictures."""
         history = graph.history("indirect light", {"history": spy.Format.rgba32_uint}, layers=1)
-        found = self._found(graph, gbuffer, scene, light, reprojection, history)
+        found = self._found(graph, gbuffer, light, history)
         signal, nearness = graph.nothing(_LIGHT), graph.nothing(spy.Format.r32_float)
         if self.is_smooth:
-            signal, nearness = self._smooth(graph, gbuffer, reprojection, found, history)
+            signal, nearness = self._smooth(graph, gbuffer, found, history)
         graph.add(
             self._filter,
             graph.grid,
-            frame=graph.frame,
-            gbuffer=gbuffer,
-            scene=scene,
             found=found,
             signal=signal,
             nearness=nearness,
@@ -88,23 +81,18 @@ class PathTracedIndirect:
         self,
         graph: FrameGraph,
         gbuffer: GBuffer,
-        scene: SceneView,
         light: LightSamples,
-        reprojection: Reprojection,
         history: History,
     ) -> Texture:
         """Of half size, as indirect_rays.slang has it: the light that a path for 2x2 pixels brings."""
-        half, state, resamples = gbuffer.at_half(graph), history.state, self._resampling is not None
+        state, resamples = history.state, self._resampling is not None
         found = graph.texture("found", _LIGHT, graph.half_size)
         met = graph.texture("met", spy.Format.rg32_uint, graph.half_size if resamples else (1, 1))
         asks = self._asks_picture
         graph.add(
             self._trace,
             graph.half_size,
-            frame=graph.half_frame,
-            gbuffer=half,
-            scene=scene,
-            reprojection=reprojection,
+            **gbuffer.half_blocks(graph),
             bounces=self._settings.bounces,
             previousHistory=history["history"].previous if self.is_smooth else graph.nothing(spy.Format.rgba32_uint, 1),
             known=lambda frame: int(asks and state.precedes(frame)),
@@ -115,18 +103,16 @@ class PathTracedIndirect:
             **(self.cache.values if self.cache else {}),
         )
         if self._resampling is not None:
-            self._resampling(graph, gbuffer, scene, reprojection, found, met)
+            self._resampling(graph, gbuffer, found, met)
         ray_views(graph, found)
         graph.offer(
             "rays.indirect_rays", (found,), lambda values: int(np.count_nonzero(values[..., 3])), on_request=True
         )
         return found
 
-    def _smooth(
-        self, graph: FrameGraph, gbuffer: GBuffer, reprojection: Reprojection, found: Texture, history: History
-    ) -> tuple[Texture, Texture]:
+    def _smooth(self, graph: FrameGraph, gbuffer: GBuffer, found: Texture, history: History) -> tuple[Texture, Texture]:
         """Over neighbours' rays and earlier frames: the signal, and how near what lights the surface is."""
-        half = {"frame": graph.half_frame, "gbuffer": gbuffer.at_half(graph)}
+        half = gbuffer.half_blocks(graph)
         gathered = graph.texture("gathered", _LIGHT, graph.half_size)
         widened = graph.texture("widened", _LIGHT, graph.half_size)
         nearness = graph.texture("nearness", spy.Format.r32_float, graph.half_size)
@@ -137,9 +123,6 @@ class PathTracedIndirect:
         graph.add(
             self._accumulate,
             accumulate_grid(graph.size),
-            frame=graph.frame,
-            gbuffer=gbuffer,
-            reprojection=reprojection,
             gathered=widened,
             signal=write(signal),
             known=history.known,

@@ -113,13 +113,11 @@ class SurfelIndirect:
         pool = self._pool
         each = (pool.capacity, 1, 1)
         slots = {"freeSlots": pool.free_slots, "freeCount": pool.free_count}
+        graph.provide(surfels=pool)
         graph.record("begin surfels", self._begin, scene=scene)
         graph.add(
             self._place,
             each,
-            frame=graph.frame,
-            scene=scene,
-            surfels=pool,
             anchors=pool.anchors,
             capacity=pool.capacity,
             **slots,
@@ -127,10 +125,7 @@ class SurfelIndirect:
         graph.add(
             self._spawn,
             graph.half_grid,
-            frame=graph.half_frame,
-            gbuffer=gbuffer.at_half(graph),
-            scene=scene,
-            surfels=pool,
+            **gbuffer.half_blocks(graph),
             anchors=pool.anchors,
             estimators=pool.estimators,
             taken=pool.taken,
@@ -140,8 +135,6 @@ class SurfelIndirect:
         graph.add(
             self._queue,
             each,
-            frame=graph.frame,
-            surfels=pool,
             estimators=pool.estimators,
             surfelOfRay=pool.surfel_of_ray,
             rayCount=pool.ray_count,
@@ -153,11 +146,8 @@ class SurfelIndirect:
         graph.add(
             self._trace,
             (_RAYS_ACROSS, pool.rays // _RAYS_ACROSS),
-            frame=graph.frame,
-            scene=scene,
             bounces=_BOUNCES,
             **light.at_hits(regularized=True),
-            surfels=pool,
             surfelOfRay=pool.surfel_of_ray,
             rayCount=pool.ray_count,
             turns=pool.turns,
@@ -168,8 +158,6 @@ class SurfelIndirect:
         graph.add(
             self._update,
             each,
-            frame=graph.frame,
-            surfels=pool,
             turns=pool.turns,
             taken=pool.taken,
             arrived=pool.arrived,
@@ -181,19 +169,16 @@ class SurfelIndirect:
             **slots,
         )
         half_known = graph.texture("light of surfels", spy.Format.rgba32_float, graph.half_size)
-        shown = {"frame": graph.frame, "gbuffer": gbuffer, "surfels": pool}
-        graph.add(self._lookup, graph.half_grid, halfKnown=write(half_known), **shown)
+        graph.add(self._lookup, graph.half_grid, halfKnown=write(half_known))
         graph.add(
             self._apply,
             graph.grid,
-            scene=scene,
             halfKnown=half_known,
             occlusion=occlusion or graph.nothing(spy.Format.r16_float),
             occluded=int(occlusion is not None),
-            **shown,
             **pictures.arguments(),
         )
-        self._offer(graph, gbuffer, scene)
+        self._offer(graph)
 
     def _begin(self, frame: FrameContext, scene: SceneView) -> None:
         self._unchanged = self._unchanged + 1 if scene.revision == self._scene else 0
@@ -204,7 +189,7 @@ class SurfelIndirect:
         for buffer in (pool.shared["keys"], pool.shared["counts"], pool.ray_count):
             frame.encoder.clear_buffer(buffer)
 
-    def _offer(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView) -> None:
+    def _offer(self, graph: FrameGraph) -> None:
         pool = self._pool
         if graph.wants(*SURFEL_VIEWS):
             nearest = graph.texture("nearest surfels", spy.Format.rgba32_uint)
@@ -212,10 +197,6 @@ class SurfelIndirect:
             graph.add(
                 self._device.compute(f"{_FOLDER}/surfel_views.slang"),
                 graph.grid,
-                frame=graph.frame,
-                gbuffer=gbuffer,
-                scene=scene,
-                surfels=pool,
                 anchors=pool.anchors,
                 taken=pool.taken,
                 turns=pool.turns,

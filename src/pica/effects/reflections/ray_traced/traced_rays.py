@@ -7,7 +7,6 @@ import slangpy as spy
 
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import IndirectResult
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.light_sampling.light_sampler import LightSamples
@@ -42,7 +41,6 @@ class TracedRays:
         self,
         graph: FrameGraph,
         gbuffer: GBuffer,
-        scene: SceneView,
         samples: LightSamples,
         indirect: IndirectResult | None,
         ends: Texture,
@@ -55,7 +53,7 @@ class TracedRays:
         neighbours lend theirs.
         """
         self.bounces["indirectBounces"] = indirect.bounces if indirect else 0
-        smooth, half = self._filters, gbuffer.at_half(graph)
+        smooth, half = self._filters, gbuffer.half_blocks(graph)
         met = graph.texture("met", spy.Format.rg32_uint, graph.half_size)
         single = graph.texture("light of single rays", spy.Format.rgba32_uint, graph.half_size) if smooth else light
         known: dict[str, Any] = {
@@ -65,9 +63,7 @@ class TracedRays:
         graph.add(
             self._trace,
             graph.half_size,
-            frame=graph.half_frame,
-            gbuffer=half,
-            scene=scene,
+            **half,
             **self.bounces,
             **known,
             **samples.at_hits(regularized=smooth),
@@ -82,12 +78,5 @@ class TracedRays:
         )
         if smooth:
             rays = {"ends": ends, "met": met, "light": single}
-            graph.add(
-                self._gather,
-                graph.half_grid,
-                frame=graph.half_frame,
-                gbuffer=half,
-                gathered=write(light),
-                **rays,
-            )
+            graph.add(self._gather, graph.half_grid, gathered=write(light), **half, **rays)
         return single

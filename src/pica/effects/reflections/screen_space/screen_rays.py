@@ -4,9 +4,6 @@ from typing import Any
 
 import slangpy as spy
 
-from pica.filtering.reprojection import Reprojection
-from pica.frame.gbuffer import GBuffer
-from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, write
 from pica.programs.library import programs
@@ -27,9 +24,6 @@ class ScreenRays:
     def __call__(
         self,
         graph: FrameGraph,
-        gbuffer: GBuffer,
-        scene: SceneView,
-        reprojection: Reprojection,
         surroundings: Texture,
         **pictures: Any,
     ) -> None:
@@ -38,14 +32,10 @@ class ScreenRays:
         width, height = (-(-length // _GROUP) * _GROUP for length in graph.size)
         pyramid = graph.texture("depth pyramid", spy.Format.rg32_float, (width // 2, height))
         threads = (-(-graph.half_size[0] // 8) * 8, -(-graph.half_size[1] // 8) * 8, 1)
-        graph.add(self._build, threads, frame=graph.frame, gbuffer=gbuffer, pyramid=write(pyramid))
+        graph.add(self._build, threads, pyramid=write(pyramid))
         graph.add(
             self._march,
             graph.half_grid,
-            frame=graph.frame,
-            gbuffer=gbuffer,
-            scene=scene,
-            reprojection=reprojection,
             pyramid=pyramid,
             surroundings=surroundings,
             **pictures,
