@@ -340,10 +340,10 @@ def test_mirror_rays_draw_a_glossy_floor(device, alpha, bias, better):
         values = {"reflections.mode": "ray_traced", "reflections.reconstruction": way}
         renderer = pica.Renderer(scene, size=(96, 72), settings=settings(values), device=device)
         measured = MeasuredEffect(renderer, "reflections")
-        ends = left_in(renderer, "reflections", "ends")
-        renderer.advance(camera, jittered=False, capture=lambda: {*measured.offers(), *ends()})  # noqa: B023
+        hits = left_in(renderer, "reflections", "hit position and pdf")
+        renderer.advance(camera, jittered=False, capture=lambda: {*measured.offers(), *hits()})  # noqa: B023
         found = np.nan_to_num(measured.result()["reflections"])
-        densities = renderer.captured["test.ends"]()[..., 3]
+        densities = renderer.captured["test.hit position and pdf"]()[..., 3]
         assert (densities < 0).any() == (way == "mirror_rays"), "mirror rays have none"
         if truth is None:
             truth = np.nan_to_num(measured.reference(512)["reflections"])

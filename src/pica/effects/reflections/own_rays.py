@@ -33,13 +33,13 @@ class OwnRays:
         gbuffer: GBuffer,
         scene: SceneView,
         reprojection: Reprojection,
-        ends: Texture,
+        hit_position_and_pdf: Texture,
         light: Texture,
         reflected: Texture,
     ) -> None:
         """Mend `reflected`.
 
-        `ends` and `light`: of this frame's rays, as reflected.slang has them.
+        `hit_position_and_pdf` and `light`: of this frame's rays, as reflected.slang has them.
         """
         missing = graph.texture("missing light", spy.Format.rgba32_float, lifetime=Lifetime.KEPT)
         squares = graph.texture("missing squares", spy.Format.r32_float, lifetime=Lifetime.KEPT)
@@ -58,7 +58,7 @@ class OwnRays:
             graph.half_grid,
             when=resting,
             scene=scene,
-            ends=ends,
+            hitPositionAndPdf=hit_position_and_pdf,
             light=light,
             reflected=reflected,
             missing=update(missing),

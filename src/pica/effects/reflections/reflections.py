@@ -95,11 +95,11 @@ class Reflections(Effect):
             # Rays over the depth buffer find what was mirrored in the frame before.
             lifetime = Lifetime.FRAME if self._screen is None else Lifetime.KEPT
             reflected = graph.texture("reflected", SIGNAL, lifetime=lifetime)
-            ends = graph.texture("ends", _LIGHT, graph.half_size)
+            hit_position_and_pdf = graph.texture("hit position and pdf", _LIGHT, graph.half_size)
             brought = single = graph.texture("light", spy.Format.rgba32_uint, graph.half_size)
             if self._traced is not None:
                 mirrors = int(self._mirrors)
-                single = self._traced(graph, gbuffer, scene, light, indirect, ends, brought, mirrors)
+                single = self._traced(graph, gbuffer, scene, light, indirect, hit_position_and_pdf, brought, mirrors)
             if self._screen is not None:
                 assert surroundings is not None and picture is not None
                 state = history.state
@@ -113,10 +113,10 @@ class Reflections(Effect):
                     mirrors=int(self._mirrors),
                     picture=picture,
                     reflected=reflected,
-                    ends=write(ends),
+                    hitPositionAndPdf=write(hit_position_and_pdf),
                     light=write(brought),
                 )
-            signal = self._rebuild(graph, gbuffer, scene, reprojection, history, ends, brought)
+            signal = self._rebuild(graph, gbuffer, scene, reprojection, history, hit_position_and_pdf, brought)
             graph.add(
                 self._filter,
                 graph.grid,
@@ -127,7 +127,7 @@ class Reflections(Effect):
                 reflected=write(reflected),
             )
             if self._own is not None:
-                self._own(graph, gbuffer, scene, reprojection, ends, single, reflected)
+                self._own(graph, gbuffer, scene, reprojection, hit_position_and_pdf, single, reflected)
             graph.offer("reflections", (reflected,), light_of)
         return reflected
 
@@ -138,7 +138,7 @@ class Reflections(Effect):
         scene: SceneView,
         reprojection: Reprojection,
         history: History,
-        ends: Texture,
+        hit_position_and_pdf: Texture,
         light: Texture,
     ) -> Texture:
         """(width, height, rgba32_float) mirrored light over albedo from half as many rays, and its variance."""
@@ -150,7 +150,7 @@ class Reflections(Effect):
             frame=graph.frame,
             gbuffer=gbuffer,
             scene=scene,
-            ends=ends,
+            hitPositionAndPdf=hit_position_and_pdf,
             light=light,
             reconstructed=write(reconstructed),
             distances=write(distances),

@@ -45,18 +45,18 @@ class TracedRays:
         scene: SceneView,
         samples: LightSamples,
         indirect: IndirectLight | None,
-        ends: Texture,
+        hit_position_and_pdf: Texture,
         light: Texture,
         mirrors: int,
     ) -> Texture:
-        """Trace, and fill `ends` and `light`, textures of half size, as reflected.slang has them; `mirrors` as there.
+        """Trace the rays; write `hit_position_and_pdf` and `light`, of half size, as reflected.slang has them.
 
-        `indirect`: None where there is no global illumination. Returns what each ray brought, as `light`, before
-        neighbours lend theirs.
+        `indirect`: None without global illumination. `mirrors`: as in reflected.slang. Returns the light of single rays
+        (format of `light`) before spatial reuse.
         """
         self.bounces["indirectBounces"] = indirect.bounces if indirect else 0
         smooth, half = self._filters, gbuffer.at_half(graph)
-        met = graph.texture("met", spy.Format.rg32_uint, graph.half_size)
+        packed_hits = graph.texture("packed hits", spy.Format.rg32_uint, graph.half_size)
         single = graph.texture("light of single rays", spy.Format.rgba32_uint, graph.half_size) if smooth else light
         known: dict[str, Any] = {
             "arriving": indirect.arriving if indirect else graph.nothing(spy.Format.rgba32_float),
@@ -71,17 +71,20 @@ class TracedRays:
             **self.bounces,
             **known,
             **samples.at_hits(regularized=smooth),
-            ends=write(ends),
+            hitPositionAndPdf=write(hit_position_and_pdf),
             light=write(single),
-            met=write(met),
+            packedHits=write(packed_hits),
             mirrors=mirrors,
             **(indirect.cache.values if indirect and indirect.cache else {}),
         )
         graph.offer(
-            "rays.reflection_rays", (ends,), lambda values: int(np.count_nonzero(values[..., 3])), on_request=True
+            "rays.reflection_rays",
+            (hit_position_and_pdf,),
+            lambda values: int(np.count_nonzero(values[..., 3])),
+            on_request=True,
         )
         if smooth:
-            rays = {"ends": ends, "met": met, "light": single}
+            rays = {"hitPositionAndPdf": hit_position_and_pdf, "packedHits": packed_hits, "light": single}
             graph.add(
                 self._gather,
                 graph.half_grid,
