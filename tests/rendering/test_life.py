@@ -141,8 +141,8 @@ def test_dropping_in_the_midst_of_a_frame_waits_for_its_end(device):
     closed, close = [], own.close
     own.close = lambda: (closed.append(True), close())
     second.view._finalizer.detach()
-    weakref.finalize(second.view, device.turn.later, own.close)
-    with device.turn:
+    weakref.finalize(second.view, device.lock.defer, own.close)
+    with device.lock:
         dropped = [second]
         del second
         thread = threading.Thread(target=dropped.clear)
@@ -189,7 +189,7 @@ def test_the_shared_device_can_be_closed_and_opens_again(monkeypatch):
     before = open_device()
     assert before is open_device()
     before.part().close()
-    with open_device().turn:
+    with open_device().lock:
         after = open_device()
     assert before.closed and after is not before and after is open_device() and not after.closed
     after.close()

@@ -76,13 +76,13 @@ def bake(
     if file is not None:
         check_writable(file)
         done.read(file)
-    with found.turn:
+    with found.lock:
         passes = ProbePasses(found.part(), scene, settings, bricks, samples)
         passes.view.make_programs()
     try:
         _run(passes, done, progress, file)
     finally:
-        with found.turn:
+        with found.lock:
             passes.view.close()
     light_map = done.light_map()
     if file is not None:

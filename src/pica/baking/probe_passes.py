@@ -51,7 +51,7 @@ class ProbePasses:
     def light(self, first: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Of probes from `first` on: (probes, 9, 4) irradiance over pi, and the variance of each coefficient, the mean
         of its colours'; (probes,) the share of rays that met back faces."""
-        with self._device.turn:
+        with self._device.lock:
             frame = self._begin()
             shared = {"samples": self._found, "across": self._samples}
             self._light(
@@ -75,7 +75,7 @@ class ProbePasses:
 
     def visibility(self, first: int) -> NDArray[np.uint8]:
         """(bricks, 4096) from brick `first` on, as LightMap.seen."""
-        with self._device.turn:
+        with self._device.lock:
             frame = self._begin()
             self._visibility(
                 frame,

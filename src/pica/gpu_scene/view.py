@@ -55,7 +55,7 @@ class SceneView:
         self._environment_revision = -1
         self._bind()
         gpu.views.add(self)
-        self._finalizer = finalize(self, device.turn.later, self.own.close)
+        self._finalizer = finalize(self, device.lock.defer, self.own.close)
         self._finalizer.atexit = False
 
     def close(self) -> None:

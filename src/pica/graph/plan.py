@@ -125,7 +125,7 @@ class Plan:
         parts = [Snapshot(device, frame.encoder, newest(source)) for source in offer.sources]
 
         def fetch() -> Array:
-            with device.turn:
+            with device.lock:
                 device.handle.wait_for_idle()
                 return read(*(part.array() for part in parts))
 

@@ -71,7 +71,7 @@ class PathTracer(Closing):
         self._settings = runnable(device, settings or Settings())
         self._max_depth = max_depth or NO_LIMIT
         self._black_pictures = BlackPictures()
-        with device.turn:
+        with device.lock:
             self.view = SceneView(device, scene, self.settings)
             tracer = choose_tracer(device, self.settings.rays, self.view)
             self._frames = FrameSequence(device, self.size, self.settings.seed)
@@ -125,7 +125,7 @@ class PathTracer(Closing):
         timings: dict[str, float] = {}
         for done in range(1, samples + 1):
             self._first, self._last = done == 1, done == samples
-            with self.device.turn:
+            with self.device.lock:
                 frame = self._begin(camera)
                 plan = plan or self._declare(denoiser, wanted)
                 captured = plan.names("gbuffer", wanted) if self._first else set()

@@ -69,7 +69,7 @@ class Renderer(Closing):
         super().__init__(open_device(device), scene, size)
         expect_programs(self.device)
         self._settings = runnable(self.device, settings or Settings())
-        with self.device.turn:
+        with self.device.lock:
             self.view = SceneView(self.device, scene, self.settings)
             self._frames = self._make_frames()
             self._stages = Stages(self.device, self.settings, self.view, light_map)
@@ -129,7 +129,7 @@ class Renderer(Closing):
     def graph(self) -> GraphDescription:
         """The passes of the newest frame with what they read and write, their times and their memory. Waits for the
         device. Raises PicaError before the first frame."""
-        with self.device.turn:
+        with self.device.lock:
             return self._frame_plan.describe()
 
     @alone
@@ -176,7 +176,7 @@ class Renderer(Closing):
     def resize(self, size: Size) -> None:
         """Render at another (width, height) from the next frame on, without history. Raises PicaError."""
         self._size = checked_size(size)
-        with self.device.turn:
+        with self.device.lock:
             self._frames.resize(self.size)
             self._drop_histories()
 
@@ -185,7 +185,7 @@ class Renderer(Closing):
         """Follow other settings from the next frame on. Stages that these leave alone keep their histories."""
         checked("configure: settings", instance(Settings), settings, SettingsError)
         settings = runnable(self.device, settings)
-        with self.device.turn:
+        with self.device.lock:
             self.view.configure(settings)
             before, self._settings = self.settings, settings
             changed = before.changed_groups(settings)
@@ -210,7 +210,7 @@ class Renderer(Closing):
 
         No picture and no history comes of it. Raises as `render`.
         """
-        with self.device.turn:
+        with self.device.lock:
             self._advance(self._default_camera(), wait=True)
         self.reset()
         self._running = False
@@ -237,13 +237,13 @@ class Renderer(Closing):
             names = capture() if callable(capture) else capture
             return checked_aovs("advance", names, plan.offers) or frozenset()
 
-        with self.device.turn:
+        with self.device.lock:
             return self._advance(camera, not self._running, jittered, wanted=wanted)
 
     @alone
     def count_rays(self, camera: Camera) -> dict[str, int]:
         """Rays by pass of one more frame. Waits for the device."""
-        with self.device.turn:
+        with self.device.lock:
             self._advance(camera, not self._running, wanted=lambda plan: plan.names_of("rays"))
         return {name.removeprefix("rays."): int(fetch()) for name, fetch in self.captured.items()}
 
@@ -326,7 +326,7 @@ class Renderer(Closing):
             return frozenset(names)
 
         for done in range(1, frames + 1):
-            with self.device.turn:
+            with self.device.lock:
                 self._advance(camera, wait=True, denoiser=denoiser, last=done == frames, wanted=capture)
                 found |= self.captured
                 if done == 1 and found.keys() & NUMBERED:
@@ -354,7 +354,7 @@ class Renderer(Closing):
         """
         wanted = checked_aovs("labels", aovs, self._stages.gbuffer.aov_names)
         camera = self._default_camera() if camera is None else camera
-        with self.device.turn:
+        with self.device.lock:
             self._frames.rewind()
             frame = self._begin(camera, wait=True, jittered=False)
             plan, frame.requested = self._frame_plan.of_gbuffer(

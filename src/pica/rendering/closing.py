@@ -72,7 +72,7 @@ class Closing:
         forked.check()
         with self._calls:
             if not self.device.closed:
-                with self.device.turn:
+                with self.device.lock:
                     self.view.close()
             for name in vars(self).keys() - _KEPT:
                 delattr(self, name)

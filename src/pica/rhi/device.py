@@ -25,7 +25,7 @@ from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
 from pica.rhi.slang_files import Source, stem
-from pica.rhi.turns import Turns
+from pica.rhi.fair_lock import FairLock
 
 T = TypeVar("T")
 P = TypeVar("P", ComputePass, RasterPass)
@@ -85,9 +85,9 @@ class Device:
         if existing is not None:
             self.session = existing.create_slang_session(compiler_options=_COMPILER)
         forked.watch()
-        self.turn = Turns(self._check)
-        """For `with`: a block in which no other thread uses the device; a frame at most, so that others get theirs.
-        Raises DeviceError where the device is closed, or another process's."""
+        self.lock = FairLock(self._check)
+        """For `with`: exclusive use of the device, for a frame at most so that other threads get theirs.
+        Raises DeviceError if the device is closed or belongs to another process."""
         self._callbacks: list[Callable[[], object]] = []
         self._closing = finalize(self, _close, self.handle if existing is None else None, self._callbacks)
         self.key = _key_of(adapter, existing)
@@ -116,7 +116,7 @@ class Device:
         """Wait for the device and let go of it; nothing that was made on it can be used any more, each an error."""
         if self.closed:
             return
-        with self.turn:
+        with self.lock:
             if _OPEN.get(self.key) is (self._whole or self):
                 del _OPEN[self.key]
             self._closing()
@@ -172,7 +172,7 @@ class Device:
     @contextmanager
     def record(self) -> Iterator[DeviceRecording]:
         """Record work outside of any frame; it is submitted at the end of the block."""
-        with self.turn:
+        with self.lock:
             recording = DeviceRecording(self.handle.create_command_encoder(), self.profiler)
             yield recording
             self.handle.submit_command_buffer(recording.encoder.finish())
@@ -189,13 +189,13 @@ class Device:
         part._whole = self._whole or self
         part._taken = _Memory()
         settle = partial(self._memory.settle, part._taken)
-        finalize(part, self.turn.later, settle).atexit = False
+        finalize(part, self.lock.defer, settle).atexit = False
         return part
 
     @property
     def memory(self) -> int:
         """Bytes of device memory in the buffers, textures and structures that pica made and keeps."""
-        self.turn.tidy()
+        self.lock.run_deferred()
         return self._memory.now
 
     @property
