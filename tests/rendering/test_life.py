@@ -188,7 +188,7 @@ def test_the_shared_device_can_be_closed_and_opens_again(monkeypatch):
     monkeypatch.setattr("pica.rhi.device._OPEN", {})
     before = open_device()
     assert before is open_device()
-    before.part().close()
+    before.memory_scope().close()
     with open_device().lock:
         after = open_device()
     assert before.closed and after is not before and after is open_device() and not after.closed

@@ -77,7 +77,7 @@ def bake(
         check_writable(file)
         done.read(file)
     with found.lock:
-        passes = ProbePasses(found.part(), scene, settings, bricks, samples)
+        passes = ProbePasses(found.memory_scope(), scene, settings, bricks, samples)
         passes.view.make_programs()
     try:
         _run(passes, done, progress, file)

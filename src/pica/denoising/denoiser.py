@@ -24,7 +24,7 @@ Denoise = bool | Literal["fast"]
 def denoiser_of(device: Device, size: Size, denoise: Any) -> "Denoiser | None":
     """What `render` is asked for by `denoise`: False, True or "fast". Raises PicaError for anything else."""
     kind = checked("render: denoise", _yes_no_or_fast, denoise, PicaError)
-    return Denoiser(device.part(), size, kind == "fast") if kind else None
+    return Denoiser(device.memory_scope(), size, kind == "fast") if kind else None
 
 
 def _yes_no_or_fast(value: Any) -> bool | str:

@@ -112,7 +112,7 @@ class GpuScene:
         if found is None:
             leftovers.collect()
             leftovers.watch(scene)
-            found = copies[id(scene)] = GpuScene(device.part(), scene)
+            found = copies[id(scene)] = GpuScene(device.memory_scope(), scene)
         return found
 
     def record_set(self) -> RecordSet:

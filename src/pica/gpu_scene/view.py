@@ -33,7 +33,7 @@ class SceneView:
     """
 
     def __init__(self, device: Device, scene: Scene, settings: Settings) -> None:
-        self._device = device = device.part()
+        self._device = device = device.memory_scope()
         self.scene = gpu = GpuScene.of(device, scene)
         self._transparent_shadows = settings.shadows.transparent
         self.own = ViewGeometry(device, gpu)

@@ -30,7 +30,7 @@ from pica.rendering.arguments import (
     checked_size,
 )
 from pica.rendering.black_pictures import BlackPictures
-from pica.rendering.closing import Closing, alone
+from pica.rendering.closing import Closing, synchronized
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -66,7 +66,7 @@ class PathTracer(Closing):
         size = checked_size(size)
         super().__init__(open_device(device), scene, size)
         expect_programs(self.device)
-        device = self.device.part()
+        device = self.device.memory_scope()
         check_traces(device, "path tracing")
         self._settings = runnable(device, settings or Settings())
         self._max_depth = max_depth or NO_LIMIT
@@ -95,7 +95,7 @@ class PathTracer(Closing):
         """The adapter that renders."""
         return self.device.name
 
-    @alone
+    @synchronized
     def render(
         self,
         samples: int = 1024,

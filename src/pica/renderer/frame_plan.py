@@ -23,7 +23,7 @@ class FramePlan:
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self.memory = Memory(device.part())
+        self.memory = Memory(device.memory_scope())
         self._label_memory: Memory | None = None
         self._plan: Plan | None = None
         self._labels: Plan | None = None
@@ -79,7 +79,7 @@ class FramePlan:
                 return self._plan, names
         if self._labels is None or self._label_structure != structure:
             self._label_structure = structure
-            self._label_memory = self._label_memory or Memory(self._device.part())
+            self._label_memory = self._label_memory or Memory(self._device.memory_scope())
             graph = self._graph(self._label_memory, frames, frozenset(stages.gbuffer.aov_names))
             stages.gbuffer(graph, view)
             self._labels = Plan(graph)

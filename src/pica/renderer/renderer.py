@@ -31,7 +31,7 @@ from pica.rendering.arguments import (
     checked_size,
 )
 from pica.rendering.black_pictures import BlackPictures
-from pica.rendering.closing import Closing, alone
+from pica.rendering.closing import Closing, synchronized
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -125,14 +125,14 @@ class Renderer(Closing):
         return self._stages.missing_aovs
 
     @property
-    @alone
+    @synchronized
     def graph(self) -> GraphDescription:
         """The passes of the newest frame with what they read and write, their times and their memory. Waits for the
         device. Raises PicaError before the first frame."""
         with self.device.lock:
             return self._frame_plan.describe()
 
-    @alone
+    @synchronized
     def insert(self, declare: Declare, after: str, *, name: str | None = None) -> Insertion:
         """Put passes of the program's own into the frame, from the next one on (docs/guide/own-passes.md).
 
@@ -149,20 +149,20 @@ class Renderer(Closing):
         self.renew_frame()
         return insertion
 
-    @alone
+    @synchronized
     def remove(self, insertion: Insertion) -> None:
         """Take out what `insert` has put in. Nothing happens where it is out already."""
         if insertion in self._frame_plan.inserted:
             self._frame_plan.inserted.remove(insertion)
             self.renew_frame()
 
-    @alone
+    @synchronized
     def renew_frame(self) -> None:
         """Declare the frame again, with a new picture: inserted passes are others. Histories of effects stay."""
         self._frame_plan.outdate()
         self._stages.antialiasing.restart()
 
-    @alone
+    @synchronized
     def reset(self) -> None:
         """Drop all history: the next frame is frame 0 again, as a new renderer's."""
         self._frames.reset()
@@ -172,7 +172,7 @@ class Renderer(Closing):
         self._frame_plan.memory.reset()
         self._stages.reset()
 
-    @alone
+    @synchronized
     def resize(self, size: Size) -> None:
         """Render at another (width, height) from the next frame on, without history. Raises PicaError."""
         self._size = checked_size(size)
@@ -180,7 +180,7 @@ class Renderer(Closing):
             self._frames.resize(self.size)
             self._drop_histories()
 
-    @alone
+    @synchronized
     def configure(self, settings: Settings) -> None:
         """Follow other settings from the next frame on. Stages that these leave alone keep their histories."""
         checked("configure: settings", instance(Settings), settings, SettingsError)
@@ -204,7 +204,7 @@ class Renderer(Closing):
         settings = self.settings
         return FrameSequence(self.device, self.size, settings.seed, settings.antialiasing.upscale)
 
-    @alone
+    @synchronized
     def prepare(self) -> None:
         """Compile what the first picture of the scene as it is now takes, and leave it in the caches for later starts.
 
@@ -215,7 +215,7 @@ class Renderer(Closing):
         self.reset()
         self._running = False
 
-    @alone
+    @synchronized
     def advance(
         self,
         camera: Camera,
@@ -240,7 +240,7 @@ class Renderer(Closing):
         with self.device.lock:
             return self._advance(camera, not self._running, jittered, wanted=wanted)
 
-    @alone
+    @synchronized
     def count_rays(self, camera: Camera) -> dict[str, int]:
         """Rays by pass of one more frame. Waits for the device."""
         with self.device.lock:
@@ -283,7 +283,7 @@ class Renderer(Closing):
         frame.changed_lights = self.view.lights_changed
         return frame
 
-    @alone
+    @synchronized
     def render(
         self,
         frames: int = 16,
@@ -344,7 +344,7 @@ class Renderer(Closing):
         color, display = self._black_pictures.watched(looked_at, self.scene, self.settings)
         return Frame(self.size, color, display, pixels, timings, labels, self.device_name)
 
-    @alone
+    @synchronized
     def labels(self, *, camera: Camera | None = None, aovs: Collection[str] | None = None) -> Frame:
         """What each pixel shows, without any light: AOVs of the G-buffer, for a fraction of what a picture costs.
 

@@ -103,10 +103,10 @@ class Closing:
         self.close()
 
 
-def alone(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], T]:
-    """Makes a method of Closing one that threads run one after the other; it takes its turns at the device by itself.
+def synchronized(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], T]:
+    """Serializes the calls of a method of Closing among threads. The method acquires the device's lock by itself.
 
-    Raises PicaError when the object is closed, DeviceError in a process that was forked since.
+    Raises PicaError if the object is closed, DeviceError in a process that was forked since.
     """
 
     @wraps(method)

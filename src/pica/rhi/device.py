@@ -21,11 +21,11 @@ from pica.errors import DeviceError
 from pica.rhi import forked, validation
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, adapter_of, choose, describe
 from pica.rhi.binding import ParameterBlock
+from pica.rhi.fair_lock import FairLock
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
 from pica.rhi.slang_files import Source, stem
-from pica.rhi.fair_lock import FairLock
 
 T = TypeVar("T")
 P = TypeVar("P", ComputePass, RasterPass)
@@ -49,7 +49,7 @@ class DeviceRecording:
 
 @dataclass(eq=False)
 class _Memory:
-    """Bytes booked as taken and not given back, and the most that they have been."""
+    """Bytes allocated and not yet released, and their peak."""
 
     now: int = 0
     peak: int = 0
@@ -58,9 +58,9 @@ class _Memory:
         self.now += size
         self.peak = max(self.peak, self.now)
 
-    def settle(self, part: "_Memory") -> None:
-        """A part is gone, and with it what it had taken."""
-        self.now -= part.now
+    def release(self, scope: "_Memory") -> None:
+        """Book all memory of a scope as released."""
+        self.now -= scope.now
 
 
 class Device:
@@ -108,16 +108,17 @@ class Device:
         self.profiler = Profiler(self.handle)
         """GPU times of the passes on this device."""
         self._memory = _Memory()
-        self._taken = _Memory()
-        """Of `_memory`, what was taken by way of this object; see `part`."""
-        self._whole: Device | None = None
+        self._scope_memory = _Memory()
+        """The part of `_memory` that was allocated through this object; see `memory_scope`."""
+        self._root: Device | None = None
+        """Of a memory scope, the device it was made from."""
 
     def close(self) -> None:
         """Wait for the device and let go of it; nothing that was made on it can be used any more, each an error."""
         if self.closed:
             return
         with self.lock:
-            if _OPEN.get(self.key) is (self._whole or self):
+            if _OPEN.get(self.key) is (self._root or self):
                 del _OPEN[self.key]
             self._closing()
             for made in (self._block_programs, self._kept, self._linked, self._shared):
@@ -165,7 +166,7 @@ class Device:
     def shared(self, kind: "Callable[[Device], T]") -> T:
         """What layers above keep once a device: `kind(device)`, made when first asked for."""
         if kind not in self._shared:
-            self._shared[kind] = kind(self._whole or self)
+            self._shared[kind] = kind(self._root or self)
         found: T = self._shared[kind]
         return found
 
@@ -182,15 +183,15 @@ class Device:
         """Writes rows to their places in tables (tables.py)."""
         return self.shared(_scatter)
 
-    def part(self) -> "Device":
-        """The same device with an account of its own: once nobody has the part any more, what was taken by way of it
-        and not given back counts as given back. So what is dropped together is made with one part."""
-        part = copy(self)
-        part._whole = self._whole or self
-        part._taken = _Memory()
-        settle = partial(self._memory.settle, part._taken)
-        finalize(part, self.lock.defer, settle).atexit = False
-        return part
+    def memory_scope(self) -> "Device":
+        """The same device as a memory scope: memory that its users allocate and do not give back is booked as released
+        once the scope is dropped. Resources of one lifetime belong in one scope."""
+        scope = copy(self)
+        scope._root = self._root or self
+        scope._scope_memory = _Memory()
+        release = partial(self._memory.release, scope._scope_memory)
+        finalize(scope, self.lock.defer, release).atexit = False
+        return scope
 
     @property
     def memory(self) -> int:
@@ -207,7 +208,7 @@ class Device:
         """Book `size` bytes taken (or, negative, given back). Raises DeviceError as `_check_room`."""
         self._check_room(size)
         self._memory.count(size)
-        self._taken.count(size)
+        self._scope_memory.count(size)
 
     def _check_room(self, size: int) -> None:
         """Raises DeviceError before a software device needs more than its file may have: that would end the process."""

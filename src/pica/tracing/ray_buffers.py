@@ -217,7 +217,7 @@ class Scratch:
     """Buffers of which nothing is needed once an effect has run."""
 
     def __init__(self, device: Device) -> None:
-        self._device = device.part()
+        self._device = device.memory_scope()
         self.buffers: dict[str, spy.Buffer] = {}
         self.shared = False
 
