@@ -13,7 +13,7 @@ import pica
 from pica.errors import DeviceError, PicaError
 from pica.programs.library import programs
 from pica.rhi.device import Device, open_device
-from pica.scene import leftovers
+from pica.scene import scene_gc
 from tests.building import CAMERA, still_life
 from tests.scene.gltf_files import GltfFile
 
@@ -24,7 +24,7 @@ SIZE = (24, 16)
 @pytest.mark.parametrize("just_collected", [False, True])
 def test_renderers_that_are_dropped_leave_nothing(device, tmp_path, monkeypatch, just_collected):
     """Not on the device, no thread, no open file; and of the scenes nothing once the next one comes."""
-    monkeypatch.setattr(leftovers, "_due", time.monotonic() + 3600 * just_collected)
+    monkeypatch.setattr(scene_gc, "_due", time.monotonic() + 3600 * just_collected)
     file = GltfFile()
     file.mesh(node={"children": [1]})
     file.mesh()

@@ -28,7 +28,7 @@ from pica.rhi.acceleration import RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable, rows_of_ranges, rows_of_runs
-from pica.scene import leftovers
+from pica.scene import scene_gc
 from pica.scene.changes import Changes
 from pica.scene.dynamic_vertices import DynamicVertices
 from pica.scene.illumination import average_emission
@@ -110,8 +110,8 @@ class GpuScene:
         copies = device.shared(_Copies).by_scene
         found = copies.get(id(scene))
         if found is None:
-            leftovers.collect()
-            leftovers.watch(scene)
+            scene_gc.collect()
+            scene_gc.watch(scene)
             found = copies[id(scene)] = GpuScene(device.memory_scope(), scene)
         return found
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pica.errors import SceneError
 from pica.images import pictures
-from pica.scene import gltf, leftovers
+from pica.scene import gltf, scene_gc
 from pica.scene.environment import Environment
 from pica.scene.illumination import emitted_illuminance, has_lights
 from pica.scene.limits import Budget, Limits
@@ -44,11 +44,11 @@ def load(
     """
     checked("load: allow_outside", flag, allow_outside)
     checked("load: up", choice("y", "z"), up)
-    leftovers.collect()
+    scene_gc.collect()
     budget = Budget(limits)
-    with leftovers.paused():
+    with scene_gc.paused():
         scene = gltf.read(_checked(path, "path"), budget, allow_outside)
-    leftovers.watch(scene)
+    scene_gc.watch(scene)
     if up == "z":
         _turn_upright(scene)
     if isinstance(environment, Environment):
