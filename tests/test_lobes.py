@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pica
-from pica.programs.scene_features import LOBES, known_features
+from pica.programs.scene_features import LOBES, supported_features
 from pica.scene.anisotropy import Anisotropy
 from pica.scene.coat import Coat
 from pica.scene.environment import Environment
@@ -190,6 +190,6 @@ def test_scenes_without_have_no_room_for_them(device):
             scene_of(wall(**METAL, iridescence=film)), size=(16, 16), settings=settings(), device=device
         )
         renderer.render(1, camera=FRONT)
-        known = LOBES in known_features(renderer.view.material_types)
+        known = LOBES in supported_features(renderer.view.material_types)
         rooms.append((known, renderer.advance(FRONT)["lobes"].width == 16))
     assert rooms[1] == (True, True) and rooms[0][0] == rooms[0][1]

@@ -19,7 +19,7 @@ from pica.programs.material_types import (
     plain,
 )
 from pica.programs.preparation import prepare
-from pica.programs.scene_features import features_of, known_features, with_features
+from pica.programs.scene_features import features_of, supported_features, with_features
 from pica.programs.shape_types import shapes_of
 from pica.rhi.device import Device
 from pica.rhi.tables import HostTable
@@ -217,7 +217,9 @@ class MaterialTable:
 
     def can_renew(self, material: Material) -> bool:
         """Whether `renew` is enough for what was written to a material in use."""
-        return self._materials[material].kind == _kind(material) and features_of(material) <= known_features(self.types)
+        return self._materials[material].kind == _kind(material) and features_of(material) <= supported_features(
+            self.types
+        )
 
     def renew(self, material: Material) -> bool:
         """Pack a material in use as it is now. Returns whether the light that it emits is other than before."""

@@ -21,7 +21,7 @@ class Placement:
     records: range = range(0)
     objects: range = range(0)
 
-    def have_come(self, node: Node) -> NDArray[np.bool_]:
+    def take_replaced(self, node: Node) -> NDArray[np.bool_]:
         """(instances,) which of them show something else than before; asking again gives none."""
         before, self.identities = self.identities, node.identities
         if before is None or node.identities is None:

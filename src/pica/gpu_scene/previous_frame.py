@@ -21,7 +21,7 @@ class PreviousPlaces:
     def __init__(self, device: Device) -> None:
         self._table = HostTable(device, "previous places", PLACE)
         self._moved = np.zeros(1, bool)
-        self._come = np.zeros(1, bool)
+        self._added = np.zeros(1, bool)
         self._shown: tuple[NDArray[np.int64], NDArray[np.float32]] | None = None
         """The instances that moved in the frame before, and where it showed them."""
         self._quiet = True
@@ -32,14 +32,14 @@ class PreviousPlaces:
         """PLACE rows, as the instances'."""
         return self._table.buffer
 
-    def note(self, moved: NDArray[np.int64], come: NDArray[np.int64]) -> None:
+    def note(self, moved: NDArray[np.int64], added: NDArray[np.int64]) -> None:
         """Instances have other transforms since the view's last frame; those that have come were not there in it."""
-        highest = int(max(moved.max(initial=0), come.max(initial=0)))
+        highest = int(max(moved.max(initial=0), added.max(initial=0)))
         if highest >= len(self._moved):
             more = np.zeros(max(highest + 1, 2 * len(self._moved)) - len(self._moved), bool)
-            self._moved, self._come = (np.concatenate([marks, more]) for marks in (self._moved, self._come))
+            self._moved, self._added = (np.concatenate([marks, more]) for marks in (self._moved, self._added))
         self._moved[moved] = True
-        self._come[come] = True
+        self._added[added] = True
         self._quiet = False
 
     def update(self, recording: Recording, to_world: NDArray[np.float32]) -> None:
@@ -53,11 +53,11 @@ class PreviousPlaces:
             places, transforms = self._shown
             rows[places] = transforms
             self._table.touch(places)
-        moved, come = np.flatnonzero(self._moved), np.flatnonzero(self._come)
-        rows[come] = to_world[come]
-        self._table.touch(come)
+        moved, added = np.flatnonzero(self._moved), np.flatnonzero(self._added)
+        rows[added] = to_world[added]
+        self._table.touch(added)
         self._shown = (moved, to_world[moved]) if len(moved) else None
-        self._moved[moved] = self._come[come] = False
+        self._moved[moved] = self._added[added] = False
         self._table.flush(recording)
 
 
@@ -82,13 +82,13 @@ class PreviousPositions:
         """float32 (vertices, 3), by the numbers of GeometryBuffers.previous."""
         return self._rows.buffer
 
-    def come(self, meshes: Iterable[GpuMesh]) -> None:
+    def on_meshes_added(self, meshes: Iterable[GpuMesh]) -> None:
         """Meshes are shown from the view's next frame on."""
         for mesh in meshes:
             self._behind[mesh] = None
             self._new.add(mesh)
 
-    def gone(self, mesh: GpuMesh) -> None:
+    def on_mesh_removed(self, mesh: GpuMesh) -> None:
         """A mesh is shown no more."""
         self._behind.pop(mesh, None)
         self._deformed.pop(mesh, None)

@@ -129,7 +129,7 @@ class GpuScene:
         """Whether some light does not reach some mesh, or shadow rays and surface rays differ about one."""
         return bool(self._masked)
 
-    def admit(self, wait: bool = True) -> None:
+    def sync(self, wait: bool = True) -> None:
         """Take in what changed, before a frame of some view begins. Without `wait`, nodes of new material types stay
         out until their programs are made (pending_nodes.py).
 
@@ -158,9 +158,9 @@ class GpuScene:
             check_deforming(node)
 
     def update(self, recording: Recording) -> None:
-        """Record the upload of what changed since the last frame of any view. Admits it, unless `admit` did."""
+        """Record the upload of changes since the last frame of any view. Calls `sync` if that has not run yet."""
         if self._due is None:
-            self.admit()
+            self.sync()
         assert self._due is not None
         changes, self._due = self._due, None
         self._update(recording, changes)
@@ -188,8 +188,8 @@ class GpuScene:
 
     def _moves_of(self, changes: Changes) -> tuple[list[Node], NDArray[np.float32]]:
         """Raises SceneError for a place that 32-bit floats do not hold."""
-        gone = set(changes.removed)
-        moved = [node for node in changes.moved if node in self.placements and node not in gone]
+        removed = set(changes.removed)
+        moved = [node for node in changes.moved if node in self.placements and node not in removed]
         if not moved:
             return [], np.zeros((0, 3, 4), np.float32)
         places = [node.instance_transforms()[:, :3] for node in moved]
@@ -201,13 +201,13 @@ class GpuScene:
         return moved, now
 
     def _update(self, recording: Recording, changes: Changes) -> None:
-        come, relit, edits, switched = self._pending_nodes.take()
+        ready, relit, edits, switched = self._pending_nodes.take()
         self._relight(self._edits.take(edits))
         waiting = set(self._pending_nodes.waiting)
-        again = [node for node in self._shown_by(edits) if node not in come and node not in waiting]
+        again = [node for node in self._shown_by(edits) if node not in ready and node not in waiting]
         for node in (*changes.removed, *again):
             self._remove(node)
-        added = self._add(recording, [*come, *again])
+        added = self._add(recording, [*ready, *again])
         self._grow_bounds(added)
         self.geometry.build(recording.encoder)
         moved, now = self._moves
@@ -215,7 +215,7 @@ class GpuScene:
         deformed = self._deform(recording, dict.fromkeys((*changes.deformed, *added)))
         self.arrivals.place_objects([self.placements[node] for node in added])
         masked = [node for node in changes.altered if self._mask(node)]
-        lights_moved = self._follow_lights(come, relit, changes)
+        lights_moved = self._follow_lights(ready, relit, changes)
         if self.source in edits:
             self.environment.replace(self.source.environment)
         lights_differ = self._lights_for != self._lights_source()
@@ -248,27 +248,27 @@ class GpuScene:
 
     def _add(self, recording: Recording, nodes: list[Node]) -> list[Node]:
         """Upload what nodes show; their objects follow once their structures are recorded. Those that show any."""
-        come = self.arrivals.place(recording, nodes)
-        if not come:
+        placements = self.arrivals.place(recording, nodes)
+        if not placements:
             return []
-        self.placements.update(come)
-        for node, placement in come.items():
+        self.placements.update(placements)
+        for node, placement in placements.items():
             mesh = placement.mesh
             if mesh is not None and mesh.previous is not None:
                 self.deformations[node] = deformation_of(self._device, node, self.geometry, mesh)
-        bits = self.instance_table.rows["mask_and_channels"][[p.instances.start for p in come.values()]]
+        bits = self.instance_table.rows["mask_and_channels"][[p.instances.start for p in placements.values()]]
         masked = np.isin(bits, [each for each in np.unique(bits).tolist() if is_masked(each)])
-        self._masked.update(node for node, is_one in zip(come, masked.tolist(), strict=True) if is_one)
+        self._masked.update(node for node, is_one in zip(placements, masked.tolist(), strict=True) if is_one)
         for view in self.views:
-            view.come(come)
-        return list(come)
+            view.on_nodes_added(placements)
+        return list(placements)
 
     def _remove(self, node: Node) -> None:
         placement = self.placements.pop(node, None)
         if placement is None:
             return
         for view in self.views:
-            view.gone(node, placement)
+            view.on_node_removed(node, placement)
         self._masked.discard(node)
         self.instance_table.give_back(placement.instances.start, len(placement.instances))
         if placement.mesh is not None:
@@ -311,7 +311,7 @@ class GpuScene:
         before = to_world[instances]
         to_world[instances] = now
         identified = [
-            placement.instances.start + np.flatnonzero(placement.have_come(node))
+            placement.instances.start + np.flatnonzero(placement.take_replaced(node))
             for placement, node in zip(placements, nodes, strict=True)
             if placement.identities is not None or node.identities is not None
         ]
@@ -372,16 +372,16 @@ class GpuScene:
         self._tell(followers)
         return [*(node for node in nodes if node in self.deformations), *followers]
 
-    def _follow_lights(self, come: list[Node], relit: list[Node], changes: Changes) -> bool:
+    def _follow_lights(self, ready: list[Node], relit: list[Node], changes: Changes) -> bool:
         """Take the nodes' lights as they are now; False: of those that stay, none has moved or was set."""
         for node in changes.removed:
             if node not in self.source:
                 self.placed_lights.remove(node)
-        told = *relit, *changes.moved, *changes.altered
-        stay = [node for node in told if self.placed_lights.has(node) or node.light]
-        shining = [node for node in come if node.light is not None]
-        held = self._pending_nodes.holds
-        for node in dict.fromkeys(node for node in (*shining, *stay) if not held(node)):
+        changed = *relit, *changes.moved, *changes.altered
+        stay = [node for node in changed if self.placed_lights.has(node) or node.light]
+        shining = [node for node in ready if node.light is not None]
+        awaits_programs = self._pending_nodes.awaits_programs
+        for node in dict.fromkeys(node for node in (*shining, *stay) if not awaits_programs(node)):
             self.placed_lights.follow(node)
         return bool(stay)
 

@@ -50,7 +50,7 @@ class SceneView:
         self._lights_moved = 0
         every = np.arange(gpu.instance_table.count)
         self.places.note(every[:0], every)
-        self.positions.come(deformation.mesh for deformation in gpu.deformations.values())
+        self.positions.on_meshes_added(deformation.mesh for deformation in gpu.deformations.values())
         self.block = device.parameter_block("gpu_scene/scene.slang", "scene")
         self._environment_revision = -1
         self._bind()
@@ -144,14 +144,14 @@ class SceneView:
         """Before its first frame, once it is up to date: see MaterialTable.make_programs."""
         self.scene.materials.make_programs()
 
-    def admit(self, wait: bool = True) -> None:
-        """Take in what changed, before a frame begins; as GpuScene.admit."""
-        self.scene.admit(wait)
+    def sync(self, wait: bool = True) -> None:
+        """Take in what changed, before a frame begins; as GpuScene.sync."""
+        self.scene.sync(wait)
 
     def update(self, recording: Recording, camera: Camera) -> bool:
-        """Begin a frame: record the upload of what changed since any view's last, and what this view needs besides.
+        """Begin a frame: record the upload of changes since the last frame of any view, and of this view's own data.
 
-        True when anything but the camera differs from this view's frame before. Admits changes, unless `admit` did.
+        True if anything but the camera differs from this view's previous frame. Calls `sync` if that has not run yet.
         """
         self.scene.update(recording)
         self.own.update(recording, camera)
@@ -167,20 +167,20 @@ class SceneView:
         self.revision += changed
         return changed
 
-    def come(self, placements: dict[Node, Placement]) -> None:
+    def on_nodes_added(self, placements: dict[Node, Placement]) -> None:
         """Nodes are shown from now on."""
         instances = rows_of_ranges(placement.instances for placement in placements.values())
         self.places.note(instances[:0], instances)
         self.own.touch([node for node, placement in placements.items() if placement.mesh is None])
         meshes = (placement.mesh for placement in placements.values())
-        self.positions.come(mesh for mesh in meshes if mesh is not None and mesh.previous is not None)
+        self.positions.on_meshes_added(mesh for mesh in meshes if mesh is not None and mesh.previous is not None)
 
-    def gone(self, node: Node, placement: Placement) -> None:
+    def on_node_removed(self, node: Node, placement: Placement) -> None:
         """A node is shown no more."""
         if placement.mesh is None:
             self.own.touch([node])
         else:
-            self.positions.gone(placement.mesh)
+            self.positions.on_mesh_removed(placement.mesh)
 
     def _update_lights(self, recording: Recording) -> None:
         """A table of the view's own where something shines that only this view shows so."""

@@ -76,14 +76,14 @@ class ViewGeometry:
             self.rt.build(recording)
             return
         touched, self._touched = self._touched, {}
-        come = [*self._come(touched), *self._other_levels(camera)]
-        for node in come:
+        added = [*self._replaced(touched), *self._other_levels(camera)]
+        for node in added:
             self._add(recording, node, camera)
-        if come:
+        if added:
             self._scene.geometry.build(recording.encoder)
         written = self._write(recording, camera, touched)
-        self._place([node for node in dict.fromkeys((*touched, *come)) if node in self._shown])
-        self.revision += bool(touched or come or written)
+        self._place([node for node in dict.fromkeys((*touched, *added)) if node in self._shown])
+        self.revision += bool(touched or added or written)
         self.rt.build(recording)
 
     def close(self) -> None:
@@ -91,16 +91,16 @@ class ViewGeometry:
         for node in list(self._shown):
             self._remove(node)
 
-    def _come(self, touched: dict[Node, None]) -> list[Node]:
+    def _replaced(self, touched: dict[Node, None]) -> list[Node]:
         """Let go of what is shown no more; what is new."""
-        come = []
+        added = []
         for node in touched:
             placement = self._scene.placements.get(node)
             if node in self._shown and self._shown[node].placement is not placement:
                 self._remove(node)
             if placement is not None and node not in self._shown:
-                come.append(node)
-        return come
+                added.append(node)
+        return added
 
     def _other_levels(self, camera: Camera) -> list[Node]:
         """Let go of the patches that have another level or border now."""

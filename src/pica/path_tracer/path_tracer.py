@@ -148,7 +148,7 @@ class PathTracer(Closing):
 
     def _begin(self, camera: Camera) -> FrameContext:
         self.check_open()  # what is called after each sample may close it
-        self.view.admit()
+        self.view.sync()
         frame = self._frames.begin(camera, jittered=False)
         self.view.update(frame, frame.camera)
         return frame

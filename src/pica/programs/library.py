@@ -12,7 +12,7 @@ from pica.caches.places import COMPILED
 from pica.programs.compiler import Compiler, Workers
 from pica.programs.material_types import STANDARD_ONLY, Feature, MaterialTypes, MaterialTypeSet
 from pica.programs.recipes import ForTypes, ForTypesRecipe, MaterialPass
-from pica.programs.scene_features import known_features
+from pica.programs.scene_features import supported_features
 from pica.programs.shape_types import ShapeTypes
 from pica.rhi.device import PACKAGE, Device
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
@@ -72,7 +72,7 @@ class ProgramLibrary:
 
     def planned_for(self, types: MaterialTypeSet) -> list[ComputeRecipe]:
         """What passes `compute_with` features among these types are to be made from, and nobody has made."""
-        known = known_features(types)
+        known = supported_features(types)
         wanted = dict.fromkeys(recipe for feature, recipe in self._for_features.values() if feature in known)
         return [recipe for recipe in wanted if not self.device.has(recipe)]
 

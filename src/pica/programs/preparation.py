@@ -14,7 +14,7 @@ from pica.programs.compiler import Task, Workers
 from pica.programs.library import programs
 from pica.programs.machine_code import make_machine_code
 from pica.programs.material_types import MaterialTypeSet, made
-from pica.programs.scene_features import BUNDLES, known_features, with_features
+from pica.programs.scene_features import BUNDLES, supported_features, with_features
 from pica.rhi.device import Device
 from pica.rhi.recipes import Recipe
 
@@ -45,7 +45,7 @@ def prepare(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
 def _covering(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
     compiled = programs(device).compiled
     for bundle in BUNDLES:
-        if known_features(types).issubset(bundle.features):
+        if supported_features(types).issubset(bundle.features):
             more = with_features(types, frozenset(bundle.features))
             if all(map(compiled.has, _wanted(device, more))):
                 return more

@@ -112,14 +112,14 @@ def features_of_scene(scene: Scene) -> Features:
     return features_of_environment(scene).union(*(features_of_light(node.light) for node in scene.nodes()))
 
 
-def known_features(types: MaterialTypeSet) -> Features:
+def supported_features(types: MaterialTypeSet) -> Features:
     """What programs for these types know."""
     return frozenset(feature for entry in types if isinstance(entry, Bundle) for feature in entry.features)
 
 
 def with_features(types: MaterialTypeSet, features: Set[Feature]) -> MaterialTypeSet:
     """The types with the smallest bundle that has these too."""
-    known = known_features(types)
+    known = supported_features(types)
     if features <= known:
         return types
     bundle = next(bundle for bundle in BUNDLES if known.union(features).issubset(bundle.features))

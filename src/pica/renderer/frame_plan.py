@@ -11,7 +11,7 @@ from pica.graph.description import GraphDescription, describe
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
 from pica.graph.plan import Plan, part_of
-from pica.programs.scene_features import COATS, LOBES, known_features
+from pica.programs.scene_features import COATS, LOBES, supported_features
 from pica.renderer.frame import Signals, declare
 from pica.renderer.insertion import Insertion
 from pica.renderer.stages import Stages
@@ -103,7 +103,7 @@ class FramePlan:
         return self._gbuffer_structure(frames, view), stages.slots.layout, view.transparent, gathers
 
     def _gbuffer_structure(self, frames: FrameSequence, view: SceneView) -> tuple[Any, ...]:
-        features = known_features(view.material_types)
+        features = supported_features(view.material_types)
         return frames, frames.size, frames.output_size, COATS in features, LOBES in features
 
     def _graph(self, memory: Memory, frames: FrameSequence, requested: frozenset[str]) -> FrameGraph:

@@ -277,7 +277,7 @@ class Renderer(Closing):
         """A frame in which the scene is up to date."""
         self.check_open()  # what is called after each frame may close it
         camera = checked_camera("render", camera)
-        self.view.admit(wait)
+        self.view.sync(wait)
         frame = self._frames.begin(camera, jittered)
         frame.changed |= self.view.update(frame, camera)
         frame.changed_lights = self.view.lights_changed

@@ -9,7 +9,7 @@ from pica.gpu_scene.view import SceneView
 from pica.programs.library import programs
 from pica.programs.material_types import STANDARD_ONLY, Bundle, MaterialTypeSet
 from pica.programs.recipes import ForTypes
-from pica.programs.scene_features import LOBES, known_features
+from pica.programs.scene_features import LOBES, supported_features
 from pica.programs.shape_types import modules_for
 from pica.rhi.binding import ProgramParameters
 from pica.rhi.device import Device
@@ -75,7 +75,7 @@ class RayRecipe:
             groups.append(made.group)
         # Features have a place in the table too, for places are types' numbers; no ray looks there.
         names = [(variant[0] if isinstance(entry, Bundle) else entry).name for entry in variant]
-        payload = _LARGEST_PAYLOAD if LOBES in known_features(variant) else _PAYLOAD
+        payload = _LARGEST_PAYLOAD if LOBES in supported_features(variant) else _PAYLOAD
         return device.session.link_program(modules, entries), groups, names, payload
 
     def make(

@@ -14,7 +14,7 @@ from pica.graph.graph import FrameGraph
 from pica.graph.resources import Lifetime, write
 from pica.programs.library import programs
 from pica.programs.recipes import ForTypes, MaterialPass
-from pica.programs.scene_features import COATS, LOBES, known_features
+from pica.programs.scene_features import COATS, LOBES, supported_features
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.device import Device
 from pica.rhi.passes import RasterPass, RasterState
@@ -142,7 +142,7 @@ class GBufferEffect(Effect):
     def __call__(self, graph: FrameGraph, scene: SceneView) -> GBuffer:
         """The G-buffer of this frame."""
         with graph.scope(self.name):
-            known = known_features(scene.material_types)
+            known = supported_features(scene.material_types)
             optional = [feature.word for feature in known & {COATS, LOBES}]
             # Whoever advances a renderer by hand reads them after the frame.
             gbuffer = GBuffer(graph, graph.size, optional, Lifetime.KEPT)

@@ -30,7 +30,7 @@ class PlacedLights:
             self.remove(node)
             return
         if node not in self._slots:
-            self._come(node)
+            self._take_slot(node)
         # What a light far away sends grows with the cross-section of the scene.
         far = isinstance(light, DirectionalLight)
         power = light_power(light, node.world, 1.0)
@@ -70,7 +70,7 @@ class PlacedLights:
         nodes = [node for slot in slots.tolist() if (node := self._nodes[slot]) is not None]
         return slots, nodes, powers[order]
 
-    def _come(self, node: Node) -> None:
+    def _take_slot(self, node: Node) -> None:
         slot = self._slots[node] = self._places.take(1)
         if slot >= len(self._placed):
             self._placed = np.append(self._placed, np.zeros(max(slot + 1 - len(self._placed), slot, 8), _PLACED))
