@@ -23,7 +23,7 @@ def renderer_of(device, scene, size=SIZE, preset="hybrid", values=None, filters=
     return pica.Renderer(scene, size=size, settings=chosen.with_values(occlusion), device=device)
 
 
-def open_share(device, scene, camera, frames=1, **occlusion):
+def unoccluded(device, scene, camera, frames=1, **occlusion):
     return renderer_of(device, scene, **occlusion).render(frames, camera=camera).aov("ambient_occlusion")
 
 
@@ -40,7 +40,7 @@ def test_under_a_ceiling_a_cone_is_closed(device, nearest, furthest, expected):
     """Rays meet it at 1 / cos: the cosine-weighted share of directions with cos > c is 1 - c^2."""
     scene, camera = under_a_ceiling()
     lengths = {"min_distance": nearest, "max_distance": furthest}
-    found = open_share(device, scene, camera, filters=False, mode="ray_traced", rays=16, **lengths)
+    found = unoccluded(device, scene, camera, filters=False, mode="ray_traced", rays=16, **lengths)
     assert found.shape == SIZE[::-1] and found.dtype == np.float32
     assert found.mean() == pytest.approx(expected, abs=0.01)
 
@@ -80,7 +80,7 @@ def test_beside_a_wall_a_segment_of_the_disk_is_closed(device, mode):
 @pytest.mark.parametrize("mode", MODES)
 def test_an_open_floor_and_the_surroundings_are_open(device, mode):
     camera = Camera.look_at((0, 1, 3), (0, 0.6, 0), vertical_fov=np.radians(60))
-    found = open_share(device, scene_of(placed(plane(9, 9, lambert()))), camera, 3, mode=mode)
+    found = unoccluded(device, scene_of(placed(plane(9, 9, lambert()))), camera, 3, mode=mode)
     np.testing.assert_allclose(found, 1, atol=2e-3)
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import slangpy as spy
 
+from pica.effects.ambient_occlusion.debug_aovs import offer_occlusion_aovs, unoccluded
 from pica.effects.ambient_occlusion.filter import HorizonFilter, RayFilter
-from pica.effects.ambient_occlusion.views import occlusion_views, open_share
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.grids import accumulate_grid
@@ -64,11 +64,11 @@ class AmbientOcclusion(Effect):
                 )
             if self._search is not None:
                 graph.add(self._search, accumulate_grid(graph.size), averaged=int(self._filters), **shared)
-            graph.offer("debug.ambient_occlusion.raw", (raw,), open_share)
+            graph.offer("debug.ambient_occlusion.raw", (raw,), unoccluded)
             if self._filter is None:
-                graph.offer(self.name, (raw,), open_share)
+                graph.offer(self.name, (raw,), unoccluded)
                 return raw
             history, occlusion = self._filter(graph, gbuffer, raw, reprojection)
-            occlusion_views(graph, history, occlusion)
-            graph.offer(self.name, (occlusion,), open_share)
+            offer_occlusion_aovs(graph, history, occlusion)
+            graph.offer(self.name, (occlusion,), unoccluded)
         return occlusion

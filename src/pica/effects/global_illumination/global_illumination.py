@@ -2,10 +2,10 @@
 
 import slangpy as spy
 
+from pica.effects.global_illumination.debug_aovs import offer_irradiance_aovs
 from pica.effects.global_illumination.light_map.light_map_indirect import LightMapIndirect
 from pica.effects.global_illumination.path_traced.path_traced import PathTracedIndirect
 from pica.effects.global_illumination.surfels.surfels import SurfelIndirect
-from pica.effects.global_illumination.views import arriving_views
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
@@ -87,5 +87,5 @@ class GlobalIllumination(Effect):
             else:
                 self._way(graph, gbuffer, scene, light, reprojection, pictures)
             graph.offer("diffuse_indirect", (pictures.reflected,), light_of)
-            arriving_views(graph, arriving)
+            offer_irradiance_aovs(graph, arriving)
         return IndirectLight(arriving, pictures.reflected, self._way.is_smooth, self._bounces, self._way.cache)

@@ -4,10 +4,15 @@ from typing import Any
 
 import slangpy as spy
 
+from pica.effects.reflections.debug_aovs import (
+    REPROJECTION_AOVS,
+    offer_history_aovs,
+    offer_reflection_aovs,
+    offer_reprojection_aovs,
+)
 from pica.effects.reflections.own_rays import OwnRays
 from pica.effects.reflections.ray_traced.traced_rays import TracedRays
 from pica.effects.reflections.screen_space.screen_rays import ScreenRays
-from pica.effects.reflections.views import PAST_VIEWS, accumulated_views, past_views, reflection_views
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
@@ -156,15 +161,15 @@ class Reflections(Effect):
             distances=write(distances),
             **({} if self._mirrors else {"filtered": int(self._filters)}),
         )
-        reflection_views(graph, light, reconstructed, distances)
+        offer_reflection_aovs(graph, light, reconstructed, distances)
         if not self._filters:
             return reconstructed
         signal = graph.texture("signal", _LIGHT)
         past: dict[str, Any] = {"frame": graph.frame, "gbuffer": gbuffer, "reprojection": reprojection}
         past |= {"reconstructed": reconstructed, "distances": distances}
         graph.add(self._accumulate, graph.grid, known=history.known, signal=write(signal), **history.swap(), **past)
-        accumulated_views(graph, signal, history["history"])
-        if graph.wants(*PAST_VIEWS):
+        offer_history_aovs(graph, signal, history["history"])
+        if graph.wants(*REPROJECTION_AOVS):
             self._show_past(graph, signal, history, past)
         return signal
 
@@ -180,4 +185,4 @@ class Reflections(Effect):
             **past,
             **{name: write(texture) for name, texture in shown.items()},
         )
-        past_views(graph, shown)
+        offer_reprojection_aovs(graph, shown)

@@ -71,7 +71,7 @@ class ShadowDenoiser:
         reprojection: Reprojection,
     ) -> dict[str, Texture]:
         """filtered: (width, height, denoised slots, rgba16_float) the fraction of each slot's light that arrives; and
-        what views.py shows besides.
+        what debug_aovs.py shows besides.
 
         `samples` and `slopes`: as shadow_rays.slang writes them.
         """

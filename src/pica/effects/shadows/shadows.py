@@ -6,8 +6,8 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.effects.shadows.debug_aovs import offer_shadow_aovs
 from pica.effects.shadows.denoiser import ShadowDenoiser
-from pica.effects.shadows.views import shadow_views
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.reprojection import Reprojection
@@ -90,7 +90,7 @@ class Shadows(Effect):
             if denoised:
                 textures = self._denoiser(graph, gbuffer, scene, slots, samples, slopes, reprojection)
                 filtered = textures["filtered"]
-                shadow_views(graph, {"samples": samples, **textures}, slots.svgf)
+                offer_shadow_aovs(graph, {"samples": samples, **textures}, slots.svgf)
             for slot in range(len(slots.single_lights)):
                 self._offer_result(graph, slot, bits, filtered, slot < denoised)
         return ShadowTextures(bits, filtered, samples)

@@ -2,7 +2,7 @@
 
 import slangpy as spy
 
-from pica.effects.stochastic_light.views import stochastic_light_views
+from pica.effects.stochastic_light.debug_aovs import offer_stochastic_light_aovs
 from pica.frame.context import FrameContext
 from pica.frame.convergence import COMPLETE_FROM, UNFILTERED_FROM
 from pica.frame.effect import Effect
@@ -107,7 +107,7 @@ class StochasticLightDenoiser(Effect):
                 smoothed=lambda frame: int(self._smooths),
                 shared=write(shared),
             )
-            stochastic_light_views(graph, samples, result, history["history"])
+            offer_stochastic_light_aovs(graph, samples, result, history["history"])
         return shared
 
     def _remembering(self, frame: FrameContext) -> bool:

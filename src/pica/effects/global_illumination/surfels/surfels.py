@@ -3,7 +3,7 @@
 import numpy as np
 import slangpy as spy
 
-from pica.effects.global_illumination.views import SURFEL_VIEWS, surfel_views
+from pica.effects.global_illumination.debug_aovs import SURFEL_AOVS, offer_surfel_aovs
 from pica.frame.context import FrameContext, camera_constants
 from pica.frame.convergence import COMPLETE_FROM
 from pica.frame.gbuffer import GBuffer
@@ -206,7 +206,7 @@ class SurfelIndirect:
 
     def _offer(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView) -> None:
         pool = self._pool
-        if graph.wants(*SURFEL_VIEWS):
+        if graph.wants(*SURFEL_AOVS):
             nearest = graph.texture("nearest surfels", spy.Format.rgba32_uint)
             cells = graph.texture("cells of surfels", spy.Format.rg32_uint)
             graph.add(
@@ -222,7 +222,7 @@ class SurfelIndirect:
                 nearest=write(nearest),
                 cells=write(cells),
             )
-            surfel_views(graph, nearest, cells)
+            offer_surfel_aovs(graph, nearest, cells)
         wanted = lambda: min(int(pool.ray_count.to_numpy().view(np.uint32)[0]), pool.rays)  # noqa: E731
         graph.offer("rays.surfel_rays", (), wanted, on_request=True)
         graph.offer("count.surfels", (), self.count, on_request=True)

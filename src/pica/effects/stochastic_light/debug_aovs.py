@@ -14,7 +14,7 @@ Array = NDArray[Any]
 _PARTS = ("diffuse", "specular")
 
 
-def stochastic_light_views(graph: FrameGraph, samples: Texture, filtered: Texture, history: Texture) -> None:
+def offer_stochastic_light_aovs(graph: FrameGraph, samples: Texture, filtered: Texture, history: Texture) -> None:
     """Offer views of the denoiser's textures, of the diffuse and the specular part.
 
     PART.raw: this frame's samples over albedo, (height, width, 3), nits; PART.filtered: what the picture has of them;

@@ -8,10 +8,10 @@ from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
 
 _OF = "debug.reflections"
-PAST_VIEWS = tuple(f"{_OF}.{name}" for name in ("of_surface", "of_image", "image_share", "kernel"))
+REPROJECTION_AOVS = tuple(f"{_OF}.{name}" for name in ("of_surface", "of_image", "image_share", "kernel"))
 
 
-def reflection_views(graph: FrameGraph, light: Texture, reconstructed: Texture, distances: Texture) -> None:
+def offer_reflection_aovs(graph: FrameGraph, light: Texture, reconstructed: Texture, distances: Texture) -> None:
     """Offer views of the reflections' textures; light is in nits over specular albedo.
 
     raw: (height / 2, width / 2, 3) what each ray brought. reconstructed: (height, width, 3) from neighbours' rays of
@@ -23,7 +23,7 @@ def reflection_views(graph: FrameGraph, light: Texture, reconstructed: Texture, 
     graph.offer(f"{_OF}.distance", (distances,), lambda values: values[..., 0])
 
 
-def accumulated_views(graph: FrameGraph, signal: Texture, history: Texture) -> None:
+def offer_history_aovs(graph: FrameGraph, signal: Texture, history: Texture) -> None:
     """Offer views of the history, where there is one.
 
     accumulated: with earlier frames; history: the number of these, times the rays that each is worth.
@@ -32,7 +32,7 @@ def accumulated_views(graph: FrameGraph, signal: Texture, history: Texture) -> N
     graph.offer(f"{_OF}.history", (history,), lambda layers: layers[0, ..., 3])
 
 
-def past_views(graph: FrameGraph, past: Mapping[str, Texture]) -> None:
+def offer_reprojection_aovs(graph: FrameGraph, past: Mapping[str, Texture]) -> None:
     """Offer views of what the newest frame found of the one before.
 
     of_surface and of_image: light where the surface was and where the image of what it mirrors was; image_share: how

@@ -14,7 +14,7 @@ Array = NDArray[Any]
 _OF = "debug.global_illumination"
 
 
-def ray_views(graph: FrameGraph, found: Texture) -> None:
+def offer_ray_aovs(graph: FrameGraph, found: Texture) -> None:
     """Offer views of what rays found, of half size; light is in nits over diffuse albedo, which is irradiance over pi.
 
     raw: what each ray brought; distance: metres to what it met, below 0 where that was nothing.
@@ -23,7 +23,9 @@ def ray_views(graph: FrameGraph, found: Texture) -> None:
     graph.offer(f"{_OF}.distance", (found,), lambda values: values[..., 3])
 
 
-def filter_views(graph: FrameGraph, gathered: Texture, nearness: Texture, signal: Texture, history: Texture) -> None:
+def offer_filter_aovs(
+    graph: FrameGraph, gathered: Texture, nearness: Texture, signal: Texture, history: Texture
+) -> None:
     """Offer views of what filters made of that.
 
     Of half size gathered: from neighbours' rays of this frame; nearness: 1 / metres to what lights the surface. Of full
@@ -36,7 +38,7 @@ def filter_views(graph: FrameGraph, gathered: Texture, nearness: Texture, signal
     graph.offer(f"{_OF}.history", (history,), lambda layers: history_length(layers[0]))
 
 
-def arriving_views(graph: FrameGraph, arriving: Texture) -> None:
+def offer_irradiance_aovs(graph: FrameGraph, arriving: Texture) -> None:
     """Offer what each pixel gets, (height, width[, 3]).
 
     arriving: the light over diffuse albedo, in nits; coverage: the sum of the weights of surfels' discs, else 1 where
@@ -46,10 +48,10 @@ def arriving_views(graph: FrameGraph, arriving: Texture) -> None:
     graph.offer(f"{_OF}.coverage", (arriving,), lambda values: values[..., 3])
 
 
-SURFEL_VIEWS = tuple(f"{_OF}.{name}" for name in ("discs", "age", "samples", "rays", "cells"))
+SURFEL_AOVS = tuple(f"{_OF}.{name}" for name in ("discs", "age", "samples", "rays", "cells"))
 
 
-def surfel_views(graph: FrameGraph, nearest: Texture, cells: Texture) -> None:
+def offer_surfel_aovs(graph: FrameGraph, nearest: Texture, cells: Texture) -> None:
     """Offer views of surfels, (height, width[, 3]); 0 where there is none.
 
     discs: number of the surfel whose disc is nearest, from 1; age: its frames, with this one; samples: its rays so far;

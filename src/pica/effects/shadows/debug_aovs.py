@@ -14,7 +14,7 @@ _SPACING = 24
 """Pixels between the drawn footprints."""
 
 
-def shadow_views(graph: FrameGraph, textures: Mapping[str, Texture], svgf: int) -> None:
+def offer_shadow_aovs(graph: FrameGraph, textures: Mapping[str, Texture], svgf: int) -> None:
     """Offer views of a denoiser's textures, with the denoised slots last: (height, width, slots).
 
     raw: this frame's samples, 0 to 1; filtered: what the lighting uses; history: samples in the mean; variance: of the
