@@ -53,10 +53,10 @@ class SurfelPool:
         self.block.bind(**self.shared)
         self.anchors = make("surfel anchors", size=_ANCHOR * capacity, struct_size=_ANCHOR)
         self.estimators = make("surfel estimators", size=_ESTIMATOR * capacity, struct_size=_ESTIMATOR)
-        self.taken = make("surfel rays so far", size=4 * capacity, struct_size=4)
-        self.turns = make("surfel turns", size=8 * capacity, struct_size=8)
+        self.sample_counts = make("surfel sample counts", size=4 * capacity, struct_size=4)
+        self.ray_ranges = make("surfel ray ranges", size=8 * capacity, struct_size=8)
         self.surfel_of_ray = make("surfel rays", size=4 * self.rays, struct_size=4)
-        self.arrived = make("light of surfel rays", size=16 * self.rays, struct_size=16)
+        self.ray_radiance = make("radiance of surfel rays", size=16 * self.rays, struct_size=16)
         self.drifts = make("surfel drifts", size=4 * capacity, struct_size=4)
         self.ray_count = make("surfel ray count", size=4, struct_size=4)
         self.free_slots = device.structured("free surfels", np.arange(capacity, dtype=np.uint32))
@@ -133,7 +133,7 @@ class SurfelIndirect:
             surfels=pool,
             anchors=pool.anchors,
             estimators=pool.estimators,
-            taken=pool.taken,
+            sampleCounts=pool.sample_counts,
             drifts=pool.drifts,
             **slots,
         )
@@ -145,8 +145,8 @@ class SurfelIndirect:
             estimators=pool.estimators,
             surfelOfRay=pool.surfel_of_ray,
             rayCount=pool.ray_count,
-            turns=pool.turns,
-            taken=pool.taken,
+            rayRanges=pool.ray_ranges,
+            sampleCounts=pool.sample_counts,
             capacity=pool.capacity,
             budget=pool.rays,
         )
@@ -160,9 +160,9 @@ class SurfelIndirect:
             surfels=pool,
             surfelOfRay=pool.surfel_of_ray,
             rayCount=pool.ray_count,
-            turns=pool.turns,
-            taken=pool.taken,
-            arrived=pool.arrived,
+            rayRanges=pool.ray_ranges,
+            sampleCounts=pool.sample_counts,
+            rayRadiance=pool.ray_radiance,
             width=_RAYS_ACROSS,
         )
         graph.add(
@@ -170,9 +170,9 @@ class SurfelIndirect:
             each,
             frame=graph.frame,
             surfels=pool,
-            turns=pool.turns,
-            taken=pool.taken,
-            arrived=pool.arrived,
+            rayRanges=pool.ray_ranges,
+            sampleCounts=pool.sample_counts,
+            rayRadiance=pool.ray_radiance,
             exposure=exposure,
             drifts=pool.drifts,
             estimators=pool.estimators,
@@ -217,8 +217,8 @@ class SurfelIndirect:
                 scene=scene,
                 surfels=pool,
                 anchors=pool.anchors,
-                taken=pool.taken,
-                turns=pool.turns,
+                sampleCounts=pool.sample_counts,
+                rayRanges=pool.ray_ranges,
                 nearest=write(nearest),
                 cells=write(cells),
             )
