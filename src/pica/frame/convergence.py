@@ -5,7 +5,7 @@ convergence.slang has what shaders decide.
 
 UNTESTED_FROM = 16
 """Frames after which histories are no longer tested against new samples: they have seen every change by then."""
-OWN_RAYS_FROM = 32
+CORRECTION_FROM = 32
 """Frames after which reflections converge to the mean of each pixel's own rays."""
 UNFILTERED_FROM = 56
 """Frames after which no pixel shows filtered stochastic light: past UNFILTERED_BY of convergence.slang, with a margin

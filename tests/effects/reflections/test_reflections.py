@@ -189,19 +189,19 @@ def test_a_picture_at_rest_becomes_that_of_own_rays(device):
         )
         measured = MeasuredEffect(renderer, "reflections")
         if not own:
-            renderer._stages.reflections._own = None
+            renderer._stages.reflections._correction = None
         for _ in range(180):
             renderer.advance(camera, jittered=False, capture=measured.offers)
         found, truth = measured.result()["reflections"], measured.reference(1024)["reflections"]
         errors.append(np.nanmean((found - truth) ** 2))
         if own:
-            missing = held(renderer, "reflections", "missing light")
-            before = missing.to_numpy()[..., 3].max()
+            correction = held(renderer, "reflections", "correction")
+            before = correction.to_numpy()[..., 3].max()
             for _ in range(34):
                 renderer.advance(
                     Camera.look_at((1.3, 0.9, 2.2), (0, 0.4, 0), vertical_fov=np.radians(40)), jittered=False
                 )
-            assert before > 30 and 0 < missing.to_numpy()[..., 3].max() < 4
+            assert before > 30 and 0 < correction.to_numpy()[..., 3].max() < 4
     assert errors[0] < 0.5 * errors[1], errors
 
 

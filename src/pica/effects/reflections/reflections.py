@@ -4,13 +4,13 @@ from typing import Any
 
 import slangpy as spy
 
+from pica.effects.reflections.convergence_correction import ConvergenceCorrection
 from pica.effects.reflections.debug_aovs import (
     REPROJECTION_AOVS,
     offer_history_aovs,
     offer_reflection_aovs,
     offer_reprojection_aovs,
 )
-from pica.effects.reflections.own_rays import OwnRays
 from pica.effects.reflections.ray_traced.traced_rays import TracedRays
 from pica.effects.reflections.screen_space.screen_rays import ScreenRays
 from pica.frame.aovs import light_of
@@ -57,12 +57,12 @@ class Reflections(Effect):
         self._reconstruct = programs(device).compute(f"{_FOLDER}/{step}.slang")
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
-        self._own = OwnRays(device) if filters and not self._mirrors else None
+        self._correction = ConvergenceCorrection(device) if filters and not self._mirrors else None
 
     def reset(self) -> None:
         """Drop what rays of earlier frames brought."""
-        if self._own is not None:
-            self._own.reset()
+        if self._correction is not None:
+            self._correction.reset()
 
     def surroundings(self, graph: FrameGraph) -> Texture | None:
         """Where the next call looks for what surfaces mirror of the prefiltered environment, (width, height,
@@ -131,8 +131,8 @@ class Reflections(Effect):
                 signal=signal,
                 reflected=write(reflected),
             )
-            if self._own is not None:
-                self._own(graph, gbuffer, scene, reprojection, hit_position_and_pdf, single, reflected)
+            if self._correction is not None:
+                self._correction(graph, gbuffer, scene, reprojection, hit_position_and_pdf, single, reflected)
             graph.offer("reflections", (reflected,), light_of)
         return reflected
 
