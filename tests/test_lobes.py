@@ -13,7 +13,7 @@ from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.material import Image, Material, Texture
 from pica.scene.sheen import Sheen
 from pica.scenes.basic_meshes import sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import (
     EMBREE,
     RAYS,
@@ -66,8 +66,8 @@ def things(light=None, environment=None):
     )
     return shown(
         materials,
-        placed(sphere(0.25, materials[3]), move(0.3, 0.25, 0.6) @ turn("x", 40)),
-        placed(sphere(0.25, materials[4]), move(-0.4, 0.25, 0.6) @ turn("x", 40)),
+        placed(sphere(0.25, materials[3]), move(0.3, 0.25, 0.6) @ rotate("x", 40)),
+        placed(sphere(0.25, materials[4]), move(-0.4, 0.25, 0.6) @ rotate("x", 40)),
         light=light,
         environment=environment,
     )

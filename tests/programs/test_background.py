@@ -28,7 +28,7 @@ from pica.scene.material_registry import material_source
 from pica.scene.model import Mesh, Node
 from pica.scene.primitives import spheres
 from pica.scenes.basic_meshes import plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import RASTER, RAYS, lambert, orthographic, placed, render, scene_of, settings, uniform
 
 PLAIN = """
@@ -61,12 +61,12 @@ def register(tmp_path):
 
 
 def wall(material: Material):
-    return placed(plane(2, 2, material), turn("x", 90))
+    return placed(plane(2, 2, material), rotate("x", 90))
 
 
 def backdrop():
     """Grey 0.6 behind everything."""
-    return scene_of(placed(plane(2, 2, lambert(0.6)), move(0, 0, -1) @ turn("x", 90)), environment=uniform(1, 1, 1))
+    return scene_of(placed(plane(2, 2, lambert(0.6)), move(0, 0, -1) @ rotate("x", 90)), environment=uniform(1, 1, 1))
 
 
 def running(device, scene, values=None) -> pica.Renderer:
@@ -211,7 +211,7 @@ def test_who_comes_while_others_wait_is_in_the_next_round(device, register):
     register("other", PLAIN.replace("0.25", "0.75"))
     first = scene.add(wall(Material(type="plain")))
     albedo(renderer)
-    second = scene.add(placed(plane(2, 2, Material(type="other")), move(0, 0, 0.5) @ turn("x", 90)))
+    second = scene.add(placed(plane(2, 2, Material(type="other")), move(0, 0, 0.5) @ rotate("x", 90)))
     seen = until_ready(renderer)
     assert sorted(set(seen), key=seen.index) == [0.6, 0.25, 0.75]
     scene.remove(first)

@@ -38,7 +38,7 @@ from pica.scene.light import DirectionalLight, DiskLight, PointLight, RectangleL
 from pica.scene.material import AlphaMode, Image, Material, Texture
 from pica.scene.sheen import Sheen
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import RASTER, RAYS, lambert, leaves, orthographic, placed, scene_of, settings, shining, uniform
 
 GREY = Texture(Image(np.full((4, 4, 4), 128, np.uint8)))
@@ -100,11 +100,11 @@ def test_what_takes_long_to_compile_comes_by_itself():
 
 
 def backdrop(environment=None):
-    return scene_of(placed(plane(2, 2, lambert(0.6)), move(0, 0, -1) @ turn("x", 90)), environment=environment)
+    return scene_of(placed(plane(2, 2, lambert(0.6)), move(0, 0, -1) @ rotate("x", 90)), environment=environment)
 
 
 def wall(material: Material):
-    return placed(plane(2, 2, material), turn("x", 90))
+    return placed(plane(2, 2, material), rotate("x", 90))
 
 
 def seen(renderer: pica.Renderer, name: str) -> float:
@@ -331,7 +331,7 @@ def test_types_that_come_after_a_feature_keep_their_hit_groups(device, nothing_c
     monkeypatch.setattr(material_registry, "_registered", {})
     (tmp_path / "half.slang").write_text(HALF)
     pica.register_material("half", tmp_path / "half.slang")
-    behind = placed(plane(2, 2, textured(base_color_texture=GREY)), move(0, 0, -1) @ turn("x", 90))
+    behind = placed(plane(2, 2, textured(base_color_texture=GREY)), move(0, 0, -1) @ rotate("x", 90))
     scene = scene_of(behind, wall(Material(type="half", alpha_mode=AlphaMode.MASK)))
     renderer = pica.Renderer(scene, size=(16, 16), settings=settings({**QUICK, **values}), device=device)
     found = renderer.render(1, camera=CAMERA)

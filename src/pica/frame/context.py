@@ -203,8 +203,8 @@ def half_size(size: Size) -> Size:
 
 def half_pixel_offset(index: int) -> tuple[int, int]:
     """Which pixel of each 2x2, (right, down), stands for all in frame `index` at half size; as in frame/half.slang."""
-    turn = index + (index >> 2)
-    return (turn ^ turn >> 1) & 1, turn & 1
+    step = index + (index >> 2)
+    return (step ^ step >> 1) & 1, step & 1
 
 
 def _half_jitter(index: int, jitter: tuple[float, float]) -> tuple[float, float]:

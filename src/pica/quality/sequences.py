@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from pica.scene.camera import Camera
 from pica.scene.model import Node, Scene
 from pica.scene.orbit import orbited, pivot
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 
 Sequence = Callable[[int], Camera]
 """Puts the scene into the state of a frame, counted from 0, and gives the camera of that frame."""
 
-_TURN = 0.25
+_DEGREES_PER_FRAME = 0.25
 """Degrees a frame by which cameras and suns turn: 15 degrees a second at 60 frames a second."""
 _SWAY = 0.04
 """Of the scene's diagonal, by which objects and lamps swing to each side."""
@@ -41,7 +41,7 @@ def _still(scene: Scene, camera: Camera) -> Sequence:
 def _camera(scene: Scene, camera: Camera) -> Sequence:
     """Round the vertical axis through what the camera looks at."""
     center = pivot(scene, camera)
-    return lambda frame: orbited(camera, center, math.radians(_TURN * frame))
+    return lambda frame: orbited(camera, center, math.radians(_DEGREES_PER_FRAME * frame))
 
 
 def _animated(scene: Scene, camera: Camera, start: float, animation: int | str | None) -> Sequence:
@@ -71,7 +71,7 @@ def _light(scene: Scene, camera: Camera) -> Sequence:
 
     def play(frame: int) -> Camera:
         for node, world in suns:
-            _place(node, turn("y", _TURN * frame) @ world)
+            _place(node, rotate("y", _DEGREES_PER_FRAME * frame) @ world)
         return lamps(frame)
 
     return play

@@ -60,7 +60,7 @@ def lathe(
     pull = np.zeros((len(angles), 2))
     if any(stretch):
         quarter = np.linspace(0, np.pi / 2, max(segments // 4, 1) + 1)
-        angles = np.concatenate([quarter + np.pi / 2 * turn for turn in range(4)] + [[2 * np.pi]])
+        angles = np.concatenate([quarter + np.pi / 2 * quadrant for quadrant in range(4)] + [[2 * np.pi]])
         signs = np.array([(1, -1), (-1, -1), (-1, 1), (1, 1)], np.float64)
         pull = np.concatenate([np.repeat(signs, len(quarter), 0), signs[:1]]) * stretch
     cos, sin = np.cos(angles), -np.sin(angles)  # counter-clockwise from above: +X towards -Z
@@ -164,19 +164,19 @@ def filleted(points: ArrayLike, radius: float, segments: int = 4, closed: bool =
     positions, directions = [corners[:1]], [along[:1]]
     for i in range(last):
         before, after = along[i], along[i + 1]
-        turn = np.arccos(np.clip(before @ after, -1, 1))
+        bend = np.arccos(np.clip(before @ after, -1, 1))
         # An edge between two corners lends each of them half of its length.
         room = min(lengths[i] / (1 if i == 0 else 2), lengths[i + 1] / (1 if i + 1 == last else 2))
-        cut = min(radius * np.tan(turn / 2), room)
+        cut = min(radius * np.tan(bend / 2), room)
         toward = after - (before @ after) * before
         if cut < 1e-9 or np.linalg.norm(toward) < 1e-9:
             positions.append(corners[[i + 1, i + 1]])
             directions.append(np.stack([before, after]))
             continue
-        angle = np.linspace(0, turn, segments + 1)[:, None]
+        angle = np.linspace(0, bend, segments + 1)[:, None]
         toward = toward / np.linalg.norm(toward)
         arc = np.sin(angle) * before + (1 - np.cos(angle)) * toward
-        positions.append(corners[i + 1] - cut * before + cut / np.tan(turn / 2) * arc)
+        positions.append(corners[i + 1] - cut * before + cut / np.tan(bend / 2) * arc)
         directions.append(np.cos(angle) * before + np.sin(angle) * toward)
     return np.concatenate([*positions, corners[-1:]]), np.concatenate([*directions, along[-1:]])
 

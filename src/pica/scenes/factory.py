@@ -17,7 +17,7 @@ from pica.scenes.conveyor import cable_drum, conveyor, crate, goods, run
 from pica.scenes.lane import Lane
 from pica.scenes.motion import HIDDEN, LOOP, beat, particle, spin, swing
 from pica.scenes.palette import Palette, linear
-from pica.scenes.placing import aim, at, copied, mesh, move, place, turn
+from pica.scenes.placing import aim, at, copied, mesh, move, place, rotate
 from pica.scenes.robot_motion import go_round
 from pica.scenes.tour import (
     CROSS,
@@ -98,7 +98,7 @@ class Factory:
         place(self.node, "work light", spot, aim((2.6, 4.0, 3.4), (2.75, 0.5, 0.8)))
 
     def _add(self, node: Node, x: float, z: float, degrees: float = 0.0) -> Node:
-        node.transform = move(x, 0.001, z) @ turn("y", degrees)
+        node.transform = move(x, 0.001, z) @ rotate("y", degrees)
         return self.node.add(node)
 
     def _belts(self) -> None:
@@ -250,13 +250,13 @@ def _work(machine: Node) -> list[Channel]:
     for part in machine.children:
         if part.name == "valve wheel":
             channels += swing(part, (0, 0, 1), 100.0, 3)
-        elif part.name in _TURNS:
-            axis, turns = _TURNS[part.name]
+        elif part.name in _SPINS:
+            axis, turns = _SPINS[part.name]
             channels += spin(part, axis, turns)
     return channels
 
 
-_TURNS = {
+_SPINS = {
     "large gear": ((0, 0, 1), 5),
     "upper gear": ((0, 0, 1), -8),
     "lower gear": ((0, 0, 1), -8),
@@ -284,6 +284,6 @@ def _filled_crate(kit: Kit, rng: np.random.Generator) -> Node:
     filled, orange = crate(kit.palette, kit.palette.accents[4]), kit.goods[0].mesh
     for row in range(2):
         for column in range(2):
-            placement = move(0.26 * column - 0.13, 0.06, 0.22 * row - 0.11) @ turn("y", float(rng.uniform(0, 360)))
+            placement = move(0.26 * column - 0.13, 0.06, 0.22 * row - 0.11) @ rotate("y", float(rng.uniform(0, 360)))
             place(filled, orange.name, orange, placement)
     return filled

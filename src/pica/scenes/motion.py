@@ -50,8 +50,8 @@ def rotation_of(matrix: Floats) -> Floats:
         [m[2, 0] + m[0, 2], m[2, 1] + m[1, 2], m[2, 2] - m[0, 0] - m[1, 1], 0],
         [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], m[0, 0] + m[1, 1] + m[2, 2]],
     ])  # fmt: skip
-    turn: Floats = np.linalg.eigh(form)[1][:, -1]
-    return turn
+    quaternion: Floats = np.linalg.eigh(form)[1][:, -1]
+    return quaternion
 
 
 def follow(

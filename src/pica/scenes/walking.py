@@ -40,6 +40,6 @@ def from_down(directions: Floats) -> Floats:
     """(count, 4) the shortest turns from -Y to each direction, (count, 3)."""
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     # Half-way between no turn and the double one: (a x b, 1 + a . b) for unit vectors a and b.
-    turns = np.concatenate([np.cross((0.0, -1.0, 0.0), unit), 1 - unit[:, 1:2]], 1)
-    lengths: Floats = np.linalg.norm(turns, axis=1, keepdims=True)
-    return turns / lengths
+    quaternions = np.concatenate([np.cross((0.0, -1.0, 0.0), unit), 1 - unit[:, 1:2]], 1)
+    lengths: Floats = np.linalg.norm(quaternions, axis=1, keepdims=True)
+    return quaternions / lengths

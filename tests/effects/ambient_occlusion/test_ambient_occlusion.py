@@ -9,7 +9,7 @@ from pica.quality.effects import compare_effect
 from pica.scene.camera import Camera
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from pica.tracing import embree
 from tests.building import CAMERA, lambert, orthographic, placed, scene_of, settings, still_life, uniform
 
@@ -49,7 +49,7 @@ def beside_a_wall():
     """A floor and a wall along x = 0, seen from above and aside."""
     scene = scene_of(
         placed(plane(40, 40, lambert())),
-        placed(plane(40, 40, lambert(0.5, double_sided=True)), move(0, 20, 0) @ turn("z", 90)),
+        placed(plane(40, 40, lambert(0.5, double_sided=True)), move(0, 20, 0) @ rotate("z", 90)),
     )
     return scene, orthographic((3, 3, 0), (0, 0, 0), HEIGHT)
 

@@ -11,7 +11,7 @@ from pica.scene.environment import Environment
 from pica.scene.light import DiskLight, PointLight, RectangleLight, SphereLight, TubeLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import held, lambert, left_in, placed, scene_of, settings, shining, trace, uniform
 
 SIZE = (64, 48)
@@ -51,11 +51,11 @@ def glossy_room():
     return (
         scene_of(
             placed(plane(4, 4, floor)),
-            placed(plane(4, 3, wall), move(0, 1.5, -2) @ turn("x", 90)),
-            placed(plane(3, 4, wall), move(-2, 1.5, 0) @ turn("z", -90)),
+            placed(plane(4, 3, wall), move(0, 1.5, -2) @ rotate("x", 90)),
+            placed(plane(3, 4, wall), move(-2, 1.5, 0) @ rotate("z", -90)),
             placed(sphere(0.4, metal(0.35)), move(0.4, 0.4, -0.4)),
             placed(sphere(0.2, bulb), move(-0.9, 0.5, 0.2)),
-            shining(RectangleLight(radiance=8.0, width=0.8, height=0.5), move(0.8, 2.2, 0.5) @ turn("x", -90)),
+            shining(RectangleLight(radiance=8.0, width=0.8, height=0.5), move(0.8, 2.2, 0.5) @ rotate("x", -90)),
             shining(PointLight(intensity=3.0), move(-1, 1.6, -1)),
             environment=clouds(),
         ),
@@ -69,13 +69,13 @@ def lamps():
     return (
         scene_of(
             placed(plane(4, 4, floor)),
-            placed(plane(4, 3, wall), move(0, 1.5, -2) @ turn("x", 90)),
+            placed(plane(4, 3, wall), move(0, 1.5, -2) @ rotate("x", 90)),
             placed(sphere(0.4, metal(0.4)), move(0.4, 0.4, -0.4)),
             placed(box((0.8, 0.8, 0.05), wall), move(-0.7, 0.4, -1.2)),
-            shining(RectangleLight(radiance=3.0, width=1.4, height=1.0), move(0.8, 1.7, -1.2) @ turn("x", -30)),
+            shining(RectangleLight(radiance=3.0, width=1.4, height=1.0), move(0.8, 1.7, -1.2) @ rotate("x", -30)),
             shining(DiskLight(radiance=3.0, radius=0.7), move(-0.7, 0.9, -1.0)),
             shining(SphereLight(radiance=2.0, radius=0.45), move(-0.9, 1.5, 0)),
-            shining(TubeLight(radiance=2.0, radius=0.2, length=1.0), move(0.3, 1.7, -0.6) @ turn("z", 20)),
+            shining(TubeLight(radiance=2.0, radius=0.2, length=1.0), move(0.3, 1.7, -0.6) @ rotate("z", 20)),
         ),
         VIEW,
     )
@@ -303,7 +303,7 @@ def test_off_traces_nothing_and_leaves_what_shines_to_the_samples(device):
 @pytest.mark.parametrize("way", ["sampled", "prefiltered"])
 def test_what_mirrors_show_is_lit_by_the_environment(device, way):
     """However that lights what the camera sees: a mirror before a matt wall under a white sky."""
-    mirror = placed(plane(3, 3, metal(0.1)), move(0, 1, -1) @ turn("x", 90))
+    mirror = placed(plane(3, 3, metal(0.1)), move(0, 1, -1) @ rotate("x", 90))
     scene = scene_of(mirror, placed(box((3, 2, 0.2), lambert(0.8)), move(0, 1, 2)), environment=uniform(1, 0.8, 0.6))
     values = {"reflections.mode": "ray_traced", "lighting.environment": way, "global_illumination.mode": "off"}
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
