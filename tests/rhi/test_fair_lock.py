@@ -63,16 +63,16 @@ def test_what_comes_late_waits_for_the_end():
 
 def test_what_comes_just_before_the_release_is_not_left():
     lock, log = FairLock(lambda: None), []
-    lock = lock._lock
+    inner = lock._lock
 
     class Lock:
-        acquire = staticmethod(lock.acquire)
+        acquire = staticmethod(inner.acquire)
 
         def release(self):
             if not log:
                 log.append("released")
                 in_threads(lambda: lock.defer(lambda: log.append("later")))
-            lock.release()
+            inner.release()
 
     lock._lock = Lock()
     with lock:

@@ -65,9 +65,9 @@ def bake(
     spacing = checked("bake: spacing", optional(positive()), spacing)
     samples = checked("bake: samples", whole(1, _MOST_SAMPLES), samples)
     check_progress("bake", progress)
-    found = open_device(device)
-    check_traces(found, "baking")
-    settings = runnable(found, settings or Settings())
+    gpu = open_device(device)
+    check_traces(gpu, "baking")
+    settings = runnable(gpu, settings or Settings())
     bricks = _bricks(scene, spacing)
     done = _Done(
         bricks, np.array([content_of(scene), layout_of(scene), f"{bricks.spacing!r} {samples} {settings.seed}"])
@@ -76,13 +76,13 @@ def bake(
     if file is not None:
         check_writable(file)
         done.read(file)
-    with found.lock:
-        passes = ProbePasses(found.memory_scope(), scene, settings, bricks, samples)
+    with gpu.lock:
+        passes = ProbePasses(gpu.memory_scope(), scene, settings, bricks, samples)
         passes.view.make_programs()
     try:
         _run(passes, done, progress, file)
     finally:
-        with found.lock:
+        with gpu.lock:
             passes.view.close()
     light_map = done.light_map()
     if file is not None:
@@ -95,11 +95,11 @@ def _bricks(scene: Scene, spacing: float | None) -> Bricks:
     low, high = scene.bounds()
 
     def at(spacing: float) -> Bricks:
-        found = bricks_around(low, high, spacing, *occupied_places(scene, low, high, spacing))
-        if len(found.places) > MOST_BRICKS:
-            fault = f"{spacing:g} m between probes make {len(found.places):,} bricks"
+        bricks = bricks_around(low, high, spacing, *occupied_places(scene, low, high, spacing))
+        if len(bricks.places) > MOST_BRICKS:
+            fault = f"{spacing:g} m between probes make {len(bricks.places):,} bricks"
             raise SceneError(f"bake: {fault}; a light map has {MOST_BRICKS:,} at most")
-        return found
+        return bricks
 
     if spacing is not None:
         return at(spacing)
@@ -149,9 +149,9 @@ class _Done:
         self.light[come], self.inside[come] = light, inside
         self.probes += len(light)
 
-    def add_seen(self, found: NDArray[np.uint8]) -> None:
-        self.seen[self.bricks : self.bricks + len(found)] = found
-        self.bricks += len(found)
+    def add_seen(self, visibility: NDArray[np.uint8]) -> None:
+        self.seen[self.bricks : self.bricks + len(visibility)] = visibility
+        self.bricks += len(visibility)
 
     def write(self, file: Path) -> None:
         probes = {"light": self.light[: self.probes], "inside": self.inside[: self.probes]}
@@ -160,14 +160,14 @@ class _Done:
     def read(self, file: Path) -> None:
         """Go on where the file ends, if it is one of the same bake."""
         try:
-            found = read_arrays(file, _PARTIAL, self._check_lengths)
+            arrays = read_arrays(file, _PARTIAL, self._check_lengths)
         except PicaError:
             return
-        light, inside = found["light"], found["inside"]
+        light, inside = arrays["light"], arrays["inside"]
         sane = np.abs(light).max(initial=0) <= BRIGHTEST and np.isfinite(inside).all()  # the first not for NaN either
-        if sane and np.array_equal(found["key"], self._key):
+        if sane and np.array_equal(arrays["key"], self._key):
             self.add_light(light, inside)
-            self.add_seen(found["seen"])
+            self.add_seen(arrays["seen"])
 
     def _check_lengths(self, lengths: Lengths) -> None:
         """Raises ValueError for more than is to be baked."""

@@ -58,15 +58,15 @@ class Neighbours:
 
     def spread(self, light: _Floats, in_the_open: NDArray[np.bool_]) -> _Floats:
         """Light (probes, 9, 3), where it is inside of something the mean of those beside, from the open inwards."""
-        known = in_the_open.copy()
-        light = np.where(known[:, None, None], light, 0)
+        valid = in_the_open.copy()
+        light = np.where(valid[:, None, None], light, 0)
         for _ in range(_REACH):
             sums, counts = np.zeros_like(light), np.zeros(len(light), np.float32)
             for to, by in ((self._first, self._second), (self._second, self._first)):
-                useful = known[by] & ~known[to]
+                useful = valid[by] & ~valid[to]
                 np.add.at(sums, to[useful], light[by[useful]])
                 np.add.at(counts, to[useful], 1)
             came = counts > 0
             light[came] = sums[came] / counts[came, None, None]
-            known |= came
+            valid |= came
         return light

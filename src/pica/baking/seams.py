@@ -41,9 +41,9 @@ def without_seams(
             weight = np.where(corner, within, 1 - within).prod(-1) * open_share
             sums += weight[:, None, None] * light[probe]
             weights += weight
-        known = weights > _LEAST  # nothing comes through a wall
-        light[hangs[known]] = sums[known] / weights[known, None, None]
-        in_the_open[hangs[known]] = True
+        valid = weights > _LEAST  # nothing comes through a wall
+        light[hangs[valid]] = sums[valid] / weights[valid, None, None]
+        in_the_open[hangs[valid]] = True
     return light, in_the_open
 
 

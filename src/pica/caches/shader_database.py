@@ -100,14 +100,14 @@ def _check(file: BinaryIO, page_size: int, root: int) -> None:
         return file.read(page_size)
 
     waiting = [] if root == _EMPTY else [root]
-    seen: set[int] = set()
+    visited: set[int] = set()
     while waiting:
         number = waiting.pop()
         content = page(number)
         stated, _, kind, end, start = _PAGE.unpack_from(content)
-        if number in seen or stated != number or kind not in (_BRANCH, _LEAF) or not end <= start <= page_size:
+        if number in visited or stated != number or kind not in (_BRANCH, _LEAF) or not end <= start <= page_size:
             raise _DamageError
-        seen.add(number)
+        visited.add(number)
         for place in struct.unpack_from(f"<{(end - _PAGE.size) // 2}H", content, _PAGE.size):
             low, high, flags, key_size = _NODE.unpack_from(content, place)
             if kind == _BRANCH:

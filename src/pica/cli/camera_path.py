@@ -81,10 +81,10 @@ def read_camera_path(path: Path) -> CameraPath:
             raise PicaError(f"{path}: [{index}].time: {times[-1]:g} is not after the time before, {times[-2]:g}")
         fov = value(index, "fov", number(1e-3, 179)) if "fov" in entry else _FOV
         places.append((*value(index, "eye", vector(3)), *value(index, "target", vector(3)), fov))
-    found = CameraPath(tuple(times), tuple(places))
+    camera_path = CameraPath(tuple(times), tuple(places))
     for index, time in enumerate(times):
         try:
-            found.at(time)
+            camera_path.at(time)
         except SceneError as error:
             raise PicaError(f"{path}: [{index}]: {error}") from None
-    return found
+    return camera_path

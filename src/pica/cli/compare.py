@@ -88,8 +88,8 @@ def compare(
         result["whole"], page = _path_traced(renderer, camera, frames, samples, max_depth, json)
     else:
         result["samples"] = samples = samples or _SAMPLES
-        found, page = _one_effect(renderer, view, camera, frames, samples, effect, sequence or "still", json)
-        result |= {"effect": effect, "sequence": sequence or "still", **found}
+        errors, page = _one_effect(renderer, view, camera, frames, samples, effect, sequence or "still", json)
+        result |= {"effect": effect, "sequence": sequence or "still", **errors}
     if output is not None:
         from pica.images import pictures
 
@@ -115,8 +115,8 @@ def _other_settings(preset: str, values: list[str] | None, against: list[str]) -
             preset = value.strip()
         else:
             changed.append(text)
-    kept = options.parse_settings(preset, values)
-    return kept.with_values(
+    settings = options.parse_settings(preset, values)
+    return settings.with_values(
         {name.strip(): value.strip() for name, _, value in (each.partition("=") for each in changed)}
     )
 

@@ -61,8 +61,8 @@ def probe() -> tuple[list[dict[str, Any]], str]:
     except subprocess.TimeoutExpired:
         return [], "no answer within 5 minutes; a driver hangs"
     if run.returncode:
-        said = [line for line in run.stderr.splitlines() if line.strip()]
-        return [], said[-1] if said else f"the process ended with {run.returncode}"
+        lines = [line for line in run.stderr.splitlines() if line.strip()]
+        return [], lines[-1] if lines else f"the process ended with {run.returncode}"
     return json.loads(run.stdout.splitlines()[-1]), ""
 
 
@@ -107,10 +107,10 @@ def _stages(tier: int) -> str:
 
 def advice(devices: list[dict[str, Any]]) -> list[str]:
     """What to install or to expect, a line each."""
-    found = usable(devices)
-    if any(device["type"] == "hardware" for device in found):
+    ready = usable(devices)
+    if any(device["type"] == "hardware" for device in ready):
         return ["Ready."]
-    if found:
+    if ready:
         return ["Ready, on the processor alone. With a graphics card: install its maker's Vulkan driver."]
     return [
         "No device that pica can use. With a graphics card: install its maker's Vulkan driver.",
@@ -123,8 +123,8 @@ def _lavapipe() -> str:
         release = platform.freedesktop_os_release()
     except OSError:  # not Linux
         return "see mesa3d.org"
-    known = [release.get("ID", ""), *release.get("ID_LIKE", "").split()]
-    return next((_LAVAPIPE[name] for name in known if name in _LAVAPIPE), "your distribution's Mesa, 24.3 or newer")
+    systems = [release.get("ID", ""), *release.get("ID_LIKE", "").split()]
+    return next((_LAVAPIPE[name] for name in systems if name in _LAVAPIPE), "your distribution's Mesa, 24.3 or newer")
 
 
 def _version(package: str) -> str:

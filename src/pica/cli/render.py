@@ -138,7 +138,7 @@ def render(
         kind, count = "frames", frames or 16
     result: dict[str, Any] = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), kind: count}
     result["denoised"] = way
-    said = f"{'x'.join(map(str, pixels))}, {count} {kind}{', denoised' if way else ''}"
+    summary = f"{'x'.join(map(str, pixels))}, {count} {kind}{', denoised' if way else ''}"
     if sequence:
         result["timings"] = sequence.render(
             content,
@@ -155,7 +155,7 @@ def render(
             progress=partial(progress, json=json),
         )
         result |= {"fps": sequence.fps, "start": sequence.start, "pictures": len(times), "rendered": len(missing)}
-        said = f"{len(missing)} of {len(times)} pictures rendered, {said}"
+        summary = f"{len(missing)} of {len(times)} pictures rendered, {summary}"
         files = [output]
     else:
         with progress("Rendering", json) as advance:
@@ -169,7 +169,7 @@ def render(
     if json:
         print_json(result)
     else:
-        print_line(f"{', '.join(result['files'])}: {said}, {done - loaded:.1f} s on {renderer.device_name}")
+        print_line(f"{', '.join(result['files'])}: {summary}, {done - loaded:.1f} s on {renderer.device_name}")
 
 
 def _moving_camera(

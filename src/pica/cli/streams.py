@@ -44,10 +44,10 @@ def results_alone_on_stdout() -> Iterator[None]:
         yield
         return
     sys.stdout.flush()
-    kept = os.dup(1)
+    saved = os.dup(1)
     given = sys.stdout
     sys.stdout = results = io.TextIOWrapper(
-        io.BufferedWriter(_Results(os.dup(kept), "w")),
+        io.BufferedWriter(_Results(os.dup(saved), "w")),
         encoding=given.encoding,
         errors="backslashreplace",  # a name that the encoding lacks is no reason to lose the rest
         line_buffering=given.isatty(),
@@ -57,8 +57,8 @@ def results_alone_on_stdout() -> Iterator[None]:
         yield
     finally:
         sys.stdout = given
-        os.dup2(kept, 1)
-        os.close(kept)
+        os.dup2(saved, 1)
+        os.close(saved)
         results.close()
 
 

@@ -73,8 +73,8 @@ class Denoiser:
         self._device.handle.submit_command_buffer(frame.encoder.finish())
         color = np.asarray(picture.to_numpy(), np.float32)[..., :3]
         albedo, normal = (_mean(texture) for texture in self.sums.values())
-        found = denoised(color, albedo, normal, self._fast)
-        clean.copy_from_numpy(np.dstack([found, np.ones(found.shape[:2], np.float32)]))
+        result = denoised(color, albedo, normal, self._fast)
+        clean.copy_from_numpy(np.dstack([result, np.ones(result.shape[:2], np.float32)]))
         frame.encoder = self._device.handle.create_command_encoder()
 
 

@@ -34,8 +34,8 @@ def gbuffer_aovs(scene: SceneView) -> dict[str, tuple[tuple[str, ...], Callable[
             ("depth",),
             lambda frame: partial(_positions, _view_of(frame), frame.jitter, partial(_depth, frame.camera)),
         ),
-        "normal": (shape, fixed(lambda normals, seen: _normals(normals[..., 1], seen[..., 0] > 0))),
-        "geometric_normal": (shape, fixed(lambda normals, seen: _normals(normals[..., 0], seen[..., 0] > 0))),
+        "normal": (shape, fixed(lambda normals, records: _normals(normals[..., 1], records[..., 0] > 0))),
+        "geometric_normal": (shape, fixed(lambda normals, records: _normals(normals[..., 0], records[..., 0] > 0))),
         "albedo": (("material",), fixed(_albedo)),
         "metallic": (("material",), fixed(lambda packed: ((packed[..., 1] >> 16 & 0xFF) / 255).astype(np.float32))),
         "roughness": (("material",), fixed(lambda packed: ((packed[..., 2] & 0xFFFF) / 65535).astype(np.float32))),
@@ -47,8 +47,8 @@ def gbuffer_aovs(scene: SceneView) -> dict[str, tuple[tuple[str, ...], Callable[
 
 
 def _labelled(labels: Array, visibility: Array) -> Array:
-    seen = visibility[..., 0].astype(np.int64)
-    return np.where(seen > 0, labels[np.maximum(seen - 1, 0)], 0).astype(np.uint32)
+    records = visibility[..., 0].astype(np.int64)
+    return np.where(records > 0, labels[np.maximum(records - 1, 0)], 0).astype(np.uint32)
 
 
 def _depth(camera: Camera, values: Array) -> Array:

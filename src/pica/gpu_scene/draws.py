@@ -124,12 +124,12 @@ class DrawLists:
 
     def lists(self, recording: Recording) -> list[DrawList]:
         """Those that are not empty, opaque ones first; records the upload of what changed."""
-        found = []
+        draw_lists = []
         for kind, draws in sorted(self._lists.items()):
             draws.table.flush(recording)
             if draws.used:
-                found.append(DrawList(_KINDS[kind], draws.end, draws.table.buffer))
-        return found
+                draw_lists.append(DrawList(_KINDS[kind], draws.end, draws.table.buffer))
+        return draw_lists
 
 
 class _Draws:

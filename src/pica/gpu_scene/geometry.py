@@ -123,13 +123,13 @@ class GeometryBuffers:
 
         `previous`: for one that deforms, what numbers its previous positions: `self.previous`, or one view's own.
         """
-        found = self._meshes.get(id(mesh)) if previous is None else None
-        if found is None:
-            found = self._upload(encoder, mesh, previous)
+        gpu_mesh = self._meshes.get(id(mesh)) if previous is None else None
+        if gpu_mesh is None:
+            gpu_mesh = self._upload(encoder, mesh, previous)
             if previous is None:
-                self._meshes[id(mesh)] = found
-        found.users += 1
-        return found
+                self._meshes[id(mesh)] = gpu_mesh
+        gpu_mesh.users += 1
+        return gpu_mesh
 
     def release(self, mesh: GpuMesh) -> None:
         """Somebody shows it no more; it goes with the last."""
@@ -154,8 +154,8 @@ class GeometryBuffers:
 
     def retire(self, meshes: Container[Mesh], materials: Container[Material]) -> None:
         """Who shows one of these meshes, or one with these materials, from now on gets it as it is now."""
-        for key, found in list(self._meshes.items()):
-            if found.mesh in meshes or any(placed.section.material in materials for placed in found.placed):
+        for key, gpu_mesh in list(self._meshes.items()):
+            if gpu_mesh.mesh in meshes or any(placed.section.material in materials for placed in gpu_mesh.placed):
                 del self._meshes[key]
 
     def has(self, mesh: Mesh) -> bool:

@@ -141,7 +141,7 @@ class MaterialTable:
     @property
     def used_types(self) -> list[str]:
         """The names of those that a material has now."""
-        return [known.name for known in self._types if self._type_users[known.name]]
+        return [kind.name for kind in self._types if self._type_users[kind.name]]
 
     def type_number(self, name: str) -> int:
         """The place of a type in use, or of an entry "shape/type". Raises StopIteration for one that is not."""
@@ -155,16 +155,16 @@ class MaterialTable:
         wanted = {entry.name: entry for entry in entries}
         materials = {name: entry for name, entry in wanted.items() if isinstance(entry, MaterialSource)}
         types = [
-            ShapeOn(known.shape, materials.get(known.material.name, known.material))
-            if isinstance(known, ShapeOn)
-            else wanted.get(known.name, known)
-            for known in self._types
+            ShapeOn(kind.shape, materials.get(kind.material.name, kind.material))
+            if isinstance(kind, ShapeOn)
+            else wanted.get(kind.name, kind)
+            for kind in self._types
         ]
-        known_names = {known.name for known in types}
+        known_names = {kind.name for kind in types}
         free = [
             number
-            for number, known in enumerate(types)
-            if known.name not in wanted and isinstance(known, MaterialSource) and not self._type_users[known.name]
+            for number, kind in enumerate(types)
+            if kind.name not in wanted and isinstance(kind, MaterialSource) and not self._type_users[kind.name]
         ]
         for newcomer in (entry for name, entry in wanted.items() if name not in known_names):
             if free and isinstance(newcomer, MaterialSource):
@@ -184,7 +184,7 @@ class MaterialTable:
         Raises MaterialTypeError, and changes nothing, when a type was replaced and its materials' parameters do not
         fit the new one.
         """
-        replaced = {known.name: known for known in plain(types).values() if known not in self._types}
+        replaced = {kind.name: kind for kind in plain(types).values() if kind not in self._types}
         compiled = programs(self._device).material_types
         packed = {
             entry.row: compiled[replaced[entry.type]].packed(material.name, material.parameters)
@@ -248,10 +248,10 @@ class MaterialTable:
     def shape_number(self, hit_group: str) -> int:
         """`SectionRecord.shape` of primitives with this entry "shape/type", whose material has been acquired."""
         shape, material = hit_group.split("/")
-        if all(known.name != hit_group for known in self._types):
-            known = self._types[self.type_number(material)]
-            assert isinstance(known, MaterialSource)
-            self._types = self.types_with([ShapeOn(shape_source(shape), known)])
+        if all(kind.name != hit_group for kind in self._types):
+            kind = self._types[self.type_number(material)]
+            assert isinstance(kind, MaterialSource)
+            self._types = self.types_with([ShapeOn(shape_source(shape), kind)])
         return [source.name for source in shapes_of(self._types)].index(shape) + 1
 
     def release(self, material: Material) -> None:
@@ -307,7 +307,7 @@ class MaterialTable:
             | _UNLIT * material.unlit
             | _THIN_WALLED * material.thin_walled
         )
-        source = next((known for known in plain(self._types).values() if known.name == material.type), None)
+        source = next((kind for kind in plain(self._types).values() if kind.name == material.type), None)
         if source is None:
             source = material_source(material.type)
             self._types = self.types_with([source])
@@ -333,9 +333,9 @@ class MaterialTable:
         if (image, srgb) not in self._textures:
             self._textures[image, srgb] = self._upload(image, srgb)
             image.follow(self._changes)
-        found = self._textures[image, srgb]
-        found.users += 1
-        return found
+        texture = self._textures[image, srgb]
+        texture.users += 1
+        return texture
 
     def _upload(self, image: Image, srgb: bool) -> _ImageOnGpu:
         height, width, _ = image.pixels.shape

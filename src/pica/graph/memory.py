@@ -92,7 +92,7 @@ class Memory:
                 state.reset()
 
     def allocate(
-        self, kept: Iterable[Resource], histories: Iterable[History], places: Iterable[tuple[Resource, int]]
+        self, persistent: Iterable[Resource], histories: Iterable[History], places: Iterable[tuple[Resource, int]]
     ) -> None:
         """Give each resource its memory, and let go of what none has any more.
 
@@ -100,15 +100,15 @@ class Memory:
         """
         self.bytes = {}
         before, self._kept = self._kept, {}
-        for resource in kept:
+        for resource in persistent:
             description = (type(resource), resource.description)  # type: ignore[attr-defined]
-            found = before.pop(resource.key, None)
-            if found is None or found[0] != description:
-                self._let_go(found)
-                found = description, self._make(resource, f"{resource.scope} {resource.name}")
-            self._kept[resource.key] = found
-            resource.physical = found[1]
-            self._book(resource.scope, found[1])
+            entry = before.pop(resource.key, None)
+            if entry is None or entry[0] != description:
+                self._let_go(entry)
+                entry = description, self._make(resource, f"{resource.scope} {resource.name}")
+            self._kept[resource.key] = entry
+            resource.physical = entry[1]
+            self._book(resource.scope, entry[1])
         for gone in before.values():
             self._let_go(gone)
         self._allocate_histories(list(histories))
@@ -159,9 +159,9 @@ class Memory:
         state.sets, state.description = [{}, {}], None
         state.reset()
 
-    def _let_go(self, found: tuple[Any, Any] | None) -> None:
-        if found is not None:
-            self.device.give_back(found[1])
+    def _let_go(self, entry: tuple[Any, Any] | None) -> None:
+        if entry is not None:
+            self.device.give_back(entry[1])
 
     def _book(self, scope: str, made: spy.Texture | spy.Buffer) -> None:
         self.bytes[scope] = self.bytes.get(scope, 0) + made.memory_usage.device

@@ -53,8 +53,8 @@ class Node:
         self._each_frame: list[tuple[str, Callable[[Any], Any]]] = []
         for value in self.inputs.values():
             self._note(value)
-        found = {id(state): state for state in map(_history_of, self.inputs.values()) if state is not None}
-        self._states = list(found.values())
+        states = {id(state): state for state in map(_history_of, self.inputs.values()) if state is not None}
+        self._states = list(states.values())
 
     def __str__(self) -> str:
         return f"pass {self.name!r} of {self.scope} ({self.where})"
@@ -160,8 +160,8 @@ class BlockNode(Node):
 
 def _block_of(value: Any) -> Block | None:
     """Of a block itself, or of what has one."""
-    found = value if isinstance(value, Block) else getattr(value, "block", None)
-    return found if isinstance(found, Block) else None
+    block = value if isinstance(value, Block) else getattr(value, "block", None)
+    return block if isinstance(block, Block) else None
 
 
 def _history_of(value: Any) -> "HistoryState | None":

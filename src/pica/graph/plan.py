@@ -111,11 +111,11 @@ class Plan:
 
     def _captures_of(self, names: frozenset[str]) -> dict[int, list[str]]:
         if names not in self._captures:
-            found: defaultdict[int, list[str]] = defaultdict(list)
+            names_after: defaultdict[int, list[str]] = defaultdict(list)
             for name, offer in self.offers.items():  # in the order of the frame
                 if name in names:
-                    found[offer.after].append(name)
-            self._captures = {names: dict(found)}  # of the newest question alone
+                    names_after[offer.after].append(name)
+            self._captures = {names: dict(names_after)}  # of the newest question alone
         return self._captures[names]
 
     def _capture(self, frame: Frame, name: str) -> Lazy:

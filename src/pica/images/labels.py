@@ -111,10 +111,10 @@ class Labels:
     @cached_property
     def nodes(self) -> dict[int, NodeLabel]:
         """By number, parents before children."""
-        found: dict[int, NodeLabel] = {}
+        by_number: dict[int, NodeLabel] = {}
         for number, name, above, mesh, materials, extras, _ in self._rows:
-            found[number] = NodeLabel(number, name, found.get(above), mesh, materials, extras)
-        return found
+            by_number[number] = NodeLabel(number, name, by_number.get(above), mesh, materials, extras)
+        return by_number
 
     @cached_property
     def materials(self) -> dict[int, MaterialLabel]:
@@ -151,12 +151,12 @@ class Labels:
                 name = of_nodes.get(label.parent.number)
             if name is not None:
                 of_nodes[number] = name
-        known = (NO_CLASS, *(sorted({*of_nodes.values()} - {NO_CLASS}) if names is None else _checked(names)))
-        if missing := sorted(set(of_nodes.values()) - set(known)):
+        class_names = (NO_CLASS, *(sorted({*of_nodes.values()} - {NO_CLASS}) if names is None else _checked(names)))
+        if missing := sorted(set(of_nodes.values()) - set(class_names)):
             raise PicaError(f"semantic: names lack {_listed(missing)}, which nodes have")
-        numbers = {name: number for number, name in enumerate(known)}
+        numbers = {name: number for number, name in enumerate(class_names)}
         values = {number: numbers[name] for number, name in of_nodes.items()}
-        return Semantic(_looked_up(values, instance, np.int32), known)
+        return Semantic(_looked_up(values, instance, np.int32), class_names)
 
     def _warn_of_missing(self, key: str) -> None:
         keys = dict.fromkeys(key for label in self.nodes.values() for key in label.extras)
@@ -208,6 +208,6 @@ def _checked(names: Sequence[str]) -> list[str]:
 
 
 def _listed(names: Iterable[str]) -> str:
-    found = [shown(name) for name in names]
-    more = f" and {len(found) - _MOST_NAMES} more" if len(found) > _MOST_NAMES else ""
-    return ", ".join(found[:_MOST_NAMES]) + more
+    quoted = [shown(name) for name in names]
+    more = f" and {len(quoted) - _MOST_NAMES} more" if len(quoted) > _MOST_NAMES else ""
+    return ", ".join(quoted[:_MOST_NAMES]) + more

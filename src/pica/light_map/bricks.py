@@ -68,12 +68,12 @@ class Bricks:
     def finest_at(self) -> NDArray[np.uint32]:
         """(z, y, x) of each finest brick's place: 4 times the number of the finest brick that covers it, plus that
         one's level; NOWHERE for none."""
-        found = np.full(self.size[::-1], NOWHERE, np.uint32)
+        table = np.full(self.size[::-1], NOWHERE, np.uint32)
         for number in np.argsort(-self.places[:, 3], kind="stable"):
             x, y, z, level = self.places[number]
             side = CELLS**level
-            found[z : z + side, y : y + side, x : x + side] = number << 2 | level
-        return found
+            table[z : z + side, y : y + side, x : x + side] = number << 2 | level
+        return table
 
 
 def bricks_around(

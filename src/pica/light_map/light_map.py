@@ -90,17 +90,19 @@ class LightMap:
 
         It takes a few times the memory that the file says its arrays have, which is looked at first.
         """
-        found = read_arrays(Path(path), _FILE, _check_lengths)
-        if found["format"] != _FORMAT:
-            raise PicaError(f"{path}: is a light map of format {found['format']}; this is for {_FORMAT}: bake it again")
-        bricks = Bricks(found["origin"], float(found["spacing"]), found["size"], found["places"])
+        arrays = read_arrays(Path(path), _FILE, _check_lengths)
+        if arrays["format"] != _FORMAT:
+            raise PicaError(
+                f"{path}: is a light map of format {arrays['format']}; this is for {_FORMAT}: bake it again"
+            )
+        bricks = Bricks(arrays["origin"], float(arrays["spacing"]), arrays["size"], arrays["places"])
         try:
             _check_bricks(bricks)
-            _check_light(bricks, float(found["scale"]), found["harmonics"], found["in_the_open"])
-            content, layout = _digest(found["content"]), _digest(found["layout"])
+            _check_light(bricks, float(arrays["scale"]), arrays["harmonics"], arrays["in_the_open"])
+            content, layout = _digest(arrays["content"]), _digest(arrays["layout"])
         except ValueError as error:
             raise PicaError(f"{path}: is damaged: {error}") from None
-        light = float(found["scale"]), found["harmonics"], found["in_the_open"], found["seen"]
+        light = float(arrays["scale"]), arrays["harmonics"], arrays["in_the_open"], arrays["seen"]
         return LightMap(bricks, *light, content, layout)
 
     def check_scene(self, scene: Scene) -> None:

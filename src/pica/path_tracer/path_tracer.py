@@ -120,7 +120,7 @@ class PathTracer(Closing):
         camera = checked_camera("render", camera)
         self._frames.rewind()
         plan: Plan | None = None
-        found: dict[str, Lazy] = {}
+        images: dict[str, Lazy] = {}
         labels: Labels | None = None
         timings: dict[str, float] = {}
         for done in range(1, samples + 1):
@@ -132,9 +132,9 @@ class PathTracer(Closing):
                 if self._last:
                     captured |= {"color", "display"} | ({"alpha"} if self._transparent else set())
                 frame.requested = frozenset(captured)
-                found |= plan.replay(frame)
+                images |= plan.replay(frame)
                 self._frames.end(frame)
-                if done == 1 and found.keys() & NUMBERED:
+                if done == 1 and images.keys() & NUMBERED:
                     labels = self.view.name_labels()
                 if done == samples:
                     timings = self.device.profiler.flush()
@@ -142,8 +142,8 @@ class PathTracer(Closing):
                         self._declare()
             if progress is not None:
                 progress(done, samples)
-        color, display = self._black_pictures.watched(found, self.scene, self.settings)
-        pixels = {name: fetch for name, fetch in found.items() if name not in ("color", "display")}
+        color, display = self._black_pictures.watched(images, self.scene, self.settings)
+        pixels = {name: fetch for name, fetch in images.items() if name not in ("color", "display")}
         return Frame(self.size, color, display, pixels, timings, labels, self.device_name)
 
     def _begin(self, camera: Camera) -> FrameContext:

@@ -121,11 +121,11 @@ class MaterialType:
     def packed(self, what: str, values: dict[str, Any]) -> NDArray[np.uint32]:
         """Parameters as (MAX_PARAMETERS,) numbers. Raises MaterialTypeError for a name or a shape that does not fit."""
         expected = self.parameters.names or ()
-        given, known = set(values), set(expected)
-        if given != known:
-            fault = f"lacks {_listed(known - given)}" if known - given else f"has no {_listed(given - known)}"
+        given, names = set(values), set(expected)
+        if given != names:
+            fault = f"lacks {_listed(names - given)}" if names - given else f"has no {_listed(given - names)}"
             raise MaterialTypeError(
-                f"material {what!r} of type {self.name!r} {fault}; its parameters are {_listed(known) or 'none'}"
+                f"material {what!r} of type {self.name!r} {fault}; its parameters are {_listed(names) or 'none'}"
             )
         row = np.zeros((), self.parameters)
         for name in expected:
@@ -220,13 +220,13 @@ def made(device: Device, recipe: Recipe[Made], types: MaterialTypeSet) -> Made:
 def fault_of(types: MaterialTypeSet, error: Exception) -> PicaError | None:
     """The fault of a file of the user's that made a program of these types fail; None where there are no such files."""
     text = str(error.__cause__ or error)
-    found = [source for entry in types for source in _sources(entry) if source != STANDARD_SOURCE]
-    for source in found:
+    sources = [source for entry in types for source in _sources(entry) if source != STANDARD_SOURCE]
+    for source in sources:
         path = marked(source.path, source.text)
         if str(path) in text:
             return source.fault(first_error(source.path, text.replace(str(path), str(source.path))))
-    names = " or ".join(repr(source.name) for source in dict.fromkeys(found))
-    return MaterialTypeError(f"material type {names}: {' '.join(text.split())}") if found else None
+    names = " or ".join(repr(source.name) for source in dict.fromkeys(sources))
+    return MaterialTypeError(f"material type {names}: {' '.join(text.split())}") if sources else None
 
 
 def _sources(entry: TypeEntry) -> list[MaterialSource]:
@@ -274,23 +274,23 @@ def _implementation(source: MaterialSource, loaded: spy.SlangModule) -> tuple[st
     layout = loaded.layout
     interfaces = {name: layout.find_type_by_name(name) for name in source.interfaces}
     structs: Any = loaded.module_decl.children_of_kind(spy.DeclReflection.Kind.struct)
-    found = [
+    matches = [
         (struct.name, source.interfaces[name].format(struct.name))
         for struct in structs
         for name, interface in interfaces.items()
         if interface is not None and layout.is_sub_type(layout.find_type_by_name(struct.name), interface)
     ]
-    if len(found) != 1:
+    if len(matches) != 1:
         wanted = f"{' or '.join(interfaces)} ({source.interface_file})"
-        what = f"{len(found)} structs implement {wanted}, not one" if found else f"no struct implements {wanted}"
+        what = f"{len(matches)} structs implement {wanted}, not one" if matches else f"no struct implements {wanted}"
         raise source.fault(f"{source.path}: {what}")
-    return found[0]
+    return matches[0]
 
 
 def _parameters(source: MaterialSource, struct: spy.TypeReflection | None) -> np.dtype[Any]:
     fields = []
-    known: Any = struct.fields if struct is not None else []
-    for field in known:
+    struct_fields: Any = struct.fields if struct is not None else []
+    for field in struct_fields:
         kind = field.type.kind
         plain = kind in (spy.TypeReflection.Kind.scalar, spy.TypeReflection.Kind.vector)
         if not plain or field.type.scalar_type not in _SCALARS:

@@ -75,20 +75,20 @@ def _compile(device: Device, missing: Sequence[Program]) -> None:
     compiled, compilation = programs(device).compiled, compiling.Compilation(len(missing))
     left = set(missing)
 
-    def found(program: Program) -> None:
+    def on_compiled(program: Program) -> None:
         compiled.add([program])
         left.discard(program)
         compilation.tell(len(missing) - len(left))
 
-    _compile_beside(device, missing, found, compilation.log_once)
+    _compile_beside(device, missing, on_compiled, compilation.log_once)
     for program in missing:
         if program in left:
             make_machine_code(device, made(device, *program))
-            found(program)
+            on_compiled(program)
 
 
 def _compile_beside(
-    device: Device, missing: Sequence[Program], found: Callable[[Program], None], late: Callable[[], None]
+    device: Device, missing: Sequence[Program], on_compiled: Callable[[Program], None], late: Callable[[], None]
 ) -> None:
     """Have workers compile these; `found` is told of each that the caches have now. A worker's fault is no obstacle.
 
@@ -106,7 +106,7 @@ def _compile_beside(
         for _ in missing:
             task = _next(workers, late)
             if task.answered and task.fault is None:
-                found((task.recipe, task.types))
+                on_compiled((task.recipe, task.types))
     except BaseException:
         workers.close()
         raise

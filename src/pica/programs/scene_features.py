@@ -67,21 +67,21 @@ export public static const bool {constant} = true;
 def features_of(material: Material) -> Features:
     """What programs must know to show it."""
     values = vars(material)  # half of the time that checked fields take, for each section of each node that comes
-    found = _NONE
+    features = _NONE
     if any([values[slot] is not None for slot in _SLOTS]):
-        found |= {TEXTURES}
+        features |= {TEXTURES}
     if values["emissive_texture"] is not None:
-        found |= {EMISSIVE_TEXTURES}
+        features |= {EMISSIVE_TEXTURES}
     if values["alpha_mode"] is not AlphaMode.OPAQUE:
-        found |= {ALPHA}
+        features |= {ALPHA}
     if values["transmission"] > 0:
-        found |= {TRANSMISSION}
+        features |= {TRANSMISSION}
     if values["coats"]:
-        found |= {COATS}
+        features |= {COATS}
     for lobe, feature in _LOBES:
         if values[lobe] is not None:
-            found |= {LOBES, feature}
-    return found
+            features |= {LOBES, feature}
+    return features
 
 
 def features_of_light(light: Light | None) -> Features:
@@ -119,10 +119,10 @@ def supported_features(types: MaterialTypeSet) -> Features:
 
 def with_features(types: MaterialTypeSet, features: Set[Feature]) -> MaterialTypeSet:
     """The types with the smallest bundle that has these too."""
-    known = supported_features(types)
-    if features <= known:
+    supported = supported_features(types)
+    if features <= supported:
         return types
-    bundle = next(bundle for bundle in BUNDLES if known.union(features).issubset(bundle.features))
+    bundle = next(bundle for bundle in BUNDLES if supported.union(features).issubset(bundle.features))
     others = [bundle if isinstance(entry, Bundle) else entry for entry in types]
     return tuple(others if bundle in others else [*others, bundle])
 

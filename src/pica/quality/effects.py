@@ -26,11 +26,11 @@ class MeasuredEffect:
     def __init__(self, renderer: Renderer, name: str) -> None:
         """`name`: of an effect that has a reference. Raises SettingsError when the renderer has none of that name."""
         self._renderer = renderer
-        found = {effect.name: effect for effect in renderer.effects if type(effect).reference is not Effect.reference}
-        if name not in found:
-            known = ", ".join(found) or "none"
-            raise SettingsError(f"compare --effect {name}: it is off or only seen in whole pictures; there are {known}")
-        self._effect = found[name]
+        effects = {effect.name: effect for effect in renderer.effects if type(effect).reference is not Effect.reference}
+        if name not in effects:
+            names = ", ".join(effects) or "none"
+            raise SettingsError(f"compare --effect {name}: it is off or only seen in whole pictures; there are {names}")
+        self._effect = effects[name]
         self._count: ManySamples | None = None
 
     @property

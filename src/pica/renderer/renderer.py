@@ -315,7 +315,7 @@ class Renderer(Closing):
         camera = self._default_camera() if camera is None else camera
         if checked("render: cut", flag, cut, PicaError):
             self.reset()
-        found: dict[str, Lazy] = {}
+        images: dict[str, Lazy] = {}
         labels: Labels | None = None
         timings: dict[str, float] = {}
 
@@ -328,8 +328,8 @@ class Renderer(Closing):
         for done in range(1, frames + 1):
             with self.device.lock:
                 self._advance(camera, wait=True, denoiser=denoiser, last=done == frames, wanted=capture)
-                found |= self.captured
-                if done == 1 and found.keys() & NUMBERED:
+                images |= self.captured
+                if done == 1 and images.keys() & NUMBERED:
                     labels = self.view.name_labels()
                 if done == frames:
                     timings = self.device.profiler.flush()
@@ -337,9 +337,9 @@ class Renderer(Closing):
                         self._frame_plan.of(self._stages, self._frames, self.view, lambda plan: frozenset())
             if progress is not None:
                 progress(done, frames)
-        color, display = found.pop("color"), found.pop("display")
-        checked_aovs("render", wanted, found)  # of what is there for debugging, no more is known before
-        pixels = at_size(self.size, found)
+        color, display = images.pop("color"), images.pop("display")
+        checked_aovs("render", wanted, images)  # of what is there for debugging, no more is known before
+        pixels = at_size(self.size, images)
         looked_at = {"color": color, "display": display, **pixels}
         color, display = self._black_pictures.watched(looked_at, self.scene, self.settings)
         return Frame(self.size, color, display, pixels, timings, labels, self.device_name)
@@ -360,23 +360,23 @@ class Renderer(Closing):
             plan, frame.requested = self._frame_plan.of_gbuffer(
                 self._stages, self._frames, self.view, lambda plan: frozenset(plan.names("gbuffer", wanted))
             )
-            found = plan.replay(frame, only="gbuffer")
+            images = plan.replay(frame, only="gbuffer")
             self._frames.end(frame)
             self._frames.rewind()
             self._drop_histories()
-            labels = self.view.name_labels() if found.keys() & NUMBERED else None
+            labels = self.view.name_labels() if images.keys() & NUMBERED else None
             timings = self.device.profiler.flush()
-        return Frame(self.size, None, None, at_size(self.size, found), timings, labels, self.device_name)
+        return Frame(self.size, None, None, at_size(self.size, images), timings, labels, self.device_name)
 
     def _wanted(self, aovs: Any) -> frozenset[str] | None:
         """The AOVs that `render` is asked for; None for all. Those for debugging and of
         inserted passes are known only after a frame."""
-        known = (
+        available = (
             None
             if self.debug or self._frame_plan.inserted
             else [name for effect in self.effects for name in effect.aov_names]
         )
-        wanted = checked_aovs("render", aovs, known, self.missing_aovs)
+        wanted = checked_aovs("render", aovs, available, self.missing_aovs)
         # Pictures without their alpha could not be saved.
         transparent = self.settings.visibility.background == "transparent"
         return wanted | {"alpha"} if transparent and wanted is not None else wanted

@@ -47,8 +47,8 @@ def checked_count(what: str, count: Any) -> int:
 
 def checked_camera(who: str, camera: Any) -> Camera:
     """A camera as it is. Raises SceneError for what is none."""
-    found: Camera = checked(f"{who}: camera", instance(Camera), camera)
-    return found
+    result: Camera = checked(f"{who}: camera", instance(Camera), camera)
+    return result
 
 
 def check_progress(who: str, progress: Any) -> None:

@@ -60,22 +60,22 @@ def why_black(
 ) -> str:
     """Why a picture (height, width, 3) of `depth` (height, width) is nearly black, and what to try; empty if it is not,
     where surfaces are seen, and where only the scene would say, which is None if it is gone."""
-    seen = np.isfinite(depth)
-    if seen.mean() < _LEAST_SEEN:
+    visible = np.isfinite(depth)
+    if visible.mean() < _LEAST_SEEN:
         return "the camera sees hardly any surface; another camera may (without one, the whole scene is shown)"
-    if display[seen].mean() >= _DARK or scene is None:
+    if display[visible].mean() >= _DARK or scene is None:
         return ""
     if not has_lights(scene) and not emitted_illuminance(scene) and not _environment_shines(scene):
         return "nothing in the scene gives light; add a light or an environment (--env)"
-    lit = luminance(color[seen])
+    lit = luminance(color[visible])
     lit = lit[lit > 0]
     if len(lit) and not post.auto_exposure:
-        white, found = 2.0**-post.exposure, float(np.percentile(lit, 90))
-        if found < white / 8:
-            says = f"post.exposure={post.exposure:.3g} makes {white:.3g} nits white, and what is seen has {found:.3g}"
-            return f"{says}; try post.exposure={-np.log2(found):.3g}, or post.auto_exposure=true"
+        white, level = 2.0**-post.exposure, float(np.percentile(lit, 90))
+        if level < white / 8:
+            says = f"post.exposure={post.exposure:.3g} makes {white:.3g} nits white, and what is seen has {level:.3g}"
+            return f"{says}; try post.exposure={-np.log2(level):.3g}, or post.auto_exposure=true"
     low, high = scene.bounds()
-    if depth[seen].max() < _NEAR * np.linalg.norm(high - low):
+    if depth[visible].max() < _NEAR * np.linalg.norm(high - low):
         return "all that the camera sees is right in front of it, as if it stood inside of something; move it"
     return "hardly any light reaches what is seen; move the lights, or add an environment (--env)"
 

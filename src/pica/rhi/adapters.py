@@ -87,16 +87,16 @@ def adapters() -> list[spy.AdapterInfo]:
 
 def list_devices() -> list[DeviceInfo]:
     """Every graphics device. Each is opened in a process of its own, as a broken driver may take its process along."""
-    found = []
+    devices = []
     for index, adapter in enumerate(adapters()):
         probe = subprocess.run(
             [sys.executable, "-m", "pica.rhi.adapters", str(index)], capture_output=True, text=True, timeout=120
         )
         if probe.returncode == 0:
-            found.append(DeviceInfo(**json.loads(probe.stdout.splitlines()[-1])))
+            devices.append(DeviceInfo(**json.loads(probe.stdout.splitlines()[-1])))
         else:
-            found.append(DeviceInfo(adapter.name, "unknown", _driver_version(adapter), 0, ["a driver that opens"]))
-    return found
+            devices.append(DeviceInfo(adapter.name, "unknown", _driver_version(adapter), 0, ["a driver that opens"]))
+    return devices
 
 
 def choose(name: str | None) -> spy.AdapterInfo:
@@ -104,15 +104,15 @@ def choose(name: str | None) -> spy.AdapterInfo:
 
     Raises DeviceError when there is none, or none by that name.
     """
-    known = adapters()
-    if not known:
+    candidates = adapters()
+    if not candidates:
         raise DeviceError(f"no Vulkan device on this machine; {HELP}")
     if name is not None:
-        matching = [adapter for adapter in known if name.lower() in adapter.name.lower()]
+        matching = [adapter for adapter in candidates if name.lower() in adapter.name.lower()]
         if not matching:
-            raise DeviceError(f"no device named {name!r}; there are: {', '.join(a.name for a in known)}")
-        known = matching
-    return min(known, key=is_software)
+            raise DeviceError(f"no device named {name!r}; there are: {', '.join(a.name for a in candidates)}")
+        candidates = matching
+    return min(candidates, key=is_software)
 
 
 def adapter_of(device: spy.Device) -> spy.AdapterInfo:

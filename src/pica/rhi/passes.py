@@ -45,10 +45,10 @@ class _Pass(Generic[Pipeline]):
 
     def parameters(self, variant: int) -> ProgramParameters:
         """What the program is given."""
-        found = self._variants.get(variant)
-        if found is None:
-            found = self._variants[variant] = ProgramParameters(self._device, self.name, self._make()[0])
-        return found
+        bound = self._variants.get(variant)
+        if bound is None:
+            bound = self._variants[variant] = ProgramParameters(self._device, self.name, self._make()[0])
+        return bound
 
 
 class ComputePass(_Pass[spy.ComputePipeline]):

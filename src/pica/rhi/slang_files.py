@@ -25,8 +25,8 @@ class SlangFile:
     def read(cls, path: str | Path) -> "SlangFile":
         """Raises ShaderError for a file that cannot be read."""
         try:
-            found = Path(path).resolve()
-            return cls(found, found.read_text(encoding="utf-8"))
+            resolved = Path(path).resolve()
+            return cls(resolved, resolved.read_text(encoding="utf-8"))
         except TypeError:
             raise ShaderError(f"{shown(path)} is not the path of a Slang file") from None
         except (OSError, ValueError) as error:

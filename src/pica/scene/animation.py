@@ -54,8 +54,8 @@ class Pose:
         for values in (translation, rotation, scale):
             values.setflags(write=False)
         pose = object.__new__(Pose)
-        kept = {"translation": translation, "rotation": rotation, "scale": scale}
-        object.__setattr__(pose, "__dict__", kept)
+        attributes = {"translation": translation, "rotation": rotation, "scale": scale}
+        object.__setattr__(pose, "__dict__", attributes)
         return pose
 
     def matrix(self) -> Floats:
@@ -79,8 +79,8 @@ def _keyed(*dimensions: int) -> Check[Floats]:
 def _node(value: Any) -> "Node":
     from pica.scene.model import Node  # which knows animations
 
-    found: Node = instance(Node)(value)
-    return found
+    node: Node = instance(Node)(value)
+    return node
 
 
 _KEYS = {(1,): "(keys,)", (2, 3): "(keys, components) or, for CUBICSPLINE, (keys, 3, components)"}

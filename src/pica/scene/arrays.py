@@ -40,9 +40,9 @@ def shares(*shape: Shape) -> Check[NDArray[np.float32]]:
     def check(values: Any) -> NDArray[np.float32]:
         if getattr(values, "dtype", None) == np.uint8:
             values = np.asarray(values) / np.float32(255)
-        kept = given(values)
-        check_shares(kept)
-        return kept
+        result = given(values)
+        check_shares(result)
+        return result
 
     return check
 
@@ -83,11 +83,11 @@ def picture(texels: Check[NDArray[Any]]) -> Check[NDArray[Any]]:
     """Of (height, width, channels), sides from 1 to LARGEST_SIDE."""
 
     def check(values: Any) -> NDArray[Any]:
-        kept = texels(values)
-        height, width, _ = kept.shape
+        result = texels(values)
+        height, width, _ = result.shape
         if not (min(height, width) >= 1 and max(height, width) <= LARGEST_SIDE):
             raise UnfitError(f"{width}x{height} texels; width and height must be 1 to {LARGEST_SIDE}")
-        return kept
+        return result
 
     return check
 
@@ -95,20 +95,20 @@ def picture(texels: Check[NDArray[Any]]) -> Check[NDArray[Any]]:
 def affine(matrix: ArrayLike) -> NDArray[np.float64]:
     """A copy of a (4, 4) matrix that moves, turns and scales: finite, last row 0, 0, 0, 1. It may be flat."""
     plain = type(matrix) is np.ndarray and matrix.dtype == np.float64 and matrix.shape == (4, 4)
-    kept = np.array(matrix) if plain else _MATRIX(matrix).copy()
+    result = np.array(matrix) if plain else _MATRIX(matrix).copy()
     # One product for sixteen comparisons: what moves is set in every frame.
-    if not np.vdot(kept, kept) <= LARGEST or kept[3].tolist() != _LAST_ROW:
-        _MATRIX(kept)
-        _check_last_rows(kept[None])
-        kept[3] = _LAST_ROW
-    return kept
+    if not np.vdot(result, result) <= LARGEST or result[3].tolist() != _LAST_ROW:
+        _MATRIX(result)
+        _check_last_rows(result[None])
+        result[3] = _LAST_ROW
+    return result
 
 
 def affines(matrices: ArrayLike) -> NDArray[np.float64]:
     """(count, 4, 4) of such matrices, not copied."""
-    kept = _MATRICES(matrices)
-    _check_last_rows(kept)
-    return kept
+    result = _MATRICES(matrices)
+    _check_last_rows(result)
+    return result
 
 
 def place_of(bad: NDArray[np.bool_]) -> str:
@@ -119,21 +119,21 @@ def place_of(bad: NDArray[np.bool_]) -> str:
 def _numbers(dtype: np.dtype[Any], shape: tuple[Shape, ...], low: float) -> Callable[[Any], NDArray[Any]]:
     def check(values: Any) -> NDArray[Any]:
         array = as_array(values, shape, "fiu", "numbers")
-        kept = _converted(array, dtype)
+        result = _converted(array, dtype)
         # The sum of squares tells in one go that nothing is amiss; if it does not, look more closely.
-        if not np.vdot(kept, kept) <= LARGEST:
-            bad = ~(np.abs(kept) <= LARGEST)
+        if not np.vdot(result, result) <= LARGEST:
+            bad = ~(np.abs(result) <= LARGEST)
             if bad.any():
                 given = _first(array, bad)
                 fault = TOO_LARGE if np.isfinite(given) else "is not finite"
                 raise UnfitError(f"{place_of(bad)}{fault} ({given:g})")
         if array.dtype.kind != "f":
-            _check_exact(array, kept)
-        if low > -LARGEST and kept.min(initial=low) < low:
-            bad = kept < low
+            _check_exact(array, result)
+        if low > -LARGEST and result.min(initial=low) < low:
+            bad = result < low
             fault = "is negative" if low == 0 else f"is less than {low:g}"
             raise UnfitError(f"{place_of(bad)}{fault} ({_first(array, bad):g})")
-        return kept
+        return result
 
     return check
 
@@ -178,16 +178,16 @@ def _check_range(array: NDArray[Any], limits: "np.iinfo[Any]") -> None:
     raise UnfitError(f"{place_of(bad)}is not from {least} to {most} ({shown(_first(array, bad))})")
 
 
-def _check_exact(given: NDArray[Any], kept: NDArray[Any]) -> None:
+def _check_exact(given: NDArray[Any], result: NDArray[Any]) -> None:
     """Raises UnfitError for integers that floats do not hold."""
     large = np.asarray((given > _EXACT) | (given < -_EXACT)) if given.dtype.itemsize > 2 else np.zeros(0, bool)
     if not large.any():
         return
     # Python compares integers and floats exactly.
     lost = large.copy()
-    lost[large] = kept[large].astype(object) != given[large].astype(object)
+    lost[large] = result[large].astype(object) != given[large].astype(object)
     if lost.any():
-        fault = f"is an integer that {kept.dtype.name} does not hold ({_first(given, lost)}); round it to a float"
+        fault = f"is an integer that {result.dtype.name} does not hold ({_first(given, lost)}); round it to a float"
         raise UnfitError(f"{place_of(lost)}{fault}")
 
 

@@ -20,10 +20,10 @@ Attributes = dict[str, NDArray[Any]]
 
 def _colors(values: Any) -> NDArray[np.float32]:
     """(vertices, 3 or 4) from 0 to 1."""
-    found = shares("vertices", "channels")(values)
-    if found.shape[1] not in (3, 4):
-        raise UnfitError(f"has the shape {found.shape}, not (vertices, 3) or (vertices, 4)")
-    return found
+    colors = shares("vertices", "channels")(values)
+    if colors.shape[1] not in (3, 4):
+        raise UnfitError(f"has the shape {colors.shape}, not (vertices, 3) or (vertices, 4)")
+    return colors
 
 
 _GIVEN: dict[str, tuple[str, Check[NDArray[np.float32]]]] = {

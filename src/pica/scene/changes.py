@@ -100,8 +100,8 @@ class Followers:
             self._references.append(ref(changes, self._references.remove))
 
     def __iter__(self) -> Iterator[ChangeSet]:
-        found = [reference() for reference in tuple(self._references)]
-        return (changes for changes in found if changes is not None)
+        listeners = [reference() for reference in tuple(self._references)]
+        return (changes for changes in listeners if changes is not None)
 
     def __getstate__(self) -> Any:
         return ()

@@ -55,27 +55,27 @@ _COATS = items(Coat)
 
 def coats(values: Any) -> tuple[Coat, ...]:
     """A check of what `Material.coats` can be."""
-    found = tuple(_COATS(values))
-    if len(found) > MAX_COATS:
-        raise UnfitError(f"{len(found)} coats are more than {MAX_COATS}")
-    return found
+    layers = tuple(_COATS(values))
+    if len(layers) > MAX_COATS:
+        raise UnfitError(f"{len(layers)} coats are more than {MAX_COATS}")
+    return layers
 
 
 def baked(material: "Material") -> Sequence[Coat]:
     """The coats that are to be evaluated: those that do nothing are left out, and equal neighbours become one."""
-    found: list[Coat] = []
+    layers: list[Coat] = []
     # The topmost keeps its place where it has textures.
     varies = material.coat_texture is not None
     textured = varies or material.coat_roughness_texture is not None
     for place, coat in enumerate(material.coats):
         if coat.strength == 0 and not (place == 0 and textured):
             continue
-        above = None if not found or (len(found) == 1 and varies) else found[-1]
+        above = None if not layers or (len(layers) == 1 and varies) else layers[-1]
         if above is not None and _are_one(above, coat):
-            found[-1] = _joined(above, coat)
+            layers[-1] = _joined(above, coat)
         else:
-            found.append(coat)
-    return found
+            layers.append(coat)
+    return layers
 
 
 def _are_one(above: Coat, below: Coat) -> bool:

@@ -24,13 +24,13 @@ class FieldsOnly(ReadOnlyCopies):
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        properties = {name for name, kept in vars(cls).items() if isinstance(kept, property) and kept.fset}
+        properties = {name for name, value in vars(cls).items() if isinstance(value, property) and value.fset}
         cls._assignable = cls._assignable.union(vars(cls).get("__annotations__", ()), properties)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name not in self._assignable and not name.startswith("_"):
-            known = hasattr(type(self), name)
-            fault = f"{name}: cannot be assigned" if known else unknown(name, sorted(self._assignable))
+            is_attribute = hasattr(type(self), name)
+            fault = f"{name}: cannot be assigned" if is_attribute else unknown(name, sorted(self._assignable))
             raise SceneError(f"{described(self)}: {fault}")
         _put(self, name, value)
 
@@ -52,10 +52,10 @@ def fields_only(made: type[_Made]) -> type[_Made]:
         given = dict(zip(in_order, values, strict=False)) | named if values else named
         if len(given) < len(values) + len(named) or not required <= given.keys() <= names:
             plain(self, *values, **named)  # which tells what is wrong
-        kept = vars(self)
-        kept.update(defaults)
+        attributes = vars(self)
+        attributes.update(defaults)
         for name, factory in factories.items():
-            kept[name] = factory()
+            attributes[name] = factory()
         for name in sorted(given, key=rank.__getitem__):  # names of objects come before what may not fit
             _put(self, name, given[name])
         if complete is not None:
@@ -75,14 +75,14 @@ def unchecked_constructor(made: type[_Made]) -> Callable[..., _Made]:
     checked = {name for name, value in vars(made).items() if isinstance(value, CheckedField)}
 
     def construct(**values: Any) -> _Made:
-        kept = defaults | values
+        attributes = defaults | values
         for name, factory in factories.items():
             if name not in values:
-                kept[name] = factory()
+                attributes[name] = factory()
         for name in checked.intersection(values):
-            kept[name] = read_only(values[name])
+            attributes[name] = read_only(values[name])
         constructed = object.__new__(made)
-        _put(constructed, "__dict__", kept)  # classes may be frozen
+        _put(constructed, "__dict__", attributes)  # classes may be frozen
         return constructed
 
     return construct

@@ -161,10 +161,10 @@ def _parts(nodes: Iterable[Node]) -> _Parts:
 
 def _backdrops(parts: _Parts) -> NDArray[np.bool_]:
     """(n,) which parts are grounds, walls and skies."""
-    found = _skies(parts)
-    solid, flat = ~parts.flat & ~found, parts.flat & ~found
+    mask = _skies(parts)
+    solid, flat = ~parts.flat & ~mask, parts.flat & ~mask
     if not flat.any():
-        return found
+        return mask
     size = _diagonal(*_box(parts[solid])) if solid.any() else float(_sizes(parts[flat]).min())
     plane = _planes(parts[flat], _SAME_PLANE * size)
     planes = plane.max() + 1
@@ -174,17 +174,17 @@ def _backdrops(parts: _Parts) -> NDArray[np.bool_]:
     sizes = np.linalg.norm(high - low, axis=1)
     if not solid.any():
         size = _before_the_widest_gap(sizes)
-    found[flat] = (sizes > _BACKDROP * size)[plane]
-    return found
+    mask[flat] = (sizes > _BACKDROP * size)[plane]
+    return mask
 
 
 def _skies(parts: _Parts) -> NDArray[np.bool_]:
     """(n,) which parts are not flat and enclose all the others by far."""
-    found = np.zeros(len(parts.low), bool)
+    mask = np.zeros(len(parts.low), bool)
     considered = ~parts.flat if np.count_nonzero(~parts.flat) > 1 else np.ones(len(parts.low), bool)
     sizes = np.where(considered, _sizes(parts), 0)
     for largest in np.argsort(sizes)[::-1]:
-        others = considered & ~found
+        others = considered & ~mask
         others[largest] = False
         if parts.flat[largest] or not others.any():
             break
@@ -192,8 +192,8 @@ def _skies(parts: _Parts) -> NDArray[np.bool_]:
         encloses = (parts.low[largest] <= low).all() and (parts.high[largest] >= high).all()
         if not (encloses and sizes[largest] > _SKY * _diagonal(low, high)):
             break
-        found[largest] = True
-    return found
+        mask[largest] = True
+    return mask
 
 
 def _planes(flat: _Parts, step: float) -> NDArray[np.intp]:

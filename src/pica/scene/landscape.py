@@ -104,12 +104,12 @@ class Landscape(Fixed):
         step = 2 ** int(levels.levels[z, x])
         edges = tuple(int(edge) // step for edge in levels.edges[z, x])
         key = z, x, step, *edges
-        found = self._meshes.get(key)
-        if found is None:
+        level_mesh = self._meshes.get(key)
+        if level_mesh is None:
             indices = patch_triangles(self.patch // step, edges)
             section = self._section(self._rows(z, step), self._rows(x, step), indices)
-            found = self._meshes[key] = Mesh([section], node.name)
-        return found
+            level_mesh = self._meshes[key] = Mesh([section], node.name)
+        return level_mesh
 
     def levels_from(self, eye: Floats) -> NDArray[np.int64]:
         """(patches along Z, along X) levels for an eye, (3,) in the node's space, by its distance to their boxes."""

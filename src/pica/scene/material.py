@@ -127,17 +127,17 @@ _TEXTURE = optional(instance(Texture))
 
 def _parameters(values: Any) -> dict[str, Any]:
     """What they must be, only the compiled type knows (programs/material_types.py)."""
-    found: dict[str, Any] = instance(dict)(values)
-    for name in found:
+    names: dict[str, Any] = instance(dict)(values)
+    for name in names:
         text(name)
-    return found
+    return names
 
 
 def _index_of_refraction(value: Any) -> float:
-    found = _NOT_NEGATIVE(value)
-    if 0 < found < 1:
-        raise UnfitError(f"{shown(found)} is neither 0 nor 1 or more")
-    return found
+    number = _NOT_NEGATIVE(value)
+    if 0 < number < 1:
+        raise UnfitError(f"{shown(number)} is neither 0 nor 1 or more")
+    return number
 
 
 @fields_only

@@ -78,11 +78,11 @@ class Scene(FieldsOnly):
             "camera": sum(node.camera is not None for node in nodes),
             "animation": len(self.animations),
         }
-        told = [f"{count:,} {what}{'s' * (count != 1)}" for what, count in counts.items() if count or what == "node"]
+        parts = [f"{count:,} {what}{'s' * (count != 1)}" for what, count in counts.items() if count or what == "node"]
         if self.environment is not None:
             height, width, _ = self.environment.radiance.shape
-            told.append(f"environment {width}x{height}")
-        return f"<pica.Scene {shown(self.name)}: {', '.join(told)}>"
+            parts.append(f"environment {width}x{height}")
+        return f"<pica.Scene {shown(self.name)}: {', '.join(parts)}>"
 
     def __contains__(self, node: Node) -> bool:
         return node._listeners is self._listeners
@@ -128,8 +128,8 @@ class Scene(FieldsOnly):
         for index, animation in enumerate(animations):
             if type(which) in (int, str) and which in (index, animation.name):
                 return animation
-        known = ", ".join(f"{index} {animation.name!r}" for index, animation in enumerate(animations))
-        raise SceneError(f"animate: no animation {shown(which)}; the scene has {known or 'none'}")
+        names = ", ".join(f"{index} {animation.name!r}" for index, animation in enumerate(animations))
+        raise SceneError(f"animate: no animation {shown(which)}; the scene has {names or 'none'}")
 
     def subscribe(self) -> ChangeSet:
         """A new record of moved and deformed nodes; kept up to date for as long as the caller holds it."""

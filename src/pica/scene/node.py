@@ -250,11 +250,11 @@ class Node(FieldsOnly):
         return child
 
     def __repr__(self) -> str:
-        told = [] if self.mesh is None else [f"mesh {shown(self.mesh.name)}"]
-        told += [type(each).__name__ for each in (self.light, self.camera) if each is not None]
-        told += [f"children {', '.join(shown(child.name) for child in self.children[:3])}"] if self.children else []
-        told += [f"and {len(self.children) - 3:,} more"] if len(self.children) > 3 else []
-        return f"<pica.Node {shown(self.name)}: {', '.join(told) or 'nothing'}>"
+        parts = [] if self.mesh is None else [f"mesh {shown(self.mesh.name)}"]
+        parts += [type(each).__name__ for each in (self.light, self.camera) if each is not None]
+        parts += [f"children {', '.join(shown(child.name) for child in self.children[:3])}"] if self.children else []
+        parts += [f"and {len(self.children) - 3:,} more"] if len(self.children) > 3 else []
+        return f"<pica.Node {shown(self.name)}: {', '.join(parts) or 'nothing'}>"
 
     def walk(self) -> Iterator["Node"]:
         """This node and all below it, parents first."""
@@ -355,9 +355,9 @@ def loose(node: Node, above: "Node | Scene") -> list[Node]:
 
 def enter(nodes: list[Node], listeners: Listeners | None) -> None:
     """Nodes that were free come into a scene, or below a node that is in none."""
-    told = list(listeners or ())
+    subscribers = list(listeners or ())
     for node in nodes:
         node._world = None
         node._listeners = listeners
-        for listener in told:
+        for listener in subscribers:
             listener.add(node)

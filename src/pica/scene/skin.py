@@ -129,15 +129,15 @@ def _joints(values: Any) -> "tuple[Node, ...]":
 
 def _with_ancestors(joints: Iterable["Node"]) -> "dict[Node, None]":
     """The nodes and all above them, each once, parents first."""
-    found: dict[Node, None] = {}
+    ordered: dict[Node, None] = {}
     for joint in joints:
         line = []
         node: Node | None = joint
-        while node is not None and node not in found:
+        while node is not None and node not in ordered:
             line.append(node)
             node = node.parent
-        found.update(dict.fromkeys(reversed(line)))
-    return found
+        ordered.update(dict.fromkeys(reversed(line)))
+    return ordered
 
 
 def _morphed(base: NDArray[np.float32], offsets: NDArray[np.float32] | None, weights: Floats | None) -> Floats:

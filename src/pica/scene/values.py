@@ -56,11 +56,11 @@ def angle(low: float, high: float) -> Check[float]:
     any_number = number()
 
     def check(value: Any) -> float:
-        found = any_number(value)
-        if not low <= found <= high:
-            hint = f"; for degrees, write math.radians({found:g})" if found > 2 * math.pi else ""
-            raise UnfitError(f"{shown(found)} is not from {low:g} to {high:g} radians{hint}")
-        return found
+        number = any_number(value)
+        if not low <= number <= high:
+            hint = f"; for degrees, write math.radians({number:g})" if number > 2 * math.pi else ""
+            raise UnfitError(f"{shown(number)} is not from {low:g} to {high:g} radians{hint}")
+        return number
 
     return check
 
@@ -70,10 +70,10 @@ def positive(high: float = LARGEST) -> Check[float]:
     within = number(high=high)
 
     def check(value: Any) -> float:
-        found = within(value)
-        if found < _SMALLEST:
-            raise UnfitError(f"{shown(found)} is not above 0")
-        return found
+        number = within(value)
+        if number < _SMALLEST:
+            raise UnfitError(f"{shown(number)} is not above 0")
+        return number
 
     return check
 
@@ -82,12 +82,12 @@ def whole(low: int = -(1 << 63), high: int = (1 << 63) - 1) -> Check[int]:
     """A whole number from low to high: of 64 bits where nothing else is said."""
 
     def check(value: Any) -> int:
-        found = plain(value)
-        if isinstance(found, bool) or not isinstance(found, Integral):
+        number = plain(value)
+        if isinstance(number, bool) or not isinstance(number, Integral):
             raise UnfitError(f"{shown(value)} is not a whole number")
-        if not low <= int(found) <= high:
+        if not low <= int(number) <= high:
             raise UnfitError(f"{shown(value)} is not from {low} to {high}")
-        return int(found)
+        return int(number)
 
     return check
 
@@ -97,10 +97,10 @@ def vector(count: int, low: float = -LARGEST, high: float = LARGEST) -> Check[tu
     one = number(low, high)
 
     def check(values: Any) -> tuple[float, ...]:
-        found = values if type(values) is tuple else tuple(islice(_each(values), count + 1))
-        if len(found) != count:
+        items = values if type(values) is tuple else tuple(islice(_each(values), count + 1))
+        if len(items) != count:
             raise UnfitError(f"{shown(values)} is not {count} numbers")
-        return tuple(one(value) for value in found)
+        return tuple(one(value) for value in items)
 
     return check
 
@@ -121,13 +121,13 @@ def text(value: Any) -> str:
     raise UnfitError(f"{shown(value)} is not text")
 
 
-def choice(*known: str) -> Check[Any]:
+def choice(*options: str) -> Check[Any]:
     """One of some words."""
 
     def check(value: Any) -> str:
-        if isinstance(value, str) and value in known:
+        if isinstance(value, str) and value in options:
             return value
-        raise UnfitError(f"{shown(value)} is not one of {', '.join(known)}")
+        raise UnfitError(f"{shown(value)} is not one of {', '.join(options)}")
 
     return check
 
@@ -167,10 +167,10 @@ def _each(values: Any) -> Iterator[Any]:
 
 
 def _real(value: Any) -> Any:
-    found = plain(value)
-    if isinstance(found, bool) or not isinstance(found, Real):
+    number = plain(value)
+    if isinstance(number, bool) or not isinstance(number, Real):
         raise UnfitError(f"{shown(value)} is not a number")
-    return found
+    return number
 
 
 def _outside(value: Any, low: float, high: float) -> str:

@@ -71,10 +71,10 @@ class Library:
 
 def _libraries() -> Path | None:
     """The folder with the shared libraries of an installed embreex, or None."""
-    found = importlib.util.find_spec("embreex")
-    if found is None or found.origin is None:
+    spec = importlib.util.find_spec("embreex")
+    if spec is None or spec.origin is None:
         return None
-    package = Path(found.origin).parent
+    package = Path(spec.origin).parent
     for folder in (package.parent / "embreex.libs", package / ".dylibs", package):
         if any(folder.glob("libembree4*")) and any(folder.glob("libtbb*")):
             return folder

@@ -44,9 +44,9 @@ def check_traces(device: Device, what: str) -> None:
 
 def say_once(device: Device, message: str) -> None:
     """A warning, unless the device has given it before."""
-    told = device.shared(WarningLog).messages
-    if message not in told:
-        told.add(message)
+    messages = device.shared(WarningLog).messages
+    if message not in messages:
+        messages.add(message)
         warnings.warn(message, stacklevel=4)
 
 

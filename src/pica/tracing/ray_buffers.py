@@ -223,11 +223,11 @@ class Scratch:
 
     def make_room(self, label: str, name: str, size: int, stride: int) -> None:
         """Have a buffer of this name and at least this size; of just this size where nobody shares it."""
-        found = self.buffers.get(name)
-        if found is not None:
-            if found.size == size or (self.shared and found.size > size):
+        buffer = self.buffers.get(name)
+        if buffer is not None:
+            if buffer.size == size or (self.shared and buffer.size > size):
                 return
-            self._device.give_back(found)
+            self._device.give_back(buffer)
         self.buffers[name] = self._device.buffer(label, size=size, struct_size=stride)
 
 

@@ -110,10 +110,10 @@ class _RayProgram:
 
     def _parameters_of(self, part: int, variant: int) -> ProgramParameters:
         """What differs from part to part, or from frame to frame, would be bound anew each time."""
-        found = self._parameters.get((part, variant))
-        if found is None:
-            found = self._parameters[part, variant] = ProgramParameters(self._device, self._name, self._program)
-        return found
+        parameters = self._parameters.get((part, variant))
+        if parameters is None:
+            parameters = self._parameters[part, variant] = ProgramParameters(self._device, self._name, self._program)
+        return parameters
 
     def __call__(self, recording: Recording, grid: tuple[int, int], values: dict[str, Any]) -> None:
         parameters = self._parameters_of(values.get("part", 0), recording.variant)

@@ -101,10 +101,10 @@ class Reflections(Effect):
             lifetime = Lifetime.FRAME if self._screen is None else Lifetime.KEPT
             reflected = graph.texture("reflected", SIGNAL, lifetime=lifetime)
             hit_position_and_pdf = graph.texture("hit position and pdf", _LIGHT, graph.half_size)
-            brought = single = graph.texture("light", spy.Format.rgba32_uint, graph.half_size)
+            ray_light = single = graph.texture("light", spy.Format.rgba32_uint, graph.half_size)
             if self._traced is not None:
                 mirrors = int(self._mirrors)
-                single = self._traced(graph, gbuffer, scene, light, indirect, hit_position_and_pdf, brought, mirrors)
+                single = self._traced(graph, gbuffer, scene, light, indirect, hit_position_and_pdf, ray_light, mirrors)
             if self._screen is not None:
                 assert surroundings is not None and picture is not None
                 state = history.state
@@ -119,9 +119,9 @@ class Reflections(Effect):
                     picture=picture,
                     reflected=reflected,
                     hitPositionAndPdf=write(hit_position_and_pdf),
-                    light=write(brought),
+                    light=write(ray_light),
                 )
-            signal = self._rebuild(graph, gbuffer, scene, reprojection, history, hit_position_and_pdf, brought)
+            signal = self._rebuild(graph, gbuffer, scene, reprojection, history, hit_position_and_pdf, ray_light)
             graph.add(
                 self._filter,
                 graph.grid,

@@ -41,13 +41,13 @@ def read_accessor(
     index: Any = source.values.get(key)
     dense = document.dense_accessors.get(index)
     if dense is not None and dense.kind in types:
-        found = document.small_accessors.get(index)
-        if found is None:
-            found = _dense(document, dense)
-        if found is not None:
+        array = document.small_accessors.get(index)
+        if array is None:
+            array = _dense(document, dense)
+        if array is not None:
             rows = dense.elements if wanted is None else len(wanted)
             document.take(document.entries("accessors")[index], bytes=rows * dense.width * _COPIES)
-            return found if wanted is None else found[wanted]
+            return array if wanted is None else array[wanted]
     accessor = _accessor(document, source, key)
     dtype = accessor.choice("componentType", COMPONENTS)
     kind, shape = accessor.text("type"), accessor.choice("type", _SHAPES)

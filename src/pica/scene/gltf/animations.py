@@ -66,12 +66,12 @@ def _target(document: Document, channel: Element) -> tuple[Element | None, Path 
         path, row = target.get("path"), target.get("node")
         if type(path) is str and path in _PATHS and type(row) is int and 0 <= row < len(nodes):
             return nodes[row], _PATHS[path]
-    found = channel.object("target", required=True)
-    known = _PATHS.get(found.text("path"))
-    if "node" not in found or known is None:
+    channel_target = channel.object("target", required=True)
+    target_path = _PATHS.get(channel_target.text("path"))
+    if "node" not in channel_target or target_path is None:
         document.warn("animates what is not a node's translation, rotation, scale or weights, which is left out")
         return None, None
-    return found.reference("node", nodes), known
+    return channel_target.reference("node", nodes), target_path
 
 
 def _channels(document: Document, entry: Element, moves: list[_Move]) -> list[Channel]:
@@ -112,9 +112,9 @@ def _few_keys(
     move: _Move, times: dict[int, NDArray[np.float64] | None], accessors: SmallAccessors
 ) -> _FewKeys | None:  # fmt: skip
     """The keys of a channel that moves a node and has been prefetched; None for others, and where anything is amiss."""
-    found = move.sampler.values
-    source, interpolation = found.get("input"), found.get("interpolation", "LINEAR")
-    values = accessors.get(found.get("output"))
+    sampler = move.sampler.values
+    source, interpolation = sampler.get("input"), sampler.get("interpolation", "LINEAR")
+    values = accessors.get(sampler.get("output"))
     at = times[source] if type(source) is int else None
     if at is None or values is None or interpolation not in ("LINEAR", "STEP"):
         return None

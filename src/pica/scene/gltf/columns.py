@@ -26,11 +26,11 @@ def numbers(
         flat = list(chain.from_iterable(rows))
         if set(map(type, flat)) <= {float, int}:
             try:
-                found = np.array(flat, np.float64)
+                array = np.array(flat, np.float64)
             except OverflowError:  # an integer beyond all floats
-                found = np.full(1, np.inf)
-            if (np.abs(found) <= LARGEST).all():
-                return found.reshape(-1, count)
+                array = np.full(1, np.inf)
+            if (np.abs(array) <= LARGEST).all():
+                return array.reshape(-1, count)
     each = [entry.numbers(key, count, default=default) for entry in entries]
     return np.array(each, np.float64).reshape(-1, count)
 
@@ -40,7 +40,7 @@ def integers(entries: Sequence[Element], key: str, default: int = -1) -> NDArray
     values = [entry.values.get(key, default) for entry in entries]
     if set(map(type, values)) <= {int}:
         with suppress(OverflowError):
-            found = np.array(values, np.int64)
-            return np.where((found >= 0) & (found <= MOST), found, -1)
+            array = np.array(values, np.int64)
+            return np.where((array >= 0) & (array <= MOST), array, -1)
     fitting = [value if type(value) is int and 0 <= value <= MOST else -1 for value in values]
     return np.array(fitting, np.int64)

@@ -79,17 +79,17 @@ class _Hierarchy:
         tops = [node for node in self._nodes if node not in self._parents]
         reached = self.below(tops)
         if len(reached) < len(self._nodes):
-            found = set(reached)
-            lost = next(node for node in self._nodes if node not in found)
+            reachable = set(reached)
+            lost = next(node for node in self._nodes if node not in reachable)
             raise lost.fault("is its own ancestor, or below a node that is")
 
     def below(self, tops: list[Element]) -> list[Element]:
         """The nodes and all below them, parents first."""
-        found = list(tops)
-        for node in found:
+        order = list(tops)
+        for node in order:
             if node in self.children:
-                found += self.children[node]
-        return found
+                order += self.children[node]
+        return order
 
     def shown(self) -> tuple[str, list[Element]]:
         """Name and root nodes of the scene to show."""
