@@ -1,4 +1,4 @@
-"""Names that somebody misspelt: what was meant, in the same line."""
+"""Suggestions for misspelt names, in the same line."""
 
 import functools
 import re
@@ -14,8 +14,8 @@ _MOST = 3
 
 
 def near_names(name: object, candidates: Iterable[str], most: int = _MOST) -> list[str]:
-    """The known names that are spelt nearly so, or that contain it; best first."""
-    import difflib  # which takes longer to load than all else here
+    """The candidates with nearly the same spelling, or that contain the name; best first."""
+    import difflib  # slower to import than the rest of this module
 
     if not isinstance(name, str) or not name or len(name) > 100:
         return []
@@ -28,25 +28,25 @@ def near_names(name: object, candidates: Iterable[str], most: int = _MOST) -> li
 
 
 def did_you_mean(name: object, candidates: Iterable[str]) -> str:
-    """ "; did you mean 'a' or 'b'?", to end a message with; empty where no known name is near."""
+    """ "; did you mean 'a' or 'b'?", to end a message with; empty if no candidate is near."""
     near = [shown(each) for each in near_names(name, candidates)]
     return f"; did you mean {' or '.join(filter(None, [', '.join(near[:-1]), *near[-1:]]))}?" if near else ""
 
 
 def unknown(name: str, candidates: Iterable[str]) -> str:
-    """What is wrong with the name of a field, and which are meant or there."""
+    """The message for an unknown field name, with near or available ones."""
     names = [each for each in candidates if not each.startswith("_")]
     return f"no field {shown(name)}{did_you_mean(name, names) or '; there are ' + ', '.join(names)}"
 
 
 def kind_of(made: type) -> str:
-    """What a message calls an object of a class: "point light" of PointLight."""
+    """A class in messages: "point light" for PointLight."""
     return re.sub("(?<!^)(?=[A-Z])", " ", made.__name__).lower()
 
 
 def checked_names(error: type[PicaError]) -> Callable[[type[_Made]], type[_Made]]:
-    """A decorator over that of a dataclass: arguments that are no fields are an error of one line, and so is what is
-    assigned to an object of a frozen one."""
+    """A decorator on top of a dataclass's: arguments that are no fields raise an error of one line, and so does
+    assignment to an object of a frozen one."""
 
     def decorated(made: type[_Made]) -> type[_Made]:
         construct: Callable[..., None] = made.__init__

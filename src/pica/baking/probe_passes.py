@@ -1,4 +1,4 @@
-"""What bakes on the device: light about probes, and what parts of cells see of them."""
+"""The device's passes of a bake: light at probes, and visibility between parts of cells and probes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from pica.tracing.ray_effect import PATHS, ray_effect
 from pica.tracing.tracers import choose_tracer
 
 _PATHS = 1 << 18
-"""In one run: no dispatch may take so long that a driver stops it."""
+"""In one dispatch: a long one would trigger the driver's timeout."""
 _SAMPLE = 32
 """Bytes: probe_light.slang."""
 BRICKS = _PATHS // SEEN_PER_BRICK
@@ -49,8 +49,8 @@ class ProbePasses:
         self._seen = make("probe visibility", size=BRICKS * SEEN_PER_BRICK * 4, struct_size=4)
 
     def light(self, first: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Of probes from `first` on: (probes, 9, 4) irradiance over pi, and the variance of each coefficient, the mean
-        of its colours'; (probes,) the share of rays that met back faces."""
+        """Of probes from `first` on: (probes, 9, 4) irradiance over pi, and the variance of each coefficient, averaged
+        over colours; (probes,) the fraction of rays that hit back faces."""
         with self._device.lock:
             frame = self._begin()
             shared = {"samples": self._sample_buffer, "across": self._samples}

@@ -1,4 +1,4 @@
-"""The last step of a picture that is to have no noise: Open Image Denoise on what all its samples gave together."""
+"""The last step of a denoised picture: Open Image Denoise on the accumulated samples."""
 
 from functools import cached_property
 from typing import Any, Literal
@@ -22,7 +22,7 @@ Denoise = bool | Literal["fast"]
 
 
 def denoiser_of(device: Device, size: Size, denoise: Any) -> "Denoiser | None":
-    """What `render` is asked for by `denoise`: False, True or "fast". Raises PicaError for anything else."""
+    """The `denoise` argument of `render`: False, True or "fast". Raises PicaError for anything else."""
     kind = checked("render: denoise", _yes_no_or_fast, denoise, PicaError)
     return Denoiser(device.memory_scope(), size, kind == "fast") if kind else None
 
@@ -37,7 +37,7 @@ def _yes_no_or_fast(value: Any) -> bool | str:
 
 
 class Denoiser:
-    """Gathers colours and normals of what is seen while a picture comes about, then takes the noise out of it."""
+    """Accumulates colours and normals of visible surfaces during a picture, then denoises it."""
 
     def __init__(self, device: Device, size: Size, fast: bool) -> None:
         """`size`: of the picture. `fast`: less well. Raises PicaError where Open Image Denoise is not installed."""
@@ -55,7 +55,7 @@ class Denoiser:
         return self._device.compute("denoising/gather_features.slang")
 
     def gather(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView) -> None:
-        """Add what a G-buffer shows."""
+        """Accumulate a G-buffer."""
         with graph.scope("denoising"):
             step = self._gather
             graph.add(step, graph.output_grid, frame=graph.frame, gbuffer=gbuffer, scene=scene, **self.sums)
@@ -69,7 +69,7 @@ class Denoiser:
         return clean
 
     def _denoise(self, frame: FrameContext, picture: spy.Texture, clean: spy.Texture) -> None:
-        """Submit what is recorded and wait for it."""
+        """Submit the recording and wait for it."""
         self._device.handle.submit_command_buffer(frame.encoder.finish())
         color = np.asarray(picture.to_numpy(), np.float32)[..., :3]
         albedo, normal = (_mean(texture) for texture in self.sums.values())

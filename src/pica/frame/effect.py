@@ -1,4 +1,4 @@
-"""What an effect is, and what it is compared with."""
+"""Base class of effects, and their references."""
 
 from abc import ABC
 from collections.abc import Mapping
@@ -15,8 +15,8 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class ReferenceLayer:
-    """One buffer of an effect, (height, width) from 0 to 1 or light (height, width, 3), and what sets its reference
-    apart from the others'."""
+    """One buffer of an effect, (height, width) from 0 to 1 or light (height, width, 3), and the parameters of its
+    reference."""
 
     offer: str
     """The name by which the graph offers it."""
@@ -25,16 +25,16 @@ class ReferenceLayer:
 
 @dataclass(frozen=True)
 class Reference:
-    """What an effect should give: the fraction of many rays that arrive, or the light that they bring, by a ray effect
-    of the path tracer's."""
+    """The ground truth of an effect: visibility averaged over many rays, or radiance, by a ray effect
+    of the path tracer."""
 
     module: str
     """Path below the package."""
     effect: str
-    """The struct in it, which adds up what its rays find (path_tracer/references.py)."""
+    """The struct in it, which accumulates its rays' results (path_tracer/references.py)."""
     detail: HitDetail
     inputs: tuple[str, ...]
-    """What it is given of Renderer.effect_inputs."""
+    """Its inputs, from Renderer.effect_inputs."""
     layers: Mapping[str, ReferenceLayer]
     """By name."""
     is_light: bool = False
@@ -44,21 +44,21 @@ class Reference:
 class Effect(ABC):
     """A stage of the frame: built once for its settings, then called whenever the frame is declared.
 
-    Each has a `__call__` of its own, which takes the graph and results of other stages, adds passes and returns
-    textures. What it can be asked to show, it offers there (`FrameGraph.offer`): AOVs by their names, views for
-    debugging as "debug.EFFECT.NAME", numbers of rays as "rays.PASS".
+    Each has its own `__call__`, which takes the graph and results of other stages, adds passes and returns
+    textures. It offers its outputs there (`FrameGraph.offer`): AOVs by their names, debug AOVs
+    as "debug.EFFECT.NAME", numbers of rays as "rays.PASS".
     """
 
     name: ClassVar[str]
-    """What settings, AOVs and the command line call it."""
+    """Its name in settings, AOVs and the command line."""
     aov_names: tuple[str, ...] = ()
     """AOVs that it offers."""
 
     def reset(self) -> None:  # noqa: B027 (most effects keep nothing on the host)
-        """Drop what it keeps on the host of earlier frames. The graph drops histories."""
+        """Discard state of earlier frames on the host. The graph discards histories."""
 
     def reference(self) -> Reference | None:
-        """What the newest frame's result is to be compared with; None: only whole pictures can be."""
+        """The ground truth of the newest frame's result; None: only whole pictures have one."""
         return None
 
 

@@ -1,4 +1,4 @@
-"""Threads of passes whose groups do not lie on whole tiles of the picture."""
+"""Thread grids of passes whose groups are not aligned with whole tiles of the picture."""
 
 from pica.frame.context import Size
 

@@ -22,10 +22,10 @@ class Reprojection:
         self.found: Texture
         """(width, height, r32_uint) words as frame/previous_surface.slang has them."""
         self.unchanged = 0
-        """Frames since anything has changed, as of the frame that is being recorded."""
+        """Frames since the last change, as of the frame that is being recorded."""
 
     def __call__(self, graph: FrameGraph, gbuffer: GBuffer) -> "Reprojection":
-        """Look for all that `gbuffer` shows."""
+        """Reproject the surfaces of `gbuffer`."""
         with graph.scope("reprojection"):
             history = graph.history("reprojection", {"found": spy.Format.r32_uint})
             state = history.state

@@ -1,4 +1,4 @@
-"""Whose the numbers in the AOVs instance and material are, written down for a frame."""
+"""The names behind the numbers of the AOVs instance and material, captured for a frame."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -38,7 +38,7 @@ def _materials_of(mesh: Mesh) -> tuple[str, ...]:
 
 
 def _copied(value: Any) -> Any:
-    """A copy of what files can hold; other things of a program's own stay the same objects."""
+    """A copy of values that JSON can hold; other objects are kept by reference."""
     if isinstance(value, dict):
         return {key: _copied(each) for key, each in value.items()}
     if isinstance(value, list):

@@ -1,5 +1,5 @@
-"""Nodes that come to a running renderer with new material types or shapes, and those that take on such: they wait until
-programs know them."""
+"""Nodes with new material types or shapes, added to a running renderer or edited, that wait until their programs are
+compiled."""
 
 from collections.abc import Iterable
 
@@ -26,7 +26,7 @@ from pica.scene.shape_registry import shape_source
 
 
 class PendingNodes:
-    """Who waits for which programs. One set of programs is under way at a time; who comes meanwhile is in the next."""
+    """Nodes and edits that wait for programs. One set of programs is compiled at a time; later ones wait for it."""
 
     def __init__(self, device: Device, materials: MaterialTable) -> None:
         self._device, self._materials = device, materials
@@ -36,14 +36,14 @@ class PendingNodes:
         """Visible nodes whose new light waits for programs."""
         self._relit: list[Node] = []
         self._edits: dict[Edit, None] = {}
-        """What waits to be shown otherwise than now."""
+        """Edits that wait for programs."""
         self._ready_edits: list[Edit] = []
         self._round: ProgramRound | None = None
         self._refused: set[TypeEntry | str] = set()
-        """Types with a fault, and names that nobody registered."""
+        """Types that failed to compile, and names that are not registered."""
         self._registrations = registrations()
         self._needs_programs = False
-        """Whether something has come up that may need another set of programs."""
+        """Whether another set of programs may be needed."""
         self._retired: list[tuple[MaterialTypeSet, int]] = []
         self._frame = 0
         self._switched = False
@@ -55,11 +55,11 @@ class PendingNodes:
 
     @property
     def waiting(self) -> Iterable[Node]:
-        """Who cannot be shown yet."""
+        """Nodes that are not visible yet."""
         return self._waiting
 
     def expect(self, nodes: list[Node]) -> None:
-        """These have come."""
+        """Queue added nodes."""
         supported = self._supported(nodes)
         for node in nodes:
             if node in supported:
@@ -69,7 +69,7 @@ class PendingNodes:
                 self._needs_programs = True
 
     def expect_lights(self, nodes: list[Node]) -> None:
-        """The lights of these have been set."""
+        """Queue nodes whose lights were set."""
         supported = self._supported_features() if nodes else frozenset()
         for node in nodes:
             self._awaiting_lights.pop(node, None)
@@ -78,7 +78,7 @@ class PendingNodes:
                 self._needs_programs = True
 
     def expect_edits(self, edits: list[Edit]) -> None:
-        """These have been written to."""
+        """Queue edits of visible content."""
         for edit in edits:
             if self._supports_edit(edit):
                 self._edits.pop(edit, None)
@@ -92,11 +92,11 @@ class PendingNodes:
 
     @property
     def ready_edits(self) -> list[Edit]:
-        """What `take` will give of them."""
+        """The edits that `take` will return."""
         return self._ready_edits
 
     def forget(self, nodes: list[Node]) -> None:
-        """These have gone."""
+        """Drop removed nodes."""
         for node in nodes:
             self._waiting.pop(node, None)
             self._awaiting_lights.pop(node, None)
@@ -110,17 +110,17 @@ class PendingNodes:
         return node in self._waiting or node in self._awaiting_lights
 
     def take(self) -> tuple[list[Node], list[Node], list[Edit], bool]:
-        """The nodes that can be shown from now on, those whose new lights can shine, what can be shown as it was
-        written, and whether the types in use have changed since the last call."""
+        """Take what is ready: nodes to show, nodes with new lights, edits to apply, and whether the types in use have
+        changed since the last call."""
         result = self._ready, self._relit, self._ready_edits, self._switched
         self._ready, self._relit, self._ready_edits, self._switched = [], [], [], False
         return result
 
     def step(self) -> None:
-        """A frame's share of the work: at most one program is made.
+        """Do one frame's part of the work: at most one program is compiled.
 
-        Raises MaterialTypeError or ShapeError for a fault: once, and what has it waits until the name is registered
-        anew. The next step goes on with the others.
+        Raises MaterialTypeError or ShapeError once for a fault; nodes with that type wait until its name is registered
+        again. The next step goes on with the others.
         """
         self._poll()
         if self._round is not None:
@@ -134,7 +134,7 @@ class PendingNodes:
                 self._activate()
 
     def finish(self) -> None:
-        """Let everybody in now; programs that are not ready are compiled where they are used.
+        """Activate everything now; missing programs are compiled at first use.
 
         Raises MaterialTypeError or ShapeError for a fault, each time.
         """
@@ -153,7 +153,7 @@ class PendingNodes:
         self._needs_programs = False
 
     def _poll(self) -> None:
-        """Follow the frames, and what is registered."""
+        """Count the frame, release retired programs, and note new registrations."""
         self._frame += 1
         if self._retired and self._retired[0][1] <= self._frame:
             programs(self._device).retire(self._retired.pop(0)[0])
@@ -163,7 +163,7 @@ class PendingNodes:
             self._needs_programs = True
 
     def _supported(self, nodes: Iterable[Node]) -> set[Node]:
-        """Those that the programs in use, and those that will follow them, know how to show."""
+        """The nodes that both current and pending programs support."""
         meshes = {mesh for mesh in {node.mesh for node in nodes} if self._supports(mesh)}
         features = self._supported_features()
         return {node for node in nodes if node.mesh in meshes and features_of_light(node.light) <= features}
@@ -185,11 +185,11 @@ class PendingNodes:
         return frozenset.intersection(*(supported_features(types) for types in self._used_types()))
 
     def _used_types(self) -> list[MaterialTypeSet]:
-        """Of the programs in use, and of those that will follow them."""
+        """Of the current programs, and of the pending ones."""
         return [self._materials.types] if self._round is None else [self._materials.types, self._round.types]
 
     def _target_types(self) -> MaterialTypeSet:
-        """The types in use and those that are waited for, as they are registered now, but for those refused."""
+        """The types in use and those required, as registered now, without refused ones."""
         wanted: list[TypeEntry] = []
         for name in self._materials.used_types:
             source = material_source(name)
@@ -198,7 +198,7 @@ class PendingNodes:
         features: Features = frozenset()
         for node in self._awaiting_lights:
             features |= features_of_light(node.light)
-        added = [*self._ready, *self._waiting]  # who is ready has no material in the table yet
+        added = [*self._ready, *self._waiting]  # ready nodes have no material in the table yet
         for light in {node.light for node in added}:
             features |= features_of_light(light)
         for edit in self._edits:
@@ -277,7 +277,7 @@ def _name(section: Section | Primitives) -> str:
 
 
 def _entries(section: Section | Primitives) -> list[TypeEntry]:
-    """What programs must know to show it. Raises MaterialTypeError or ShapeError for a name that nobody registered."""
+    """The types that programs need for it. Raises MaterialTypeError or ShapeError for a name that is not registered."""
     material = material_source(section.material.type)
     if isinstance(section, Primitives):
         return [material, ShapeOn(shape_source(section.shape), material)]

@@ -1,4 +1,4 @@
-"""A scene's copy on a device: made once, shared by all views, and told what moved."""
+"""A scene's copy on a device: made once, shared by all views, and updated incrementally."""
 
 from collections.abc import Set
 from typing import TYPE_CHECKING
@@ -44,10 +44,10 @@ _NOTHING = np.zeros(0, np.int64)
 
 
 class GpuScene:
-    """What all views of a scene have in common on a device: geometry, materials, lights, and where things are.
+    """The data that all views of a scene share on a device: geometry, materials, lights and transforms.
 
-    Nodes that come, go, move or deform cost what they are; those that stand still cost nothing. Nodes that follow the
-    camera have an instance here, and what shows them is each view's own. It goes with its last view.
+    Added, removed, moved and deformed nodes cost work; static ones cost nothing. Nodes that follow the camera have an
+    instance here, and geometry in each view. It is freed with its last view.
     """
 
     def __init__(self, device: Device, scene: Scene) -> None:
@@ -58,7 +58,7 @@ class GpuScene:
         self._changes = scene.subscribe()
         self._due: Changes | None = None
         self._moves: tuple[list[Node], NDArray[np.float32]] = [], np.zeros((0, 3, 4), np.float32)
-        """Of what is due: the nodes that have moved, and where their instances are now, node after node."""
+        """Of the pending changes: moved nodes, and their instances' new transforms, node by node."""
         self.geometry = GeometryBuffers(device)
         self.materials = MaterialTable(device, self._changes)
         self.instance_table = HostTable(device, "instances", INSTANCE)
@@ -69,7 +69,7 @@ class GpuScene:
         self.placements: dict[Node, Placement] = {}
         """Of all nodes that are shown."""
         self.deformations: dict[Node, Deformation] = {}
-        """Of those whose meshes deform for all views alike."""
+        """Of nodes whose meshes deform for all views alike."""
         nodes = list(scene.nodes())
         for node in nodes:
             check_deforming(node)
@@ -77,13 +77,13 @@ class GpuScene:
         self._edits = Edits(self._changes, self.materials, self.geometry)
         self._edits.follow(nodes)
         self.bounds = scene.bounds()
-        """Lowest and highest corner (3,) of a box round all that has been shown so far: it never shrinks."""
+        """Lowest and highest corner (3,) of the bounds of everything shown so far: they never shrink."""
         self.revision = 0
-        """Counts the updates that changed anything."""
+        """Counts updates that changed anything."""
         self.lights_revision = 0
-        """Counts those that changed what shines."""
+        """Counts updates that changed emitted or reflected light."""
         self.lights_made = self.lights_moved = 0
-        """Count how often `lights` was made anew, and how often only its rows were set."""
+        """Count rebuilds of `lights`, and updates of its rows alone."""
         self.placed_lights = PlacedLights()
         self._lights_for = (0, 0, 0)
         self._masked: set[Node] = set()
@@ -106,7 +106,7 @@ class GpuScene:
 
     @staticmethod
     def of(device: Device, scene: Scene) -> "GpuScene":
-        """The copy that the device has of a scene; made where there is none."""
+        """The device's copy of a scene; made if there is none."""
         copies = device.shared(_Copies).by_scene
         found = copies.get(id(scene))
         if found is None:
@@ -116,7 +116,7 @@ class GpuScene:
         return found
 
     def record_set(self) -> RecordSet:
-        """Records of the scene's for somebody to fill."""
+        """An empty set of records in the scene's table."""
         return RecordSet(self._device, self.record_table, self.instance_table, self.geometry, self.materials)
 
     @property
@@ -130,11 +130,11 @@ class GpuScene:
         return bool(self._masked)
 
     def sync(self, wait: bool = True) -> None:
-        """Take in what changed, before a frame of some view begins. Without `wait`, nodes of new material types stay
-        out until their programs are made (pending_nodes.py).
+        """Collect the scene's changes before a frame of some view begins. Without `wait`, nodes of new material types
+        stay hidden until their programs are compiled (pending_nodes.py).
 
-        Raises MaterialTypeError for a type with a fault; frames can go on without what has it. Raises SceneError for
-        what cannot be shown as it is now, before any of it is: each time, until it is mended or taken out.
+        Raises MaterialTypeError for a type with a fault; frames can continue without its nodes. Raises SceneError for
+        invalid content before any of it is uploaded: each time, until it is fixed or removed.
         """
         changes = self._changes.take()
         self._pending_nodes.forget(changes.removed)
@@ -142,7 +142,7 @@ class GpuScene:
         self._pending_nodes.expect_lights([node for node in changes.altered if node in self.source])
         self._edits.follow(changes.added)
         self._pending_nodes.expect_edits(self._edits.needed(changes, self.source))
-        if self._due is not None:  # a fault has kept these from their frame, or another view's frame has not begun
+        if self._due is not None:  # an error prevented their upload, or another view's frame has not begun
             changes = self._due.then(changes)
         self._due = changes
         self._check(changes)
@@ -166,7 +166,7 @@ class GpuScene:
         self._update(recording, changes)
 
     def _check(self, changes: Changes) -> None:
-        """Raises SceneError for what the device could not show. Nodes may have gone again since they changed."""
+        """Raises SceneError for invalid content. Nodes may have been removed again since they changed."""
         for node in (*changes.moved, *changes.altered):
             if node.light is not None and node in self.source:
                 node.check()
@@ -182,7 +182,7 @@ class GpuScene:
             mesh.check()
 
     def _shown_by(self, edits: list[Edit]) -> list[Node]:
-        """Who shows one of the meshes among these."""
+        """The nodes that show one of the meshes among these."""
         meshes = {edit for edit in edits if isinstance(edit, Mesh)}
         return [node for node in self.source.nodes() if node.mesh in meshes] if meshes else []
 
@@ -229,11 +229,11 @@ class GpuScene:
             self.revision += 1
             self.flush(recording)
         shines = any(_shines(node) for node in (*moved, *deformed))
-        # What surfaces reflect onto others is light too.
+        # Reflected light counts too.
         self.lights_revision += lights_differ or lights_moved or shines or bool(edits)
 
     def _relight(self, materials: Set[Material]) -> None:
-        """These emit other light than before."""
+        """Update emissive triangles after a change of these materials' emission."""
         if materials:
             for placement in self.placements.values():
                 if placement.mesh is not None:
@@ -247,7 +247,7 @@ class GpuScene:
             table.flush(recording)
 
     def _add(self, recording: Recording, nodes: list[Node]) -> list[Node]:
-        """Upload what nodes show; their objects follow once their structures are recorded. Those that show any."""
+        """Upload nodes; their objects follow once their structures are recorded. Returns those that show anything."""
         placements = self.arrivals.place(recording, nodes)
         if not placements:
             return []
@@ -279,7 +279,7 @@ class GpuScene:
             self.geometry.release(placement.mesh)
 
     def _mask(self, node: Node) -> bool:
-        """Upload who sees a node and its lighting channels; False: they are as they were, or it shows nothing."""
+        """Upload a node's mask and lighting channels; False if they are unchanged or the node shows nothing."""
         placement = self.placements.get(node)
         if placement is None:
             return False
@@ -330,14 +330,14 @@ class GpuScene:
         self._tell(nodes)
 
     def _tell(self, nodes: list[Node]) -> None:
-        """Something about these is new; views show those that follow the camera."""
+        """Mark nodes that follow the camera as changed in all views."""
         followers = [node for node in nodes if self.placements[node].mesh is None]
         if followers:
             for view in self.views:
                 view.own.touch(followers)
 
     def _grow_bounds(self, nodes: list[Node]) -> None:
-        """Take in where these are now."""
+        """Extend the bounds by the nodes."""
         if not nodes:
             return
         placements = [self.placements[node] for node in nodes]
@@ -358,7 +358,7 @@ class GpuScene:
                     self.bounds = joined(self.bounds, box)
 
     def _deform(self, recording: Recording, nodes: dict[Node, None]) -> list[Node]:
-        """Write the vertices of those of the nodes that deform, and give these and those that views write."""
+        """Write the vertices of the deforming nodes; returns these and the nodes that views deform."""
         deformations = [self.deformations[node] for node in nodes if node in self.deformations]
         for view in self.views:
             view.positions.before_deforming(recording.encoder, [d.mesh for d in deformations])
@@ -373,7 +373,7 @@ class GpuScene:
         return [*(node for node in nodes if node in self.deformations), *followers]
 
     def _follow_lights(self, ready: list[Node], relit: list[Node], changes: Changes) -> bool:
-        """Take the nodes' lights as they are now; False: of those that stay, none has moved or was set."""
+        """Update the nodes' lights; False if no remaining light has moved or was set."""
         for node in changes.removed:
             if node not in self.source:
                 self.placed_lights.remove(node)
@@ -386,14 +386,14 @@ class GpuScene:
         return bool(stay)
 
     def light_table(self, own: EmissiveTriangles | None = None) -> LightTable:
-        """All that shines, with the triangles that shine in one view after those of all views."""
+        """A table of all lights; emissive triangles of one view come after those of all views."""
         triangles = [self.records.emissive] if own is None else [self.records.emissive, own]
         low, high = self.bounds
         radius = float(np.linalg.norm(high - low)) / 2
         return LightTable(self._device, self.placed_lights, triangles, self.environment.source, radius)
 
     def _lights_source(self) -> tuple[int, int, int]:
-        """What the table of lights is made of."""
+        """Revisions of the light table's inputs."""
         return self.placed_lights.revision, self.records.emissive.revision, self.environment.revision
 
     def _make_lights(self) -> None:
@@ -404,7 +404,7 @@ class GpuScene:
 
 
 class _Copies:
-    """The copies that a device has, by the scene's id: a copy keeps its scene."""
+    """A device's copies of scenes, by the scene's id: a copy keeps its scene alive."""
 
     def __init__(self, device: Device) -> None:
         self.by_scene: WeakValueDictionary[int, GpuScene] = WeakValueDictionary()

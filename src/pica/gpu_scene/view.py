@@ -1,4 +1,4 @@
-"""A view of a scene: the scene's copy on the device, and what of it depends on who looks."""
+"""A view of a scene: the scene's copy on the device, and the data that depends on the view."""
 
 from weakref import finalize
 
@@ -26,10 +26,10 @@ from pica.settings import Settings
 
 
 class SceneView:
-    """What a renderer or a path tracer has of a scene, in one parameter block.
+    """A renderer's or path tracer's data of a scene, in one parameter block.
 
-    Most of it is the scene's one copy on the device, which all views share. A view's own is where things were in its
-    frame before, and what follows its camera: so views neither write into the user's scene nor see of each other.
+    Most of it is the scene's copy on the device, which all views share. A view has its own previous transforms and its
+    own camera-facing geometry, so views neither write into the user's scene nor affect each other.
     """
 
     def __init__(self, device: Device, scene: Scene, settings: Settings) -> None:
@@ -40,9 +40,9 @@ class SceneView:
         self.places = PreviousPlaces(device)
         self.positions = PreviousPositions(device, gpu.geometry)
         self.revision = 0
-        """Counts the view's frames in which anything but the camera differed from the frame before."""
+        """Counts the view's frames in which anything but the camera changed."""
         self.lights_changed = True
-        """Whether what shines differs from the view's frame before, after `update`."""
+        """Whether light sources differ from the view's previous frame, after `update`."""
         self._seen = (-1, -1)
         self._lights_seen = (-1, 0)
         self._own_lights: LightTable | None = None
@@ -59,13 +59,13 @@ class SceneView:
         self._finalizer.atexit = False
 
     def close(self) -> None:
-        """Give back what the view has of the scene; it cannot be used any more."""
+        """Free the view's own data; the view cannot be used any more."""
         self.scene.views.discard(self)
         self._finalizer()
 
     @property
     def source(self) -> Scene:
-        """What it is a view of."""
+        """The scene."""
         return self.scene.source
 
     @property
@@ -75,7 +75,7 @@ class SceneView:
 
     @property
     def lights(self) -> LightTable:
-        """Everything that shines."""
+        """All lights, emissive triangles and the environment."""
         return self._own_lights or self.scene.lights
 
     @property
@@ -100,15 +100,15 @@ class SceneView:
 
     @property
     def rt_scene(self) -> RtView:
-        """What its rays meet."""
+        """The top-level structure for its rays."""
         return self.own.rt
 
     def draws(self, recording: Recording) -> list[DrawList]:
-        """What the camera's raster draws, opaque sections first. Records the upload of what changed."""
+        """Draws of the camera's raster pass, opaque sections first. Records the upload of changes."""
         return _opaque_first([*self.scene.records.draws(recording), *self.own.records.draws(recording)])
 
     def casters(self, recording: Recording) -> list[DrawList]:
-        """Triangles that may throw a shadow, whatever their masks: likewise."""
+        """Triangles that may cast shadows, whatever their masks; order and upload as `draws`."""
         return _opaque_first([*self.scene.records.casters(recording), *self.own.records.casters(recording)])
 
     @property
@@ -123,7 +123,7 @@ class SceneView:
 
     @property
     def transparent(self) -> bool:
-        """Whether shadow rays go on through some surfaces; otherwise they only ask whether something is there."""
+        """Whether shadow rays pass through some surfaces; otherwise they only test visibility."""
         return self._transparent_shadows and bool(self.scene.materials.transparent)
 
     def labels(self) -> NDArray[np.uint32]:
@@ -132,7 +132,7 @@ class SceneView:
         return np.stack([self.instances["node"][records["instance"]], records["material"] + 1], axis=1)
 
     def name_labels(self) -> Labels:
-        """Who bears the numbers that `labels` gives, as they are now."""
+        """The names behind the numbers of `labels`, as they are now."""
         return snapshot(self.source, self.scene.arrivals.numbers, self.scene.materials.numbered())
 
     def configure(self, settings: Settings) -> None:
@@ -141,11 +141,11 @@ class SceneView:
         self._bind()
 
     def make_programs(self) -> None:
-        """Before its first frame, once it is up to date: see MaterialTable.make_programs."""
+        """Compile missing programs before the first frame, once the view is up to date: MaterialTable.make_programs."""
         self.scene.materials.make_programs()
 
     def sync(self, wait: bool = True) -> None:
-        """Take in what changed, before a frame begins; as GpuScene.sync."""
+        """Collect the scene's changes before a frame begins; as GpuScene.sync."""
         self.scene.sync(wait)
 
     def update(self, recording: Recording, camera: Camera) -> bool:
@@ -183,14 +183,14 @@ class SceneView:
             self.positions.on_mesh_removed(placement.mesh)
 
     def _update_lights(self, recording: Recording) -> None:
-        """A table of the view's own where something shines that only this view shows so."""
+        """The view has a light table of its own if it has emissive camera-facing geometry."""
         scene, own = self.scene, self.own.records
         made = scene.lights_made, own.emissive.revision
         if made != self._lights_for:
             self._lights_for = made
             if self._own_lights is not None:
                 self._device.give_back(*self._own_lights.buffers())
-            # Those of all views come first, so that their records' numbers hold in every view.
+            # Triangles of all views come first, so that their records' numbers are valid in every view.
             self._own_lights = scene.light_table(own.emissive) if own.emissive else None
             own.number_emissive(len(scene.records.emissive.rows))
         elif self._own_lights is not None and scene.lights_moved != self._lights_moved:
@@ -198,7 +198,7 @@ class SceneView:
         self._lights_moved = scene.lights_moved
 
     def _bind(self) -> None:
-        """Let the block know where everything is now."""
+        """Bind the current buffers to the parameter block."""
         scene, geometry = self.scene, self.scene.geometry
         if self._environment_revision != scene.environment.revision:
             self._environment_revision = scene.environment.revision
@@ -222,5 +222,5 @@ class SceneView:
 
 
 def _opaque_first(draws: list[DrawList]) -> list[DrawList]:
-    """So that they hide what is costlier to shade."""
+    """Opaque draws first: they occlude those that are costlier to shade."""
     return sorted(draws, key=lambda drawn: not drawn.kind.opaque)

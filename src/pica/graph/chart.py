@@ -1,7 +1,7 @@
 """A chart of a compiled graph as an SVG picture.
 
-Passes go down, resources stand side by side: a bar from the first pass that uses a resource to the last, a mark where a
-pass reads or writes it. Resources that share memory stand in one frame.
+Passes are rows, resources columns: a bar from the first pass that uses a resource to the last, a mark where a
+pass reads or writes it. Resources that share memory have a common frame.
 """
 
 from collections.abc import Iterator, Mapping
@@ -34,7 +34,7 @@ class _Chart:
     def __init__(self, graph: "GraphDescription", title: str) -> None:
         self._graph, self._title = graph, title
         used = {key for each in graph.passes for key in _uses(each)}
-        # What touches nothing, such as a decision on the host, is no part of the picture.
+        # Nodes without resources, such as decisions of the host, are omitted.
         touching = (n for n, each in enumerate(graph.passes) if _uses(each) or each.milliseconds)
         self._rows = {number: row for row, number in enumerate(touching)}
         effects = dict.fromkeys([*(each.effect for each in graph.passes), *(each.effect for each in graph.resources)])
@@ -156,7 +156,7 @@ class _Chart:
 
 
 def _uses(each: "PassInfo") -> Mapping[str, str]:
-    """What a pass does with each resource, the most telling last."""
+    """How a pass uses each resource, the most important use last."""
     uses = dict.fromkeys(each.previous, "previous") | dict.fromkeys(each.reads, "read")
     return uses | {key: "update" if key in each.reads else "write" for key in each.writes}
 

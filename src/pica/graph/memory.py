@@ -53,16 +53,16 @@ class HistoryState:
         self._newest = frame.index
 
     def previous(self, frame: Any, name: str) -> spy.Texture:
-        """What the frame before left."""
+        """The content of the previous frame."""
         return self.sets[self._swapped_in is frame][name]
 
     def reset(self) -> None:
-        """Forget."""
+        """Invalidate the content."""
         self.length, self._newest, self._swapped_in = 0, -1, None
 
 
 class Memory:
-    """What a view's graphs have on the device. Resources keep their content while key and description stay."""
+    """The device memory of a view's graphs. Resources keep their content while key and description stay."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -71,7 +71,7 @@ class Memory:
         self._shared: defaultdict[Any, list[Any]] = defaultdict(list)
         self._blocks: dict[tuple[str, str], ParameterBlock] = {}
         self.bytes: dict[str, int] = {}
-        """By effect; "shared" is what effects use one after the other."""
+        """By effect; "shared" is memory that effects use one after the other."""
 
     def history(self, scope: str, name: str) -> HistoryState:
         """The state of a history."""
@@ -85,7 +85,7 @@ class Memory:
         return self._blocks[key]
 
     def reset(self, scopes: Iterable[str] | None = None) -> None:
-        """Forget the histories of these effects; None: all."""
+        """Invalidate the histories of these effects; None: all."""
         names = None if scopes is None else set(scopes)
         for (scope, _), state in self._histories.items():
             if names is None or scope in names:
@@ -94,9 +94,9 @@ class Memory:
     def allocate(
         self, persistent: Iterable[Resource], histories: Iterable[History], places: Iterable[tuple[Resource, int]]
     ) -> None:
-        """Give each resource its memory, and let go of what none has any more.
+        """Assign memory to each resource, and free memory without resources.
 
-        `places`: resources that live within a frame; those of equal descriptions and numbers share memory.
+        `places`: resources that live within a frame; those with equal descriptions and numbers share memory.
         """
         self.bytes = {}
         before, self._kept = self._kept, {}

@@ -1,4 +1,4 @@
-"""Tells scenes apart: what is in them, and where it stands."""
+"""Digests of scenes: of their content, and of its placement."""
 
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -14,7 +14,7 @@ _LENGTH = 16
 
 
 def content_of(scene: Scene) -> str:
-    """A digest of all meshes, materials, lights and surroundings, in their order; not of where anything stands."""
+    """A digest of all meshes, materials, lights and surroundings, in order; independent of their transforms."""
     digests: dict[int, bytes] = {}
     parts = [_digest(scene.environment, digests)]
     for node in scene.nodes():
@@ -24,13 +24,13 @@ def content_of(scene: Scene) -> str:
 
 
 def layout_of(scene: Scene) -> str:
-    """A digest of where all of it stands."""
+    """A digest of all transforms."""
     places = [node.instance_transforms().astype(np.float32).tobytes() for node in scene.nodes()]
     return _hash(*places).hex()
 
 
 def _digest(value: Any, digests: dict[int, bytes]) -> bytes:
-    """Of what scenes are made of; meshes, materials and pictures that several share are looked at once."""
+    """The digest of a value; shared meshes, materials and pictures are hashed once."""
     if isinstance(value, np.ndarray):
         return _hash(str((value.dtype.str, value.shape)).encode(), np.ascontiguousarray(value).tobytes())
     if isinstance(value, Enum):

@@ -1,4 +1,4 @@
-"""Draws the samples of the light slots, once a frame for all who read them."""
+"""Draws the samples of the light slots, once per frame for all passes that read them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ from pica.rhi.device import Device
 _PRESAMPLED = 1 << 14
 """Points of lights that are drawn ahead for all pixels, 32 bytes each."""
 _PRESAMPLED_AT_HITS = 1 << 12
-"""The same for what rays meet."""
+"""The same for hits of rays."""
 _LEAST_ROUGHNESS = 0.3
-"""Of what rays meet, in the light of lamps: a narrower highlight there is a rare spike (light_at_hits.slang)."""
+"""For hits of rays, lit by punctual lights: narrower highlights are rare spikes (light_at_hits.slang)."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class LightSamples:
     weights: Texture
     """(width, height, denoised slots, r16_float) their weights in the filtered visibility of their slot."""
     pool: Buffer | None
-    """Points on all emitters, for the hits of rays; None where nobody asks for it."""
+    """Points on all emitters, for the hits of rays; None if no pass reads them."""
 
     def at_hits(self, regularized: bool) -> dict[str, Any]:
         """Arguments of ray effects that light their hits. `regularized`: with highlights wider than surfaces have."""
@@ -115,7 +115,7 @@ class LightSampler:
         slots: LightSlots,
         lights: Callable[[], range],
     ) -> None:
-        """Draw this frame's points (presampled_lights.slang), of these entries of the light table."""
+        """Draw this frame's points (presampled_lights.slang) from these entries of the light table."""
         graph.add(
             self._presample[number],
             (entries, 1, 1),

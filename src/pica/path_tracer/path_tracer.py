@@ -107,8 +107,8 @@ class PathTracer(Closing):
     ) -> Frame:
         """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each.
 
-        `denoise`: Open Image Denoise takes out the noise that is left, less well and in an eighth of the time with
-        "fast"; PicaError where it is not installed. `aovs`: as Renderer's, of the G-buffer; they are the first
+        `denoise`: Open Image Denoise removes the remaining noise, with "fast" less well and in an eighth of the time;
+        PicaError if it is not installed. `aovs`: as Renderer's, of the G-buffer; they are the first
         sample's, through the pixels' centres.
         """
         samples = checked_count("render: samples", samples)
@@ -138,7 +138,7 @@ class PathTracer(Closing):
                     labels = self.view.name_labels()
                 if done == samples:
                     timings = self.device.profiler.flush()
-                    if denoiser is not None:  # what it needs goes with the picture
+                    if denoiser is not None:  # the denoiser's inputs belong to the picture
                         self._declare()
             if progress is not None:
                 progress(done, samples)
@@ -147,14 +147,14 @@ class PathTracer(Closing):
         return Frame(self.size, color, display, pixels, timings, labels, self.device_name)
 
     def _begin(self, camera: Camera) -> FrameContext:
-        self.check_open()  # what is called after each sample may close it
+        self.check_open()  # the callback after a sample may have closed it
         self.view.sync()
         frame = self._frames.begin(camera, jittered=False)
         self.view.update(frame, frame.camera)
         return frame
 
     def _declare(self, denoiser: Denoiser | None = None, wanted: frozenset[str] | None = None) -> Plan:
-        """A sample, and what only the first and the last of a picture do."""
+        """A sample; the first and the last of a picture do more."""
         while True:
             types, graph = self.view.material_types, self._graph(wanted or frozenset())
             with graph.when(lambda frame: self._first):
@@ -171,7 +171,7 @@ class PathTracer(Closing):
             assert gbuffer is not None
             plan = Plan(graph)
             self.view.make_programs()
-            if self.view.material_types == types:  # else some were found that are made for more features
+            if self.view.material_types == types:  # otherwise cached programs with more features were chosen
                 return plan
 
     def _graph(self, requested: frozenset[str]) -> FrameGraph:

@@ -1,4 +1,4 @@
-"""What single effects should give, by many rays a pixel from the very G-buffer that the effect saw."""
+"""Ground truth of single effects, by many rays a pixel from the effect's own G-buffer."""
 
 from typing import Any
 
@@ -13,11 +13,11 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
 _SAMPLES_PER_RUN = 256
-"""No single dispatch may take so long that a driver stops it."""
+"""A long dispatch would trigger the driver's timeout."""
 
 
 class ManySamples:
-    """What a ray effect adds up over many rays a pixel, in a texture that begins again with `firstSample` 0."""
+    """Accumulates a ray effect over many rays a pixel, in a texture that is cleared at `firstSample` 0."""
 
     def __init__(
         self,
@@ -29,16 +29,16 @@ class ManySamples:
         tracer: Tracer | None,
         is_light: bool = False,
     ) -> None:
-        """`is_light`: it sums light and samples (`sums`, width, height, rgba32); else it counts rays and those that
-        arrive (`sums`, rg32)."""
+        """`is_light`: it sums radiance and samples (`sums`, width, height, rgba32); otherwise it counts rays and
+        unoccluded ones (`sums`, rg32)."""
         self._device, self._size, self._is_light = device, size, is_light
         texture_format = spy.Format.rgba32_float if is_light else spy.Format.rg32_float
         self._sums = device.texture("sums of many samples", texture_format, size)
         self._trace = ray_effect(device, module, effect, detail, tracer)
 
     def __call__(self, samples: int, **inputs: Any) -> NDArray[np.float32]:
-        """The share that arrives (height, width), or the mean light (height, width, 3), of `samples` rays a pixel; NaN
-        where a pixel has none. Waits for the device."""
+        """Visibility (height, width), or mean radiance (height, width, 3), of `samples` rays a pixel; NaN
+        for pixels without rays. Waits for the device."""
         for first in range(0, samples, _SAMPLES_PER_RUN):
             with self._device.record() as recording:
                 count = min(_SAMPLES_PER_RUN, samples - first)

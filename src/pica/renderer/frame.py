@@ -1,4 +1,4 @@
-"""The whole frame, top to bottom: what each stage is given, and what it gives to those after it."""
+"""The whole frame, top to bottom: the inputs of each stage, and its outputs for later stages."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -26,12 +26,12 @@ STAGES = (
     "antialiasing",
     "post",
 )
-"""What `declare` gives, in this order. A stage whose effect is off is passed all the same."""
+"""The names that `declare` yields, in this order. A stage is listed even if its effect is off."""
 
 
-@dataclass(repr=False)  # fields come one after the other
+@dataclass(repr=False)  # fields are grouped
 class Signals:
-    """What stages hand on. A pass from outside finds here what is there already, and may put its own in the place of
+    """The signals between stages. A pass from outside finds existing textures here, and may replace
     `radiance`, `picture` and `display`, or append light to `parts`."""
 
     scene: SceneView
@@ -46,10 +46,10 @@ class Signals:
     light: LightSamples = field(init=False)
     shadows: ShadowTextures | None = None
     occlusion: Texture | None = None
-    """Red: the open share of the surroundings. None where the effect is off."""
+    """Red: visibility of the surroundings. None if the effect is off."""
     indirect: IndirectLight | None = None
     parts: list[Texture] = field(default_factory=list)
-    """Light towards the camera so far, a picture for each kind (frame/signals.py), without what surfaces emit and the
+    """Light towards the camera so far, a picture for each kind (frame/signals.py), without emission and
     surroundings."""
     radiance: Texture = field(init=False)
     """From "composite" on all light towards the camera, nits."""
@@ -62,7 +62,7 @@ class Signals:
 def declare(
     stages: Stages, graph: FrameGraph, s: Signals, denoiser: Denoiser | None = None, last: bool = False
 ) -> Iterator[str]:
-    """Declare a frame; gives the name of each stage as it is done. `last`: `denoiser` finishes the picture."""
+    """Declare a frame; yields the name of each stage once it is declared. `last`: `denoiser` finishes the picture."""
     s.exposure = stages.post.exposure(graph)
     s.gbuffer = stages.gbuffer(graph, s.scene)
     if denoiser is not None:
@@ -91,7 +91,7 @@ def declare(
         s.parts.append(s.indirect.reflected)
     yield "global_illumination"
     if stages.reflections is not None:
-        # What looks for its reflections in the picture needs that before they are in it.
+        # Screen-space reflections read the picture before reflections are added.
         picture = stages.composite.so_far(graph, s.gbuffer, s.scene, s.parts) if surroundings else None
         inputs = s.light, s.reprojection, s.indirect, surroundings, picture
         s.parts.append(stages.reflections(graph, s.gbuffer, s.scene, *inputs))

@@ -1,4 +1,4 @@
-"""The frame's graph: declared when its structure changes, else replayed as it is."""
+"""The frame's graph: declared when its structure changes, otherwise replayed."""
 
 from collections.abc import Callable
 from typing import Any
@@ -19,7 +19,7 @@ from pica.rhi.device import Device
 
 
 class FramePlan:
-    """What one renderer has recorded each frame, and the memory that it works in."""
+    """One renderer's compiled graph, and its memory."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -31,9 +31,9 @@ class FramePlan:
         self._requested: frozenset[str] = frozenset()
         self._label_structure: Any = None
         self.inserted: list[Insertion] = []
-        """What comes from outside, in this order after its stages."""
+        """Inserted passes, in this order after their stages."""
         self.signals: Signals
-        """What the stages of the newest plan gave."""
+        """The outputs of the newest plan's stages."""
 
     def outdate(self) -> None:
         """Stages are others: declare the frame again."""
@@ -48,7 +48,7 @@ class FramePlan:
         denoiser: Denoiser | None = None,
         last: bool = False,
     ) -> tuple[Plan, frozenset[str]]:
-        """The plan for a frame of the scene as it is now, and what to capture: `wanted` chooses of what a plan offers.
+        """The plan for a frame of the current scene, and the captures: `wanted` selects from a plan's offers.
 
         All programs are made before a plan's first frame.
         """
@@ -56,7 +56,7 @@ class FramePlan:
         while True:
             structure = self._structure_of(stages, frames, view, denoiser, last)
             if self._plan is None or (structure, requested) != (self._structure, self._requested):
-                self._structure, self._requested = None, requested  # what cannot be declared is tried again
+                self._structure, self._requested = None, requested  # a failed declaration is retried
                 self._plan = self._declare(stages, frames, view, denoiser, last)
                 self._structure = structure
                 self._labels = self._label_memory = None
@@ -71,7 +71,7 @@ class FramePlan:
     def of_gbuffer(
         self, stages: Stages, frames: FrameSequence, view: SceneView, wanted: Callable[[Plan], frozenset[str]]
     ) -> tuple[Plan, frozenset[str]]:
-        """A plan whose passes of the effect "gbuffer" fill the G-buffer; only these programs need be made."""
+        """A plan with the passes that fill the G-buffer alone; only their programs are needed."""
         structure = self._gbuffer_structure(frames, view)
         if self._plan is not None and self._structure is not None and self._structure[0] == structure:
             names = wanted(self._plan)
@@ -98,7 +98,7 @@ class FramePlan:
     def _structure_of(
         self, stages: Stages, frames: FrameSequence, view: SceneView, denoiser: Denoiser | None, last: bool
     ) -> tuple[Any, ...]:
-        """What decides which passes there are and how large their textures."""
+        """Everything that determines the passes and the sizes of their textures."""
         gathers = denoiser, last and denoiser is not None
         return self._gbuffer_structure(frames, view), stages.slots.layout, view.transparent, gathers
 

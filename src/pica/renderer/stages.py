@@ -1,4 +1,4 @@
-"""The stages of the frame: made as the settings ask for, and made anew where these change."""
+"""The stages of the frame: made for the settings, and replaced when these change."""
 
 from collections.abc import Set
 from dataclasses import fields
@@ -45,8 +45,8 @@ class Stages:
         self.follow(settings, EVERY_GROUP)
 
     def follow(self, settings: Settings, changed: Set[str]) -> list[str]:
-        """Make anew what these settings say something new about, `changed` being their groups. Returns the names of the
-        effects that are new."""
+        """Replace stages that depend on settings of the groups `changed`. Returns the names of new
+        effects."""
         device, filters = self._device, settings.debug.filters
         before = self.effects if changed != EVERY_GROUP else []
         if "rays" in changed:
@@ -97,7 +97,7 @@ class Stages:
 
     @property
     def effects(self) -> list[Effect]:
-        """Those that the settings ask for, in the order of the frame."""
+        """The active stages, in the order of the frame."""
         every = (
             self.gbuffer,
             self.shadows,
@@ -119,6 +119,6 @@ class Stages:
         return {name: effect.name for effect in _OPTIONAL if effect.name not in there for name in effect.aov_names}
 
     def reset(self) -> None:
-        """Drop what effects keep on the host of earlier frames."""
+        """Discard the effects' state of earlier frames on the host."""
         for effect in self.effects:
             effect.reset()

@@ -1,4 +1,4 @@
-"""What a process must leave alone that was forked from one with a device: it has the device, but not its threads."""
+"""Guards a process forked from one with a device: it has the device, but not its threads."""
 
 import atexit
 import ctypes
@@ -50,7 +50,7 @@ def _leave_alone() -> None:
 
 
 class _SlangPysOwn:
-    """Equal to what SlangPy has registered."""
+    """Equal to the object that SlangPy has registered."""
 
     def __eq__(self, other: object) -> bool:
         return type(other).__name__ == "nb_func"

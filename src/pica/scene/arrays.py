@@ -1,7 +1,7 @@
-"""The arrays that the fields of a scene can hold; how they are checked values.py says.
+"""Types of arrays for the fields of a scene; values.py documents checked fields.
 
-What is of the wanted type already and lies in one piece is kept as it is, not copied, so that it can be shared. All
-else becomes a new array: floats of any kind are rounded, integers are taken exactly, in whatever byte and memory order.
+Contiguous arrays of the required type are stored without a copy, so that they can be shared. Others are converted
+to a new array: floats of any kind are rounded, integers must be exact, in any byte and memory order.
 """
 
 from collections.abc import Callable
@@ -14,8 +14,8 @@ from pica.errors import shown
 from pica.scene.values import LARGEST, TOO_LARGE, Check, UnfitError
 
 Shape = int | str
-"""How long an array is along one axis, or what is counted there where any length will do. An array whose shape is not
-given may have any."""
+"""An array's length along one axis, or a name for any length. Without a shape an array may have
+any."""
 LARGEST_SIDE = 16384
 """Texels of a picture along one side; more is not for every device."""
 _LAST_ROW = [0.0, 0.0, 0.0, 1.0]
@@ -48,7 +48,7 @@ def shares(*shape: Shape) -> Check[NDArray[np.float32]]:
 
 
 def check_shares(values: NDArray[np.float32]) -> None:
-    """Raises UnfitError for what is not from 0 to 1."""
+    """Raises UnfitError for values outside 0 to 1."""
     if values.min(initial=0) < 0 or values.max(initial=0) > 1:
         outside = (values < 0) | (values > 1)
         hint = "; numbers up to 255 must be uint8" if values.max() > 1 else ""
@@ -56,7 +56,7 @@ def check_shares(values: NDArray[np.float32]) -> None:
 
 
 def numbers(*shape: Shape) -> Check[NDArray[Any]]:
-    """Finite numbers that fit 32-bit floats, of whatever type they are."""
+    """Finite numbers within the range of 32-bit floats, of any type."""
 
     def check(values: Any) -> NDArray[Any]:
         array = as_array(values, shape, "fiu", "numbers")
@@ -93,10 +93,10 @@ def picture(texels: Check[NDArray[Any]]) -> Check[NDArray[Any]]:
 
 
 def affine(matrix: ArrayLike) -> NDArray[np.float64]:
-    """A copy of a (4, 4) matrix that moves, turns and scales: finite, last row 0, 0, 0, 1. It may be flat."""
+    """A copy of a (4, 4) affine matrix: finite, last row 0, 0, 0, 1. It may be singular."""
     plain = type(matrix) is np.ndarray and matrix.dtype == np.float64 and matrix.shape == (4, 4)
     result = np.array(matrix) if plain else _MATRIX(matrix).copy()
-    # One product for sixteen comparisons: what moves is set in every frame.
+    # One product instead of sixteen comparisons, because moving nodes set it in every frame.
     if not np.vdot(result, result) <= LARGEST or result[3].tolist() != _LAST_ROW:
         _MATRIX(result)
         _check_last_rows(result[None])
@@ -112,7 +112,7 @@ def affines(matrices: ArrayLike) -> NDArray[np.float64]:
 
 
 def place_of(bad: NDArray[np.bool_]) -> str:
-    """Where the first True is: "row 3 "; nothing where there are no rows."""
+    """The position of the first True: "row 3 "; empty for scalars."""
     return f"row {np.argwhere(bad)[0][0]} " if bad.ndim else ""
 
 
@@ -120,7 +120,7 @@ def _numbers(dtype: np.dtype[Any], shape: tuple[Shape, ...], low: float) -> Call
     def check(values: Any) -> NDArray[Any]:
         array = as_array(values, shape, "fiu", "numbers")
         result = _converted(array, dtype)
-        # The sum of squares tells in one go that nothing is amiss; if it does not, look more closely.
+        # A finite sum of squares proves that all values are valid; otherwise they are searched.
         if not np.vdot(result, result) <= LARGEST:
             bad = ~(np.abs(result) <= LARGEST)
             if bad.any():
@@ -139,7 +139,7 @@ def _numbers(dtype: np.dtype[Any], shape: tuple[Shape, ...], low: float) -> Call
 
 
 def _converted(array: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """In the byte and memory order that everything else expects; the array itself where it is so already."""
+    """In native byte order and C order; the array itself if it is so already."""
     if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
         return array
     with np.errstate(over="ignore"):
@@ -150,7 +150,7 @@ def as_array(values: Any, shape: tuple[Shape, ...], kinds: str, what: str) -> ND
     """The values as an array of a shape and of some kinds of numbers."""
     try:
         array = np.asarray(values)
-    except Exception as error:  # what an object's own conversion raises
+    except Exception as error:  # raised by an object's own conversion
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise UnfitError(f"is not an array of {what} ({shown(reason)})") from None
     if array.dtype.kind not in kinds:
@@ -192,7 +192,7 @@ def _check_exact(given: NDArray[Any], result: NDArray[Any]) -> None:
 
 
 def _check_last_rows(matrices: NDArray[np.float64]) -> None:
-    off = np.abs(matrices[:, 3] - _LAST_ROW) > 1e-4  # as close as files and inverses keep to it
+    off = np.abs(matrices[:, 3] - _LAST_ROW) > 1e-4  # the accuracy of files and inverses
     if off.any():
         row = matrices[int(np.argwhere(off)[0][0]), 3].tolist()
         raise UnfitError(f"its last row is {shown(row)}, not 0, 0, 0, 1")

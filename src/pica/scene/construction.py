@@ -15,9 +15,9 @@ _put = object.__setattr__
 
 
 class FieldsOnly(ReadOnlyCopies):
-    """Refuses to have an attribute assigned that is no field, such as a misspelt one, which no picture would show.
+    """Rejects assignment to attributes that are no fields, such as misspelt ones, which would have no effect.
 
-    Fields are what a class declares with a type, and its properties that can be set; a subclass may declare its own.
+    Fields are the annotated ones of a class, and its settable properties; a subclass may declare its own.
     """
 
     _assignable: ClassVar[frozenset[str]] = frozenset()
@@ -51,12 +51,12 @@ def fields_only(made: type[_Made]) -> type[_Made]:
     def construct(self: Any, *values: Any, **named: Any) -> None:
         given = dict(zip(in_order, values, strict=False)) | named if values else named
         if len(given) < len(values) + len(named) or not required <= given.keys() <= names:
-            plain(self, *values, **named)  # which tells what is wrong
+            plain(self, *values, **named)  # which raises the precise error
         attributes = vars(self)
         attributes.update(defaults)
         for name, factory in factories.items():
             attributes[name] = factory()
-        for name in sorted(given, key=rank.__getitem__):  # names of objects come before what may not fit
+        for name in sorted(given, key=rank.__getitem__):  # names of objects come before values that may be invalid
             _put(self, name, given[name])
         if complete is not None:
             self.__post_init__()
@@ -66,10 +66,10 @@ def fields_only(made: type[_Made]) -> type[_Made]:
 
 
 def unchecked_constructor(made: type[_Made]) -> Callable[..., _Made]:
-    """What makes objects of a dataclass of values that are known to fit: many times as fast as the class itself.
+    """A constructor of a dataclass for valid values, many times as fast as the class itself.
 
-    Nothing is checked or converted, `__post_init__` is not called, and fields that are not given have their defaults.
-    For files of many objects, whose values their reader has checked.
+    Nothing is checked or converted, `__post_init__` is not called, and omitted fields have their defaults.
+    For readers of large files, which have checked the values.
     """
     defaults, factories = _defaults(made)
     checked = {name for name, value in vars(made).items() if isinstance(value, CheckedField)}
@@ -89,7 +89,7 @@ def unchecked_constructor(made: type[_Made]) -> Callable[..., _Made]:
 
 
 def _defaults(made: type) -> tuple[dict[str, Any], dict[str, Callable[[], Any]]]:
-    """What fields have that are not given: values that all may share, and what makes one for each."""
+    """Defaults of fields: shared values, and factories."""
     shared: dict[str, Any] = {}
     factories: dict[str, Callable[[], Any]] = {}
     for field in fields(made):

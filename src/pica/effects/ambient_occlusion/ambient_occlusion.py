@@ -21,8 +21,8 @@ _FOLDER = "effects/ambient_occlusion"
 
 
 class AmbientOcclusion(Effect):
-    """Share of the cosine-weighted hemisphere about the shading normal that is open between min_distance and
-    max_distance (RTG 25, 25.2.3): a texture (width, height) whose red channel goes from 0 to 1; 1 where there is no
+    """Visibility of the cosine-weighted hemisphere about the shading normal between min_distance and
+    max_distance (RTG 25, 25.2.3): a texture (width, height) whose red channel is from 0 to 1; 1 without a
     surface.
     """
 
@@ -45,13 +45,13 @@ class AmbientOcclusion(Effect):
         self._lengths = {"minDistance": settings.min_distance, "maxDistance": settings.max_distance}
 
     def reference(self) -> Reference:
-        """The open share by many rays."""
+        """Visibility by many rays."""
         layers = {"open": ReferenceLayer(self.name, self._lengths)}
         inputs = "frame", "gbuffer", "scene"
         return Reference("path_tracer/ambient_visibility.slang", "AmbientVisibility", "hit", inputs, layers)
 
     def __call__(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, reprojection: Reprojection) -> Texture:
-        """The open share of this frame's G-buffer."""
+        """Visibility for this frame's G-buffer."""
         with graph.scope(self.name):
             raw = graph.texture("raw", spy.Format.rg16_float)
             shared = {"frame": graph.frame, "gbuffer": gbuffer, "occlusion": write(raw), **self._lengths}

@@ -15,7 +15,7 @@ _HORIZON_RAYS = 8
 
 
 class _Mean:
-    """The mean of the frames so far."""
+    """The accumulated mean of the frames."""
 
     def __init__(self, device: Device, rays: int, smoothed: bool) -> None:
         self._rays, self._smoothed = rays, smoothed
@@ -44,7 +44,7 @@ class _Mean:
 
 
 class RayFilter:
-    """First in time, then in the picture, as wide as what the history does not know yet asks for."""
+    """A temporal filter, then a spatial one whose width depends on the remaining variance."""
 
     def __init__(self, device: Device, rays: int, max_distance: float) -> None:
         self._max_distance = max_distance
@@ -54,7 +54,7 @@ class RayFilter:
     def __call__(
         self, graph: FrameGraph, gbuffer: GBuffer, occlusion: Texture, reprojection: Reprojection
     ) -> tuple[Texture, Texture]:
-        """The history, and (width, height, rg16_float) the open share and its variance."""
+        """The history, and (width, height, rg16_float) visibility and its variance."""
         history, signal = self._mean(graph, gbuffer, occlusion, reprojection)
         filtered = graph.texture("filtered", spy.Format.rg16_float)
         graph.add(
@@ -70,7 +70,7 @@ class RayFilter:
 
 
 class HorizonFilter:
-    """In time; horizons.slang has already taken the mean over 4x4 pixels (Jimenez et al. 2016, section 4.3)."""
+    """Temporal only; horizons.slang has already averaged over 4x4 pixels (Jimenez et al. 2016, section 4.3)."""
 
     def __init__(self, device: Device) -> None:
         self._mean = _Mean(device, _HORIZON_RAYS, smoothed=True)
@@ -78,5 +78,5 @@ class HorizonFilter:
     def __call__(
         self, graph: FrameGraph, gbuffer: GBuffer, occlusion: Texture, reprojection: Reprojection
     ) -> tuple[Texture, Texture]:
-        """The history, and (width, height, rg16_float) the open share and its variance."""
+        """The history, and (width, height, rg16_float) visibility and its variance."""
         return self._mean(graph, gbuffer, occlusion, reprojection)

@@ -48,7 +48,7 @@ class GlobalIllumination(Effect):
             self._way = LightMapIndirect(device, light_map)
 
     def reset(self) -> None:
-        """Drop the surfels."""
+        """Discard the surfels."""
         self._way.reset()
 
     def reference(self) -> Reference:
@@ -59,7 +59,7 @@ class GlobalIllumination(Effect):
 
     @property
     def cache(self) -> str | None:
-        """The module of the cache that its light comes with; see frame/indirect.py."""
+        """The module of the cache of indirect light; see frame/indirect.py."""
         return self._way.cache.module if self._way.cache else None
 
     def __call__(
@@ -72,10 +72,10 @@ class GlobalIllumination(Effect):
         occlusion: Texture | None,
         exposure: Buffer,
     ) -> IndirectLight:
-        """What this frame's surfaces reflect diffusely of others.
+        """The diffuse indirect light of this frame's surfaces.
 
-        For surfels and light maps, `occlusion`: of the screen, None or detail finer than they are. For surfels,
-        `exposure`: a float, what one nit was shown as in the frame before.
+        For surfels and light maps, `occlusion`: screen-space visibility, finer than they are, or None. For surfels,
+        `exposure`: a float, the displayed value of one nit in the previous frame.
         """
         with graph.scope(self.name):
             arriving = graph.texture("arriving", spy.Format.rgba32_float)

@@ -65,7 +65,7 @@ class Post(Effect):
         return self._device.compute("effects/post/straighten.slang")
 
     def _straightened(self, graph: FrameGraph, picture: Texture, alpha: Texture, channel: int) -> Texture:
-        """The radiance of what covers a pixel, however much of it: that is exposed and tone mapped."""
+        """The radiance of the covered part of each pixel, which is exposed and tone mapped."""
         straight = graph.texture("straight", spy.Format.rgba32_float, graph.output_size)
         shown = {"picture": picture, "alpha": alpha, "straight": write(straight)}
         graph.add(self._straighten, graph.output_grid, size=spy.uint2(*graph.output_size), channel=channel, **shown)

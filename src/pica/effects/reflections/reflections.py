@@ -1,4 +1,4 @@
-"""What surfaces mirror: a quarter of a ray a pixel, rebuilt from neighbours and earlier frames (RTG 25, 25.2.2)."""
+"""Specular reflections: a quarter of a ray a pixel, then reuse in space and time (RTG 25, 25.2.2)."""
 
 from typing import Any
 
@@ -46,7 +46,7 @@ class Reflections(Effect):
         cache: str | None,
         filters: bool,
     ) -> None:
-        """`cache`: the module of the cache of indirect light that the calls give, where they give one. `filters`:
+        """`cache`: the module of the cache of indirect light, if calls pass one. `filters`:
         DebugSettings.filters."""
         self._device, self._cache, self._filters = device, cache, filters
         by_rays = settings.mode == "ray_traced"
@@ -60,13 +60,13 @@ class Reflections(Effect):
         self._correction = ConvergenceCorrection(device) if filters and not self._mirrors else None
 
     def reset(self) -> None:
-        """Drop what rays of earlier frames brought."""
+        """Discard the state of earlier frames."""
         if self._correction is not None:
             self._correction.reset()
 
     def surroundings(self, graph: FrameGraph) -> Texture | None:
-        """Where the next call looks for what surfaces mirror of the prefiltered environment, (width, height,
-        rgba32_float) over albedo; None: that is not for reflections to bring, and no picture is mirrored."""
+        """The texture for specular light of the prefiltered environment, (width, height,
+        rgba32_float) over albedo; None if reflections do not add it, and without screen-space reflections."""
         with graph.scope(self.name):
             return None if self._screen is None else graph.texture("mirrored surroundings", _LIGHT)
 
@@ -90,14 +90,14 @@ class Reflections(Effect):
         surroundings: Texture | None,
         picture: Texture | None,
     ) -> Texture:
-        """What this frame's surfaces mirror, as frame/signals.py has it.
+        """The specular reflections of this frame's surfaces, as in frame/signals.py.
 
-        `indirect`: what else lights that; None: nothing. `surroundings`: as the function of that name gave it, filled;
-        with it `picture`, the light of this frame towards the camera without what is mirrored.
+        `indirect`: indirect light at hits; None: none. `surroundings`: the texture of that function, filled;
+        with it `picture`, the light of this frame towards the camera without reflections.
         """
         with graph.scope(self.name):
             history = graph.history("history", {"history": _LIGHT}, layers=1)
-            # Rays over the depth buffer find what was mirrored in the frame before.
+            # Screen-space rays read the reflections of the previous frame.
             lifetime = Lifetime.FRAME if self._screen is None else Lifetime.KEPT
             reflected = graph.texture("reflected", SIGNAL, lifetime=lifetime)
             hit_position_and_pdf = graph.texture("hit position and pdf", _LIGHT, graph.half_size)

@@ -37,7 +37,7 @@ class Shadows(Effect):
         self._effects: dict[HitDetail, RayEffect] = {}
 
     def reset(self) -> None:
-        """Drop what is known of lights."""
+        """Discard the lights' state."""
         self._denoiser.reset()
 
     def reference(self) -> Reference | None:
@@ -105,7 +105,7 @@ class Shadows(Effect):
             graph.offer(name, (bits,), lambda bits: visibility_layers(bits, slot + 1)[..., slot], on_request=True)
 
     def _rays_for(self, scene: SceneView) -> RayEffect:
-        """Only where light goes through surfaces must the rays know their materials."""
+        """Shadow rays need materials only if some surface is transmissive."""
         detail: HitDetail = "surface" if scene.transparent else "hit"
         if detail not in self._effects:
             module = "effects/shadows/shadow_rays.slang"

@@ -1,4 +1,4 @@
-"""Light of the slots that many sources share, from one noisy sample a pixel and frame."""
+"""Light of slots shared by many sources, from one noisy sample a pixel and frame."""
 
 import slangpy as spy
 
@@ -25,13 +25,13 @@ _STEPS = (1, 3, 9)
 
 
 class StochasticLightDenoiser(Effect):
-    """Filters noisy light: a history in time, then an a-trous filter as wide as its variance asks for."""
+    """Filters noisy light: a temporal filter, then an a-trous filter whose width depends on the variance."""
 
     name = "stochastic_light"
 
     def __init__(self, device: Device) -> None:
         self._accumulate = programs(device).compute(f"{_FOLDER}/stochastic_light_history.slang")
-        # A pass whose parameters differ from dispatch to dispatch would be bound anew each time.
+        # A pass whose parameters differ between dispatches would be bound again each time.
         self._passes = [device.compute(f"{_FOLDER}/stochastic_light_filter.slang") for _ in _STEPS]
         self._modulate = programs(device).compute(f"{_FOLDER}/stochastic_light_modulate.slang")
         self._remembers = self._smooths = True

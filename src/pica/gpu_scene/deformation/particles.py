@@ -32,9 +32,9 @@ STRAND_POINT = np.dtype([("position", "f4", 3), ("width", "f4"), ("color", "f4",
 
 
 class FacingWriter(VertexWriter):
-    """Writes what turns towards the camera of one view, and where it was in the view's frame before.
+    """Writes geometry that faces the camera of one view, and its positions in the view's previous frame.
 
-    Uploads arrays when they are set anew, and where the camera is every time.
+    Uploads arrays when they are set, and the camera's position in every frame.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class FacingWriter(VertexWriter):
 
     @property
     def needs_rebuild(self) -> bool:
-        """True where there were new arrays; a camera alone turns triangles on the spot, for which a refit will do."""
+        """True if arrays were set; if only the camera moved, triangles rotate in place and a refit suffices."""
         return self._needs_rebuild
 
     def _target(self, geometry: GeometryBuffers, placed: PlacedSection) -> dict[str, Any]:
@@ -72,7 +72,7 @@ class FacingWriter(VertexWriter):
         self._shared["eye"] = spy.float4(*self.eye.place)
 
     def _new_particles(self) -> NDArray[np.bool_]:
-        """(n,) what was not there in the frame before."""
+        """(n,) which particles were not there in the previous frame."""
         before, self._identities = self._identities, self._present()
         is_new = np.ones(len(self._identities), bool)
         if before is not None:
@@ -85,11 +85,11 @@ class FacingWriter(VertexWriter):
 
     @abstractmethod
     def _present(self) -> NDArray[np.int64]:
-        """(n,) identities of what there is."""
+        """(n,) identities of the particles."""
 
     @abstractmethod
     def _upload_arrays(self, encoder: spy.CommandEncoder, is_new: NDArray[np.bool_]) -> None:
-        """Record the upload; `come` (n,): what was not there in the frame before."""
+        """Record the upload; `is_new` (n,): which were not there in the previous frame."""
 
 
 class SpriteWriter(FacingWriter):

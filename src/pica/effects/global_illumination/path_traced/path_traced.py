@@ -54,7 +54,7 @@ class PathTracedIndirect:
         self._resampling = PathResampling(device, tracer) if settings.mode == "restir" else None
 
     def reset(self) -> None:
-        """Nothing is kept on the host."""
+        """There is no state on the host."""
 
     def __call__(
         self,
@@ -93,7 +93,7 @@ class PathTracedIndirect:
         reprojection: Reprojection,
         history: History,
     ) -> Texture:
-        """Of half size, as indirect_rays.slang has it: the light that a path for 2x2 pixels brings."""
+        """At half size, as in indirect_rays.slang: the radiance of one path per 2x2 pixels."""
         half, state, resamples = gbuffer.at_half(graph), history.state, self._resampling is not None
         found = graph.texture("found", _LIGHT, graph.half_size)
         met = graph.texture("met", spy.Format.rg32_uint, graph.half_size if resamples else (1, 1))
@@ -125,7 +125,7 @@ class PathTracedIndirect:
     def _smooth(
         self, graph: FrameGraph, gbuffer: GBuffer, reprojection: Reprojection, found: Texture, history: History
     ) -> tuple[Texture, Texture]:
-        """Over neighbours' rays and earlier frames: the signal, and how near what lights the surface is."""
+        """Filtered over neighbours and earlier frames: the signal, and the inverse distance of the light's origin."""
         half = {"frame": graph.half_frame, "gbuffer": gbuffer.at_half(graph)}
         gathered = graph.texture("gathered", _LIGHT, graph.half_size)
         widened = graph.texture("widened", _LIGHT, graph.half_size)

@@ -29,7 +29,7 @@ _DEPTHS = 16
 """surfel_depth.slang: DEPTHS."""
 _RAYS_ACROSS = 512
 _BOUNCES = 12
-"""Surfaces on a path that meets no surfels."""
+"""Maximum number of bounces of paths that hit no surfels."""
 
 
 class SurfelPool:
@@ -63,7 +63,7 @@ class SurfelPool:
         self.free_count = device.structured("free surfel count", np.array([capacity], np.int32))
 
     def clear(self) -> None:
-        """Forget all surfels."""
+        """Discard all surfels."""
         self.shared["placed"].copy_from_numpy(np.zeros((self.capacity, 4), np.float32))
         self.free_slots.copy_from_numpy(np.arange(self.capacity, dtype=np.uint32))
         self.free_count.copy_from_numpy(np.array([self.capacity], np.int32))
@@ -82,7 +82,7 @@ class SurfelIndirect:
         self._spawn = compute(f"{_FOLDER}/surfel_spawn.slang")
         self._queue = compute(f"{_FOLDER}/surfel_queue.slang")
         module = f"{_FOLDER}/surfel_rays.slang"
-        # Few go on from what they met first, in all but closed rooms.
+        # Except in closed rooms, few paths go on after their first hit.
         self._trace = ray_effect(device, module, "SurfelRays", "surface", tracer, simplified=True, parts=(2, 4))
         self._update = compute(f"{_FOLDER}/surfel_update.slang")
         self._lookup = compute(f"{_FOLDER}/surfel_lookup.slang")
@@ -91,7 +91,7 @@ class SurfelIndirect:
         self.cache = IndirectCache(f"{_FOLDER}/surfel_cache.slang", {"surfels": self._pool})
 
     def reset(self) -> None:
-        """Forget all surfels."""
+        """Discard all surfels."""
         self._pool.clear()
         self._unchanged = 0
 

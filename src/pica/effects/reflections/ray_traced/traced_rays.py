@@ -18,7 +18,7 @@ from pica.tracing.ray_effect import PATHS, ray_effect
 
 
 class TracedRays:
-    """A ray for 2x2 pixels along the lobe that the surface mirrors, and one from what it meets to a light."""
+    """A ray along the specular lobe for 2x2 pixels, and a shadow ray from its hit to a light."""
 
     def __init__(
         self,
@@ -31,7 +31,7 @@ class TracedRays:
         """`cache`, `filters`: as Reflections has them."""
         self._filters = filters
         self.bounces = {"bounces": settings.bounces, "indirectBounces": 0}
-        """Surfaces that paths may meet, by the names that shaders have for these limits."""
+        """Maximum numbers of bounces, by their names in shaders."""
         module = "effects/reflections/ray_traced/reflection_rays.slang"
         self._trace = ray_effect(
             device, module, "ReflectionRays", "surface", tracer, simplified=True, with_module=cache, parts=PATHS
