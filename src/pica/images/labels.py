@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from pica.scene.node import Node
 
 NUMBERED = frozenset({"instance", "material"})
-"""The AOVs that hold numbers of these."""
+"""The AOVs with such numbers."""
 BACKGROUND = 0
-"""The number where nothing is seen but the surroundings, in `instance`, `material` and semantic labels."""
+"""The number of the background in `instance`, `material` and semantic labels."""
 NO_CLASS = "background"
-"""What semantic labels call 0."""
+"""The name of 0 in semantic labels."""
 
 NodeRow = tuple[int, str, int, str | None, tuple[str, ...], dict[str, object], "ref[Node] | None"]
 """Of a node: its number, its name, its parent's number or 0, the names of its mesh and of the mesh's materials, its
@@ -40,7 +40,7 @@ class NodeLabel:
     """In the AOV `instance`, from 1."""
     name: str
     parent: "NodeLabel | None" = field(repr=False)
-    """The node above it; None: it stands in the scene itself."""
+    """The parent; None for a root node."""
     mesh: str | None
     """The name of its mesh; None: it has none, and no pixel has its number."""
     materials: tuple[str, ...]
@@ -59,7 +59,7 @@ class NodeLabel:
 
     @property
     def step(self) -> str:
-        """What paths call it."""
+        """Its name in paths."""
         return self.name or f"#{self.number}"
 
     def matches(self, path: str) -> bool:
@@ -89,7 +89,7 @@ class MaterialLabel:
 
 
 class Semantic(NamedTuple):
-    """Classes of what is seen."""
+    """Semantic classes of pixels."""
 
     labels: NDArray[np.int32]
     """(height, width) the number of each pixel's class; 0: of none."""
@@ -184,7 +184,7 @@ class Labels:
 
 
 def _looked_up(values: dict[int, Any], instance: NDArray[np.uint32], dtype: type[np.generic]) -> NDArray[Any]:
-    """What each number in a picture stands for; 0 for those that are not there."""
+    """Maps the numbers in a picture; 0 for missing ones."""
     table = np.zeros(max(int(instance.max(initial=0)), *values, 0) + 1, dtype)
     table[list(values)] = list(values.values())
     return table[instance]
