@@ -11,7 +11,7 @@ from pica.scene.camera import Camera
 from pica.tracing.fallbacks import traces
 
 _HARDWARE, _SOFTWARE = (200, 50), (20, 3)
-"""Frames and frames of warm-up; on the processor, where a frame can take seconds, as few as a median needs."""
+"""Frames and frames of warm-up; on the processor, where a frame can take seconds, as few as a median allows."""
 _HARDWARE_SAMPLES, _SOFTWARE_SAMPLES = 20, 3
 """Path traced samples a pixel that are measured."""
 
@@ -27,7 +27,7 @@ def benchmark(
 
     None: 200 frames after 50, on a software device 20 after 3. `progress(done, warm_up + frames)` is called after each.
     frames, warm_up: how many; gpu_ms: milliseconds by pass, and "frame" for their sum; effect_ms: by effect, "scene"
-    for what follows its changes; host_ms: to record and submit a frame; rays: traced in one frame, by pass;
+    for its updates; host_ms: to record and submit a frame; rays: traced in one frame, by pass;
     rays_per_second: likewise; peak_gpu_memory: bytes.
     """
     camera = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
@@ -69,7 +69,7 @@ def path_traced_sample(
     camera: Camera | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any] | None:
-    """What a path traced sample a pixel of the same picture costs, with all light; None where nothing traces rays.
+    """The cost of a path traced sample per pixel of the same picture, with all light; None without ray tracing.
 
     `frame_ms`: of the renderer's frame. `progress(done, samples)` is called after each sample.
     samples: how many were measured; sample_ms: GPU milliseconds, their median; frame_over_sample: the frame's over it.

@@ -12,23 +12,23 @@ from pica.scene.orbit import orbited, pivot
 from pica.scenes.placing import move, rotate
 
 Sequence = Callable[[int], Camera]
-"""Puts the scene into the state of a frame, counted from 0, and gives the camera of that frame."""
+"""Sets the scene to the state of a frame, counted from 0, and returns the camera of that frame."""
 
 _DEGREES_PER_FRAME = 0.25
-"""Degrees a frame by which cameras and suns turn: 15 degrees a second at 60 frames a second."""
+"""Degrees per frame of rotating cameras and suns: 15 degrees a second at 60 frames a second."""
 _SWAY = 0.04
 """Of the scene's diagonal, by which objects and lamps swing to each side."""
 _PERIOD = 120
 """Frames of a swing."""
 _GROUND = 0.5
-"""Of the scene's diagonal; what is larger stays where it is."""
+"""Of the scene's diagonal; larger objects do not move."""
 
 
 def sequence(
     name: str, scene: Scene, camera: Camera, start: float = 0.0, animation: int | str | None = None
 ) -> Sequence:
-    """One of SEQUENCES, about the scene as it stands now. `start` seconds and `animation`: where moving objects begin,
-    and what they play, as Scene.animate has it."""
+    """One of SEQUENCES, from the current state of the scene. `start` seconds and `animation`: initial time and
+    choice of animations for moving objects, as in Scene.animate."""
     if name == "objects" and scene.animations:
         return _animated(scene, camera, start, animation)
     return SEQUENCES[name](scene, camera)
@@ -39,7 +39,7 @@ def _still(scene: Scene, camera: Camera) -> Sequence:
 
 
 def _camera(scene: Scene, camera: Camera) -> Sequence:
-    """Round the vertical axis through what the camera looks at."""
+    """Round the vertical axis through the camera's target."""
     center = pivot(scene, camera)
     return lambda frame: orbited(camera, center, math.radians(_DEGREES_PER_FRAME * frame))
 
@@ -55,14 +55,14 @@ def _animated(scene: Scene, camera: Camera, start: float, animation: int | str |
 
 
 def _objects(scene: Scene, camera: Camera) -> Sequence:
-    """What is small sways, each with a phase of its own."""
+    """Small objects sway, with different phases."""
     diagonal = _diagonal(scene)
     swaying = [node for node in scene.nodes() if node.mesh is not None and _node_diagonal(node) < _GROUND * diagonal]
     return _swing(swaying, diagonal, camera)
 
 
 def _light(scene: Scene, camera: Camera) -> Sequence:
-    """Suns turn about the vertical axis, lamps sway."""
+    """Suns rotate about the vertical axis, lamps sway."""
     from pica.scene.light import DirectionalLight
 
     shining = [node for node in scene.nodes() if node.light is not None]

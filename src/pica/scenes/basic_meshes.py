@@ -65,7 +65,7 @@ def lathe(
         pull = np.concatenate([np.repeat(signs, len(quarter), 0), signs[:1]]) * stretch
     cos, sin = np.cos(angles), -np.sin(angles)  # counter-clockwise from above: +X towards -Z
     radius, height = points[:, :1], points[:, 1:]
-    apart = np.where(radius > 1e-9, 1.0, 0.0)  # what lies on the axis stays there and closes the shape
+    apart = np.where(radius > 1e-9, 1.0, 0.0)  # vertices on the axis stay there and close the shape
     x, z = radius * cos + apart * pull[:, 0], radius * sin + apart * pull[:, 1]
     positions = np.stack(np.broadcast_arrays(x, height, z), -1)
     out, up = -directions[:, 1:], directions[:, :1]
@@ -133,7 +133,7 @@ def pipe(path: ArrayLike, radius: float, material: Material, segments: int = 12)
     forward = _unit(np.concatenate([ahead[:1], ahead[:-1] + ahead[1:], ahead[-1:]]))
     side = _transported(forward)
     angles = np.linspace(0, 2 * np.pi, segments + 1)
-    # v runs along the path, so u turns clockwise as seen from its end.
+    # v runs along the path, so u runs clockwise as seen from its end.
     cos, sin = np.cos(angles)[:, None], -np.sin(angles)[:, None]
     other = np.cross(forward, side)
     out = cos * side[:, None] + sin * other[:, None]
@@ -251,7 +251,7 @@ def _grid_uv(positions: Floats) -> Floats:
 
 
 def _transported(forward: Floats) -> Floats:
-    """A unit vector across each direction that turns as little as possible from one to the next."""
+    """Unit normals across each direction with minimal rotation from one to the next."""
     start = np.eye(3)[np.argmin(np.abs(forward[0]))]
     sides = [_unit(start - (start @ forward[0]) * forward[0])]
     for direction in forward[1:]:

@@ -1,4 +1,4 @@
-"""The toy world's conveyor belts and what rides on them."""
+"""The toy world's conveyor belts and goods."""
 
 import math
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ BELT_WIDTH = 0.56
 BELT_RADIUS = 0.13
 """Metres from the axle of an end roller to the outside of the belt."""
 CLEARANCE = 0.012
-"""Metres from the belt to what rides on it: a little more than a slat is high."""
+"""Metres from the belt to the goods: a little more than a slat's height."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def conveyor(palette: Palette, accent: Material, belt: Belt) -> Node:
 
 
 def run(node: Node, belt: Belt) -> list[Channel]:
-    """A conveyor's slats go once round a loop, its drive wheels turn with them."""
+    """A conveyor's slats go once round a loop, its drive wheels rotate with them."""
     bend = np.linspace(0, math.pi, 7)
     top, end = 2 * belt.straight / belt.speed, math.pi * BELT_RADIUS / belt.speed
     times = np.concatenate([top + bend / math.pi * end, 2 * top + end + bend / math.pi * end])
@@ -107,7 +107,7 @@ def run(node: Node, belt: Belt) -> list[Channel]:
 
 @dataclass(frozen=True)
 class Good:
-    """Something that rides on belts, standing on y = 0."""
+    """Goods for belts, standing on y = 0."""
 
     mesh: Mesh
     middle: float
@@ -118,7 +118,7 @@ class Good:
 
 
 def goods(palette: Palette) -> list[Good]:
-    """What rides on belts and lies in crates."""
+    """The goods on belts and in crates."""
     stalk = pipe([(0, 0.17, 0), (0.01, 0.24, 0)], 0.01, palette.wood, 6)
     leaf = at(sphere(0.05, palette.leaf, 12), move(0.05, 0.215, 0), rotate("z", 25), stretch(1, 0.18, 0.5))
     round_fruit = [(0, 0.19), (0.09, 0.2), (0.125, 0.1), (0.06, 0), (0, 0.005)]

@@ -1,4 +1,4 @@
-"""One factory of the toy world on its part of the slab, and what moves in it."""
+"""One factory of the toy world on its part of the slab, and its motion."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -38,11 +38,11 @@ PLOT = (9.0, 6.4)
 LANE = Lane(center=(-1.19, 1.6), straight=(2.1, 0.42), radius=0.65)
 PRESS_X, OVEN_X = -1.2, 1.25
 BACK_ROW = (-1.75, 0.8, 3.3)
-"""Where along X machines stand behind the long belt: in the gaps that the camera sees."""
+"""Positions along X of machines behind the long belt: in the gaps that the camera sees."""
 IN_LANE = (-0.3, -1.95)
-"""Where along X machines stand inside the lane."""
+"""Positions along X of machines inside the lane."""
 MACHINES, ROBOTS = len(BACK_ROW) + len(IN_LANE), 8
-"""The most that one factory has room for."""
+"""Maximum numbers in one factory."""
 GOODS = 16
 CHIPS = 8
 PUFFS = 6
@@ -53,7 +53,7 @@ Make = Callable[[Palette, Material], Node]
 
 
 class Kit:
-    """What all factories of a world share: materials, and things built once and copied."""
+    """Shared by all factories of a world: materials, and objects built once and copied."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self.palette = Palette()
@@ -64,7 +64,7 @@ class Kit:
         self._built: dict[object, Node] = {}
 
     def copy(self, key: object, name: str, make: Callable[[], Node]) -> Node:
-        """A copy of what `make` builds the first time that `key` is asked for."""
+        """A copy of the result of `make`, which is called for the first use of `key`."""
         if key not in self._built:
             self._built[key] = make()
         return copied(self._built[key], name)
@@ -75,7 +75,7 @@ class Kit:
 
 
 class Factory:
-    """A factory for fruit. `node` holds it, `channels` what moves, by the name of the animation."""
+    """A factory for fruit. `node` is its root, `channels` its motion, by the name of the animation."""
 
     def __init__(self, kit: Kit, rng: np.random.Generator, name: str, machines: int, robots: int) -> None:
         self.node = Node(name)
@@ -113,7 +113,7 @@ class Factory:
         self._block((CROSS_MIDDLE[0], 0.75), 0.6, 2.3)
 
     def _line(self) -> None:
-        """The machines along the belts: hopper, press, oven and kicker, in step with what passes."""
+        """The machines along the belts: hopper, press, oven and kicker, in step with the goods."""
         palette, accents = self._kit.palette, self._kit.accents
         for make, x, accent in (
             (kinds.hopper, HOPPER_X, accents[1]),
@@ -140,7 +140,7 @@ class Factory:
             self.channels["belts"] += tour(node, good, side, yaw, i * LOOP / GOODS)
 
     def _chips(self) -> None:
-        """What flies from under the press at each stroke."""
+        """Particles from under the press at each stroke."""
         material = self._kit.palette.brass
         chip = self._kit.copy("chip", "chip", lambda: Node(mesh=mesh("chip", [box((0.05, 0.012, 0.03), material)])))
         life, start = 0.42, np.array((PRESS_X, LONG.height + 0.32, LONG_MIDDLE[1]))
@@ -245,7 +245,7 @@ class Factory:
 
 
 def _work(machine: Node) -> list[Channel]:
-    """What moves in a machine that stands free."""
+    """The motion of a free-standing machine."""
     channels: list[Channel] = []
     for part in machine.children:
         if part.name == "valve wheel":
@@ -263,7 +263,7 @@ _SPINS = {
     "blades": ((0, 0, 1), -28),
     "drum": ((1, 0, 0), 5),
 }
-"""Axis and turns a loop; those of gears go as their teeth, 16 and 10."""
+"""Axis and revolutions a loop; those of gears are inverse to their teeth, 16 and 10."""
 
 
 def _lamp_post(palette: Palette) -> Node:

@@ -1,7 +1,7 @@
-"""Grown figures in curved armour, to see mirrors in. Each stands on y = 0, looks along +Z and is 1.87 metres tall.
+"""Human figures in curved armour, as mirrors. Each stands on y = 0, looks along +Z and is 1.87 metres tall.
 
-What moves is a node of its own with the pivot where it turns: torso, head, arms and forearms, thighs and shins; the
-boots hang on the figure itself, as they stay level.
+Moving parts are nodes with their pivots: torso, head, arms and forearms, thighs and shins; the
+boots are children of the figure itself, because they stay level.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from pica.scenes.basic_meshes import box, cylinder, frustum, lathe, sphere, toru
 from pica.scenes.placing import at, mesh, move, place, rotate, stretch
 
 HIP, HIP_APART = 0.93, 0.1
-"""Metres: how high the thighs turn, and how far from the middle."""
+"""Metres: height of the thighs' pivots, and their distance from the middle."""
 THIGH, SHIN = 0.42, 0.41
 """Metres from hip to knee and from knee to ankle."""
 ANKLE = 0.1
@@ -23,12 +23,12 @@ SIDES = (("left", 1), ("right", -1))
 
 @dataclass(frozen=True)
 class Armour:
-    """What a figure is made of."""
+    """Materials of a figure."""
 
     shell: Material
     trim: Material
     suit: Material
-    """Seen between the shells."""
+    """Visible between the shells."""
     visor: Material
     glow: Material
 

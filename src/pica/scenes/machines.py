@@ -1,6 +1,6 @@
 """The toy world's machines. Each stands on y = 0 and faces +Z.
 
-What moves is a node of its own with the pivot where it turns: rams, drums, gears and fans.
+Moving parts are nodes with their pivots: rams, drums, gears and fans.
 `press` and `oven` straddle a conveyor that runs along X.
 """
 
@@ -23,7 +23,7 @@ PAD_HEIGHT = 0.12
 
 
 def press(palette: Palette, accent: Material, belt_height: float) -> Node:
-    """A gantry with a ram that stamps what passes below."""
+    """A gantry with a ram that stamps goods on the belt."""
     node = Node("press")
     top = belt_height + 0.98
     parts = []
@@ -92,7 +92,7 @@ def hopper(palette: Palette, accent: Material, belt_height: float) -> Node:
 
 
 def kicker(palette: Palette, accent: Material) -> Node:
-    """A pad on a piston that throws what falls on it."""
+    """A pad on a piston that throws fallen goods."""
     node = Node("kicker")
     foot = lathe([(0, 0.03), (0.19, 0.03), (0.22, 0), (0, 0)], palette.dark, 0.012, 32)
     sleeve = at(ring(0.052, 0.08, 0.05, palette.rubber, 0.008, 24), move(0, 0.04, 0))
@@ -130,7 +130,7 @@ def tank(palette: Palette, accent: Material) -> Node:
 
 
 def mixer(palette: Palette, accent: Material) -> Node:
-    """A drum that turns on a cradle."""
+    """A rotating drum on a cradle."""
     node = Node("mixer")
     parts = [at(plate((1.5, 0.14, 0.9), 0.2, palette.dark, 0.05), move(0, 0.07, 0))]
     for x in (-0.62, 0.62):
@@ -210,9 +210,9 @@ def _gear(name: str, material: Material, palette: Palette, teeth: int) -> Mesh:
 
 
 def _meshing(teeth: int, other_teeth: int, degrees: float) -> Matrix:
-    """Where a gear goes that meshes, in the direction `degrees`, with one of `teeth` at the origin."""
+    """The position of a gear that meshes, in the direction `degrees`, with one of `teeth` at the origin."""
     distance, direction = (teeth + other_teeth) * TOOTH_RADIUS, np.radians(degrees)
-    # Seen at the point of contact, where one gear has a tooth the other has a gap.
+    # At the point of contact, a tooth of one gear meets a gap of the other.
     phase = degrees / (360 / teeth) % 1
     own = degrees + 180 - (0.5 - phase) * 360 / other_teeth
     return move(distance * np.cos(direction), distance * np.sin(direction), 0) @ rotate("z", own)

@@ -1,6 +1,6 @@
 """The toy world's robots. Each stands on y = 0, looks along +Z and is under a metre tall.
 
-What moves is a node of its own with the pivot where it turns: heads, arms, wheels, legs and feet.
+Moving parts are nodes with their pivots: heads, arms, wheels, legs and feet.
 """
 
 from pica.scene.material import Material
@@ -15,7 +15,7 @@ WHEEL_RADIUS, WHEEL_TRACK = 0.18, 0.295
 """Metres; the track is from the robot's middle to each wheel's."""
 BALL_RADIUS = 0.206
 ANKLE = 0.09
-"""Metres from a walker's sole to where its leg goes in."""
+"""Metres from a walker's sole to its leg's joint."""
 LEGS = (("front left", 1, 1), ("front right", -1, 1), ("back left", 1, -1), ("back right", -1, -1))
 """A walker's legs and on which side along (x, z) they are."""
 

@@ -1,6 +1,6 @@
-"""One key of many JSON objects: checked all at once, and one by one only where that finds something amiss.
+"""One key of many JSON objects: checked together, and one by one only if that fails.
 
-A file of a million nodes would take several times as long otherwise. Element says what is wrong.
+A file of a million nodes would be several times as slow otherwise. Element has the error messages.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from pica.scene.values import LARGEST
 def numbers(
     entries: Sequence[Element], key: str, count: int, default: tuple[float, ...] | None = None
 ) -> NDArray[np.float64]:
-    """(entries, count) what Element.numbers gives for each."""
+    """(entries, count) results of Element.numbers for each."""
     rows: list[Any] = [entry.values.get(key, default) for entry in entries]
     if default is not None and rows.count(default) == len(rows):
         return np.tile(default, (len(rows), 1))
@@ -36,7 +36,7 @@ def numbers(
 
 
 def integers(entries: Sequence[Element], key: str, default: int = -1) -> NDArray[np.int64]:
-    """(entries,) the values that are integers of at least 0, and -1 for others, for Element to look at."""
+    """(entries,) the values that are integers of at least 0, and -1 for others, which Element checks."""
     values = [entry.values.get(key, default) for entry in entries]
     if set(map(type, values)) <= {int}:
         with suppress(OverflowError):
