@@ -144,14 +144,14 @@ def test_a_replaced_type_shows_as_it_was_until_it_is_ready(device, register):
     renderer = running(device, scene)
     for before, after in ((0.25, 0.75), (0.75, 0.25)):
         old = material_source("plain")
-        assert any(old in types for _, types in device._kept)
+        assert any(old in types for _, types in device._products)
         register("plain", PLAIN.replace("0.25", str(after)))
         seen = until_ready(renderer)
         assert set(seen[:-1]) == {before} and seen[-1] == after
-    kept = [sum(old in types for _, types in device._kept)]
+    kept = [sum(old in types for _, types in device._products)]
     for _ in range(FRAMES_IN_FLIGHT):
         renderer.advance(CAMERA)
-        kept.append(sum(old in types for _, types in device._kept))
+        kept.append(sum(old in types for _, types in device._products))
     assert all(kept[:-1]) and kept[-1] == 0, "the old programs stay for the frames in flight, and no longer"
 
 
@@ -261,7 +261,7 @@ def test_a_worker_that_cannot_start_is_told_once(device, register, monkeypatch):
             while not making.step():
                 assert time.monotonic() - begun < SECONDS
                 time.sleep(0.01)
-            assert any(kept == types for _, kept in device._kept)
+            assert any(kept == types for _, kept in device._products)
             device.forget(types)
     said = [str(warning.message) for warning in told]
     assert len(said) == 1

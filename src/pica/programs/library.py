@@ -66,7 +66,7 @@ class ProgramLibrary:
     def compute_with(self, feature: Feature, module: str) -> ComputePass:
         """As Device.compute, for a pass that only frames of scenes with this feature run."""
         recipe = ComputeRecipe(module)
-        made = ComputePass(self.device.handle, Path(module).stem, partial(self.device.kept, recipe))
+        made = ComputePass(self.device.handle, Path(module).stem, partial(self.device.product, recipe))
         self._for_features[made] = feature, recipe
         return made
 

@@ -209,10 +209,10 @@ def plain(types: MaterialTypeSet) -> dict[int, MaterialSource]:
 
 
 def made(device: Device, recipe: Recipe[Made], types: MaterialTypeSet) -> Made:
-    """As Device.kept, but errors that Slang finds late (recursion, unbounded generics) are reported as faults of the
+    """As Device.product, but errors that Slang finds late (recursion, unbounded generics) are reported as faults of the
     user's types or shapes among these. Raises MaterialTypeError or ShapeError."""
     try:
-        return device.kept(recipe, types)
+        return device.product(recipe, types)
     except (DeviceError, RuntimeError) as error:
         raise fault_of(types, error) or error from None
 

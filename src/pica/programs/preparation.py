@@ -19,7 +19,7 @@ from pica.rhi.device import Device
 from pica.rhi.recipes import Recipe
 
 Program = tuple[Recipe[Any], MaterialTypeSet]
-"""A recipe and its variant, the arguments of `Device.kept`."""
+"""A recipe and its variant, the arguments of `Device.product`."""
 _MOST_WORKERS = 8
 """More would only wait for the longest program, with some 300 MB each."""
 

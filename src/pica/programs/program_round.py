@@ -51,7 +51,7 @@ class ProgramRound:
                 if task.fault is not None:
                     raise task.fault
                 if task.linked:
-                    self._device.kept(task.recipe, task.types)
+                    self._device.product(task.recipe, task.types)
                     self._tasks.popleft()
                 else:
                     self._device.link(task.recipe, task.types)

@@ -93,7 +93,7 @@ class Device:
         self.key = _key_of(adapter, existing)
         """Identifies the adapter, or an existing device."""
         self._block_programs: dict[str, spy.ShaderProgram] = {}
-        self._kept: dict[tuple[Recipe[Any], Hashable], Any] = {}
+        self._products: dict[tuple[Recipe[Any], Hashable], Any] = {}
         self._linked: dict[tuple[Recipe[Any], Hashable], Any] = {}
         self._plans: WeakKeyDictionary[ComputePass | RasterPass, Recipe[Any]] = WeakKeyDictionary()
         self._shared: dict[Callable[[Device], Any], Any] = {}
@@ -121,7 +121,7 @@ class Device:
             if _OPEN.get(self.key) is (self._root or self):
                 del _OPEN[self.key]
             self._closing()
-            for made in (self._block_programs, self._kept, self._linked, self._shared):
+            for made in (self._block_programs, self._products, self._linked, self._shared):
                 made.clear()
 
     @property
@@ -288,24 +288,24 @@ class Device:
         """A sampler; keywords as slangpy.SamplerDesc."""
         return self.handle.create_sampler(**description)
 
-    def kept(self, recipe: Recipe[T], variant: Hashable = ()) -> T:
+    def product(self, recipe: Recipe[T], variant: Hashable = ()) -> T:
         """The product of a recipe for a variant, made once per device."""
         key = recipe, variant
-        if key not in self._kept:
+        if key not in self._products:
             self.link(recipe, variant)
-            self._kept[key] = recipe.make(self, self._linked.pop(key))
-        found: T = self._kept[key]
+            self._products[key] = recipe.make(self, self._linked.pop(key))
+        found: T = self._products[key]
         return found
 
     def link(self, recipe: Recipe[T], variant: Hashable = ()) -> None:
-        """The first, slow part of `kept`."""
+        """The first, slow part of `product`."""
         key = recipe, variant
-        if key not in self._kept and key not in self._linked:
+        if key not in self._products and key not in self._linked:
             self._linked[key] = recipe.link(self, variant)
 
     def has(self, recipe: Recipe[Any], variant: Hashable = ()) -> bool:
-        """Whether `kept` has the product already."""
-        return (recipe, variant) in self._kept
+        """Whether `product` has the product already."""
+        return (recipe, variant) in self._products
 
     @property
     def planned(self) -> list[Recipe[Any]]:
@@ -314,7 +314,7 @@ class Device:
 
     def forget(self, variant: Hashable) -> None:
         """Release the products for a variant."""
-        for made in (self._kept, self._linked):
+        for made in (self._products, self._linked):
             for key in [key for key in made if key[1] == variant]:
                 del made[key]
 
@@ -349,12 +349,12 @@ class Device:
         does not compile.
         """
         recipe = ComputeRecipe(module, entry)
-        return self._planned(recipe, ComputePass(self.handle, name or stem(module), partial(self.kept, recipe)))
+        return self._planned(recipe, ComputePass(self.handle, name or stem(module), partial(self.product, recipe)))
 
     def raster(self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None) -> RasterPass:
         """A raster pass from the vertex and, if any, fragment entry points of a file; as `compute`."""
         recipe = RasterRecipe(module, entries, state)
-        return self._planned(recipe, RasterPass(self.handle, name or Path(module).stem, partial(self.kept, recipe)))
+        return self._planned(recipe, RasterPass(self.handle, name or Path(module).stem, partial(self.product, recipe)))
 
     def _planned(self, recipe: Recipe[Any], made: P) -> P:
         self._plans[made] = recipe

@@ -206,7 +206,7 @@ def test_surfels_lie_evenly(device):
 def test_what_is_known_of_surfels_can_be_seen(device):
     renderer = pica.Renderer(pica.scenes.court(), size=SIZE, settings=settings(SURFELS), device=device)
     renderer.render(8)
-    assert not any(recipe.module.endswith("surfel_views.slang") for recipe in device.planned)  # nobody asked for it
+    assert not any(recipe.module.endswith("surfel_debug.slang") for recipe in device.planned)  # nobody asked for it
     renderer.debug = True
     picture = renderer.render(1)
     view = {

@@ -178,7 +178,7 @@ class Reflections(Effect):
         formats = {"ofSurface": _LIGHT, "ofImage": _LIGHT, "choice": spy.Format.rg32_float}
         shown = {name: graph.texture(name, kind) for name, kind in formats.items()}
         graph.add(
-            self._device.compute(f"{_FOLDER}/reflection_views.slang"),
+            self._device.compute(f"{_FOLDER}/reflection_debug.slang"),
             graph.grid,
             signal=signal,
             previousHistory=history["history"].previous,

@@ -210,7 +210,7 @@ class SurfelIndirect:
             nearest = graph.texture("nearest surfels", spy.Format.rgba32_uint)
             cells = graph.texture("cells of surfels", spy.Format.rg32_uint)
             graph.add(
-                self._device.compute(f"{_FOLDER}/surfel_views.slang"),
+                self._device.compute(f"{_FOLDER}/surfel_debug.slang"),
                 graph.grid,
                 frame=graph.frame,
                 gbuffer=gbuffer,
