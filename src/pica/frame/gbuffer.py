@@ -26,10 +26,10 @@ class GBuffer:
         """Declare them. `optional`: "coats" and "lobes", where materials have such. `lifetime`: of all but shapes."""
         self.size, self._optional = size, frozenset(optional)
         self.shapes: History = graph.history("shapes", _SHAPES, size, usage=_USAGE)
-        made = {name: graph.texture(name, kind, size, lifetime=lifetime) for name, kind in _MATERIALS.items()}
+        materials = {name: graph.texture(name, kind, size, lifetime=lifetime) for name, kind in _MATERIALS.items()}
         for name, kind in _OPTIONAL.items():
-            made[name] = graph.texture(name, kind, size if name in optional else (1, 1), lifetime=lifetime)
-        self.textures: Mapping[str, Texture] = {**self.shapes.textures, **made}
+            materials[name] = graph.texture(name, kind, size if name in optional else (1, 1), lifetime=lifetime)
+        self.textures: Mapping[str, Texture] = {**self.shapes.textures, **materials}
         self.block: Block
         self._half: GBuffer | None = None
 

@@ -101,7 +101,9 @@ class GraphDescription:
 
 def describe(plan: Plan, times: Mapping[Hashable, float]) -> GraphDescription:
     """`times`: milliseconds of a frame by PlanPart."""
-    taken = {part.node: time for part, time in times.items() if isinstance(part, PlanPart) and part.plan == plan.serial}
+    times_by_node = {
+        part.node: time for part, time in times.items() if isinstance(part, PlanPart) and part.plan == plan.serial
+    }
     nodes = [node for node in plan.nodes if not isinstance(node, BlockNode)]
     rows = {node.index: row for row, node in enumerate(nodes)}
     used: defaultdict[Resource, list[int]] = defaultdict(list)
@@ -117,7 +119,7 @@ def describe(plan: Plan, times: Mapping[Hashable, float]) -> GraphDescription:
             _keys(node.previous),
             _keys(node.writes),
             node.when is not None,
-            taken.get(node.index),
+            times_by_node.get(node.index),
         )
         for node in nodes
     )
@@ -135,9 +137,9 @@ def _memory_of(plan: Plan, resource: Texture | Buffer) -> Any:
 
 
 def _described(resource: Texture | Buffer, rows: list[int], lane: int) -> ResourceInfo:
-    made, texture = [resource.physical], resource if isinstance(resource, Texture) else None
+    objects, texture = [resource.physical], resource if isinstance(resource, Texture) else None
     if isinstance(resource, Texture) and resource.history is not None:
-        made = [textures[resource.part] for textures in resource.history.sets]
+        objects = [textures[resource.part] for textures in resource.history.sets]
     return ResourceInfo(
         resource.name,
         resource.scope,
@@ -145,7 +147,7 @@ def _described(resource: Texture | Buffer, rows: list[int], lane: int) -> Resour
         texture.format.name if texture else "",
         tuple(texture.size) if texture else (),
         texture.layers if texture else None,
-        sum(each.memory_usage.device for each in made),
+        sum(each.memory_usage.device for each in objects),
         resource.lifetime.value,
         min(rows),
         max(rows),

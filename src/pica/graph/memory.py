@@ -136,21 +136,21 @@ class Memory:
                     self._book(each.scope, textures[name])
 
     def _share(self, places: list[tuple[Resource, int]]) -> None:
-        wanted: defaultdict[Any, int] = defaultdict(int)
+        counts: defaultdict[Any, int] = defaultdict(int)
         for resource, number in places:
             description = (type(resource), resource.description)  # type: ignore[attr-defined]
-            wanted[description] = max(wanted[description], number + 1)
-        for description, made in list(self._shared.items()):
-            for extra in made[wanted[description] :]:
+            counts[description] = max(counts[description], number + 1)
+        for description, pool in list(self._shared.items()):
+            for extra in pool[counts[description] :]:
                 self.device.give_back(extra)
-            del made[wanted[description] :]
+            del pool[counts[description] :]
         for resource, number in places:
-            made = self._shared[(type(resource), resource.description)]  # type: ignore[attr-defined]
-            while len(made) <= number:
-                made.append(self._make(resource, f"shared {len(made)}"))
-            resource.physical = made[number]
-        for made in self._shared.values():
-            for each in made:
+            pool = self._shared[(type(resource), resource.description)]  # type: ignore[attr-defined]
+            while len(pool) <= number:
+                pool.append(self._make(resource, f"shared {len(pool)}"))
+            resource.physical = pool[number]
+        for pool in self._shared.values():
+            for each in pool:
                 self._book("shared", each)
 
     def _drop(self, state: HistoryState) -> None:
@@ -163,8 +163,8 @@ class Memory:
         if entry is not None:
             self.device.give_back(entry[1])
 
-    def _book(self, scope: str, made: spy.Texture | spy.Buffer) -> None:
-        self.bytes[scope] = self.bytes.get(scope, 0) + made.memory_usage.device
+    def _book(self, scope: str, physical: spy.Texture | spy.Buffer) -> None:
+        self.bytes[scope] = self.bytes.get(scope, 0) + physical.memory_usage.device
 
     def _make(self, resource: Resource, label: str) -> Any:
         if isinstance(resource, Texture):

@@ -146,7 +146,7 @@ class Plan:
         """Equal textures and buffers share memory if they are not in use at the same time."""
         places: dict[Resource, int] = {}
         free: defaultdict[Any, list[int]] = defaultdict(list)
-        made: defaultdict[Any, int] = defaultdict(int)
+        counts: defaultdict[Any, int] = defaultdict(int)
         ends: list[tuple[int, Resource]] = []
         for resource, (first, last) in sorted(self.spans.items(), key=lambda item: item[1]):
             for end, done in [entry for entry in ends if entry[0] < first]:
@@ -156,8 +156,8 @@ class Plan:
             if free[kind]:
                 places[resource] = free[kind].pop()
             else:
-                places[resource] = made[kind]
-                made[kind] += 1
+                places[resource] = counts[kind]
+                counts[kind] += 1
             ends.append((last, resource))
         return places
 

@@ -57,9 +57,9 @@ class LightSampler:
         self._sample: dict[bool, MaterialPass] = {}
         self._asks_at_hits = False
 
-    def expect_hits(self, wanted: bool) -> None:
+    def expect_hits(self, enabled: bool) -> None:
         """Whether some effect lights the hits of its rays."""
-        self._asks_at_hits = wanted
+        self._asks_at_hits = enabled
 
     def __call__(self, graph: FrameGraph, gbuffer: GBuffer, scene: SceneView, slots: LightSlots) -> LightSamples:
         """Draw this frame's samples."""

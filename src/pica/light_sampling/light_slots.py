@@ -64,11 +64,11 @@ class LightSlots:
         maps = self._settings.shadow_maps.max_lights
         own = max(maps, _UNTRACED) if mapped else self._settings.shadows.max_lights
         single = min(lights.light_count, own)
-        shown = [node.light for node in lights.nodes[:single]]
-        if lights is self._lights and all(map(operator.is_, shown, self._shown)):
+        single_lights = [node.light for node in lights.nodes[:single]]
+        if lights is self._lights and all(map(operator.is_, single_lights, self._shown)):
             return
-        self._lights, self._shown = lights, shown
-        chosen = {number: self._denoiser(light) for number, light in enumerate(shown)}
+        self._lights, self._shown = lights, single_lights
+        chosen = {number: self._denoiser(light) for number, light in enumerate(single_lights)}
         denoised = [light for light in chosen if chosen[light] != "off"][: self._settings.shadows.denoised_lights]
         if mapped:
             denoised = list(chosen)[: maps if self._settings.shadows.mode != "off" else 0]

@@ -238,8 +238,8 @@ class SlotWatcher:
 
     def take(self) -> set[int]:
         """The slots changed since the last call."""
-        taken, self._slots = self._slots, set()
-        return taken
+        changed, self._slots = self._slots, set()
+        return changed
 
 
 class RtScene:

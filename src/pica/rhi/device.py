@@ -121,8 +121,8 @@ class Device:
             if _OPEN.get(self.key) is (self._root or self):
                 del _OPEN[self.key]
             self._closing()
-            for made in (self._block_programs, self._products, self._linked, self._shared):
-                made.clear()
+            for products in (self._block_programs, self._products, self._linked, self._shared):
+                products.clear()
 
     @property
     def closed(self) -> bool:
@@ -314,9 +314,9 @@ class Device:
 
     def forget(self, variant: Hashable) -> None:
         """Release the products for a variant."""
-        for made in (self._products, self._linked):
-            for key in [key for key in made if key[1] == variant]:
-                del made[key]
+        for products in (self._products, self._linked):
+            for key in [key for key in products if key[1] == variant]:
+                del products[key]
 
     def module(self, name: str, text: str | None = None, path: Path | None = None) -> spy.SlangModule:
         """A Slang module: a file below the package, or a text under another name and an optional `path`."""

@@ -176,13 +176,13 @@ class Reflections(Effect):
     def _show_past(self, graph: FrameGraph, signal: Texture, history: History, past: dict[str, Any]) -> None:
         """Views of the frame before are made by a pass of their own."""
         formats = {"ofSurface": _LIGHT, "ofImage": _LIGHT, "choice": spy.Format.rg32_float}
-        shown = {name: graph.texture(name, kind) for name, kind in formats.items()}
+        textures = {name: graph.texture(name, kind) for name, kind in formats.items()}
         graph.add(
             self._device.compute(f"{_FOLDER}/reflection_debug.slang"),
             graph.grid,
             signal=signal,
             previousHistory=history["history"].previous,
             **past,
-            **{name: write(texture) for name, texture in shown.items()},
+            **{name: write(texture) for name, texture in textures.items()},
         )
-        offer_reprojection_aovs(graph, shown)
+        offer_reprojection_aovs(graph, textures)

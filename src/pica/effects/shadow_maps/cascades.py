@@ -71,12 +71,12 @@ def spheres(camera: Camera, aspect: float, box: Box, settings: ShadowMapsSetting
     whole = Sphere(center, max(float(np.linalg.norm(box[1] - box[0])) / 2, 1e-6))
     near, far = view_range(camera, box)
     ends = split_distances(near, far, settings.cascades, settings.cascade_split)
-    wanted = []
+    result = []
     for begin, end in itertools.pairwise(ends):
-        wanted.append(slice_sphere(camera, aspect, begin, end))
-        if wanted[-1].radius >= whole.radius:
-            return [*wanted[:-1], whole]
-    return wanted
+        result.append(slice_sphere(camera, aspect, begin, end))
+        if result[-1].radius >= whole.radius:
+            return [*result[:-1], whole]
+    return result
 
 
 class Cascades:
@@ -90,33 +90,33 @@ class Cascades:
         """Invalidate every view, after a change of light or scene."""
         self._drawn = [None] * self._settings.cascades
 
-    def update(self, wanted: list[Sphere], light: Camera, box: Box) -> list[tuple[int, Camera]]:
+    def update(self, targets: list[Sphere], light: Camera, box: Box) -> list[tuple[int, Camera]]:
         """The cascades that must be drawn to contain these spheres, each with its orthographic view from the light.
 
         `light`: its matrix; the position does not matter. If no view must be drawn, the one with the
         least margin left is, so that seldom two must be at once.
         """
         axes = light.transform[:3, :3]
-        needs = [self._need(drawn, sphere, axes) for drawn, sphere in zip(self._drawn, wanted, strict=False)]
+        needs = [self._need(drawn, sphere, axes) for drawn, sphere in zip(self._drawn, targets, strict=False)]
         stale = [cascade for cascade, need in enumerate(needs) if need > 1]
         if not stale and max(needs) > _PROACTIVE:
             stale = [int(np.argmax(needs))]
-        self._drawn[len(wanted) :] = [None] * (self._settings.cascades - len(wanted))
-        return [(cascade, self._fit(cascade, wanted[cascade], light, box)) for cascade in stale]
+        self._drawn[len(targets) :] = [None] * (self._settings.cascades - len(targets))
+        return [(cascade, self._fit(cascade, targets[cascade], light, box)) for cascade in stale]
 
-    def _need(self, drawn: Sphere | None, wanted: Sphere, axes: Vector) -> float:
+    def _need(self, drawn: Sphere | None, target: Sphere, axes: Vector) -> float:
         """How much of its margin a view has used; infinite if it is invalid."""
-        largest = wanted.radius * (1 + _MARGIN)
-        if drawn is None or drawn.radius < wanted.radius or drawn.radius > largest * (1 + 1e-6):
+        largest = target.radius * (1 + _MARGIN)
+        if drawn is None or drawn.radius < target.radius or drawn.radius > largest * (1 + 1e-6):
             return math.inf
-        moved = float(np.abs((wanted.center - drawn.center) @ axes[:, :2]).max())
-        return moved / max(drawn.radius - wanted.radius, 1e-3 * wanted.radius)
+        moved = float(np.abs((target.center - drawn.center) @ axes[:, :2]).max())
+        return moved / max(drawn.radius - target.radius, 1e-3 * target.radius)
 
-    def _fit(self, cascade: int, wanted: Sphere, light: Camera, box: Box) -> Camera:
-        axes, radius = light.transform[:3, :3], wanted.radius * (1 + _MARGIN)
+    def _fit(self, cascade: int, target: Sphere, light: Camera, box: Box) -> Camera:
+        axes, radius = light.transform[:3, :3], target.radius * (1 + _MARGIN)
         # In steps of whole texels, so that an edge falls on the same texels wherever the camera moves.
         texel = 2 * radius / self._settings.cascade_size
-        place = wanted.center @ axes
+        place = target.center @ axes
         place[:2] = np.round(place[:2] / texel) * texel
         # The box contains all casters of the view; light travels along the axes' -Z.
         corners = np.array(np.meshgrid(*np.transpose(box))).reshape(3, -1).T @ axes
@@ -124,5 +124,5 @@ class Cascades:
         place[2] = corners[:, 2].max() + 0.01 * depth
         transform = light.transform.copy()
         transform[:3, 3] = axes @ place
-        self._drawn[cascade] = Sphere(wanted.center, radius)
+        self._drawn[cascade] = Sphere(target.center, radius)
         return replace(light, transform=transform, orthographic_height=2 * radius, near=0.0, far=1.02 * depth)

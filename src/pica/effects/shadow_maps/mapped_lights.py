@@ -142,9 +142,9 @@ class MappedLights:
         for light in self._lights:
             if light.cascades is None:
                 continue
-            wanted = spheres(frame.camera, aspect, scene.bounds, self._settings)
-            light.count = len(wanted)
-            for cascade, view in light.cascades.update(wanted, seen_from(light.node), scene.bounds):
+            targets = spheres(frame.camera, aspect, scene.bounds, self._settings)
+            light.count = len(targets)
+            for cascade, view in light.cascades.update(targets, seen_from(light.node), scene.bounds):
                 place = light.first + cascade
                 self._set(place, view, self._cascades.size)
                 stale.append(StaleMap(place, self._cascades, place, light.mask))

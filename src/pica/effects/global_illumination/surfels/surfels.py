@@ -181,8 +181,8 @@ class SurfelIndirect:
             **slots,
         )
         half_known = graph.texture("light of surfels", spy.Format.rgba32_float, graph.half_size)
-        shown = {"frame": graph.frame, "gbuffer": gbuffer, "surfels": pool}
-        graph.add(self._lookup, graph.half_grid, halfKnown=write(half_known), **shown)
+        inputs = {"frame": graph.frame, "gbuffer": gbuffer, "surfels": pool}
+        graph.add(self._lookup, graph.half_grid, halfKnown=write(half_known), **inputs)
         graph.add(
             self._apply,
             graph.grid,
@@ -190,7 +190,7 @@ class SurfelIndirect:
             halfKnown=half_known,
             occlusion=occlusion or graph.nothing(spy.Format.r16_float),
             occluded=int(occlusion is not None),
-            **shown,
+            **inputs,
             **pictures.arguments(),
         )
         self._offer(graph, gbuffer, scene)
@@ -223,6 +223,6 @@ class SurfelIndirect:
                 cells=write(cells),
             )
             offer_surfel_aovs(graph, nearest, cells)
-        wanted = lambda: min(int(pool.ray_count.to_numpy().view(np.uint32)[0]), pool.rays)  # noqa: E731
-        graph.offer("rays.surfel_rays", (), wanted, on_request=True)
+        ray_count = lambda: min(int(pool.ray_count.to_numpy().view(np.uint32)[0]), pool.rays)  # noqa: E731
+        graph.offer("rays.surfel_rays", (), ray_count, on_request=True)
         graph.offer("count.surfels", (), self.count, on_request=True)
