@@ -72,7 +72,7 @@ def compare(
     others = _other_settings(preset, values, against) if against else None
     pixels = options.parse_size(size)
     content = view.load()
-    # Decided once, so that both pictures look from one place whatever rendering does to the scene.
+    # Decided once, so that both pictures have the same camera.
     camera = view.camera_in(content) or content.default_camera(pixels[0] / pixels[1])
     renderer = pica.Renderer(content, size=pixels, settings=settings, device=device)
     result: dict[str, Any] = {
@@ -101,11 +101,11 @@ def compare(
 
 
 _Found = tuple[dict[str, Any], "NDArray[np.uint8]"]
-"""Of a comparison: the numbers, and a sheet to look at."""
+"""The result of a comparison: the numbers, and a sheet for viewing."""
 
 
 def _other_settings(preset: str, values: list[str] | None, against: list[str]) -> "Settings":
-    """The settings of the first picture with those of --against changed. Raises PicaError."""
+    """The settings of the first picture, changed by those of --against. Raises PicaError."""
     changed = []
     for text in against:
         name, equals, value = text.partition("=")

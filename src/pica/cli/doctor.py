@@ -1,4 +1,4 @@
-"""`pica doctor`: what this machine has, what it lacks and what to install."""
+"""`pica doctor`: the machine's devices, what they lack and what to install."""
 
 import json
 import os
@@ -47,7 +47,7 @@ def doctor() -> None:
 
 
 def probe() -> tuple[list[dict[str, Any]], str]:
-    """The devices as mappings of DeviceInfo, and what went wrong; in a process of its own, which a driver may crash."""
+    """The devices as mappings of DeviceInfo, and the error; in a process of its own, which a driver may crash."""
     try:
         run = subprocess.run(
             [sys.executable, "-c", _PROBE],
@@ -67,7 +67,7 @@ def probe() -> tuple[list[dict[str, Any]], str]:
 
 
 def usable(devices: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Those that lack nothing."""
+    """The devices that lack nothing."""
     return [device for device in devices if not device["missing"]]
 
 
@@ -77,7 +77,7 @@ def _row(device: dict[str, Any]) -> tuple[str, ...]:
 
 
 def tier_lines(devices: list[dict[str, Any]]) -> list[str]:
-    """What each tier that a device here has can trace and what it lacks, and who traces ray buffers."""
+    """For each tier of a device here, what it can trace, what it lacks, and the tracer of ray buffers."""
     from pica.rhi.adapters import TIERS
     from pica.tracing import embree
 
@@ -88,7 +88,7 @@ def tier_lines(devices: list[dict[str, Any]]) -> list[str]:
 
 
 def stage_lines(devices: list[dict[str, Any]]) -> list[str]:
-    """What runs on each device here that lacks nothing pica needs."""
+    """The features of each usable device."""
     return [f"{device['name']} runs {_stages(device['tier'])}" for device in usable(devices)]
 
 
@@ -106,7 +106,7 @@ def _stages(tier: int) -> str:
 
 
 def advice(devices: list[dict[str, Any]]) -> list[str]:
-    """What to install or to expect, a line each."""
+    """Advice on what to install or to expect, a line each."""
     ready = usable(devices)
     if any(device["type"] == "hardware" for device in ready):
         return ["Ready."]

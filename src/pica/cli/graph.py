@@ -1,4 +1,4 @@
-"""`pica graph`: the passes of a frame, what they read and write, and what memory they share."""
+"""`pica graph`: the passes of a frame, the resources that they read and write, and shared memory."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

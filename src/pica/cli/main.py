@@ -1,4 +1,4 @@
-"""Where the `pica` command starts. What takes time is imported later, when Ctrl-C needs no traceback any more."""
+"""Entry point of the `pica` command. Slow imports come later, when Ctrl-C needs no traceback any more."""
 
 import sys
 from collections.abc import Sequence

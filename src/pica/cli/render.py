@@ -175,7 +175,7 @@ def render(
 def _moving_camera(
     view: View, scene: "Scene", sequence: Sequence, times: list[float]
 ) -> Callable[[int], "Camera | None"]:
-    """The camera of each picture of a sequence; to be asked while the scene is as in the picture."""
+    """The camera of each picture of a sequence; called while the scene is in the picture's state."""
     from pica.scene.orbit import orbited
 
     path, framed = sequence.path, None
@@ -194,9 +194,9 @@ def _moving_camera(
 
 
 def save(frame: "Frame", output: Path, aovs: list[str] | None) -> list[Path]:
-    """Write the picture and, beside a .png, one picture for each AOV; the files written. Raises PicaError."""
+    """Write the picture and, with a .png, one picture for each AOV; the files written. Raises PicaError."""
     for name in aovs or []:
-        frame.aov(name)  # an unknown name is an error before anything is written
+        frame.aov(name)  # raises for an unknown name before anything is written
     files = files_of(output, aovs)
     for name, path in files.items():
         if name:

@@ -1,4 +1,4 @@
-"""What the commands say: results on stdout, everything else on stderr."""
+"""Output of the commands: results on stdout, everything else on stderr."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -17,7 +17,7 @@ _COMPILING = "Compiling shaders"
 
 @contextmanager
 def progress(title: str, json: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on stderr while the block runs; call what it gives with (done, total). Another one while shaders
+    """A progress bar on stderr while the block runs; call the result with (done, total). Another one while shaders
     are compiled in the block.
 
     `json`: one JSON object a line instead, {"progress": title, "done": 1, "total": 16}.
@@ -54,7 +54,7 @@ def _bars(first: str) -> Iterator[Callable[[str, int, int], None]]:
 
         try:
             yield show
-        except BaseException:  # then the error is all there is to say
+        except BaseException:  # then only the error is printed
             bar.live.transient = True
             console.quiet = not console.is_interactive  # where a bar is one line at the end, though it be an empty one
             raise
@@ -90,9 +90,9 @@ def print_values(title: str, rows: Mapping[str, Any]) -> None:
 
 
 def print_columns(rows: Sequence[Sequence[str]], right: int | None = None) -> None:
-    """Rows of cells below each other on stdout, as wide as they need, since programs read them too.
+    """A table on stdout with columns as wide as they need, because programs read it too.
 
-    `right`: the column whose cells end below each other.
+    `right`: the column to align on the right.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
