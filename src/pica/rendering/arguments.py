@@ -21,12 +21,12 @@ _MOST = 1 << 31
 """Frames or samples of one call; shaders count them in 32 bits."""
 
 
-def check_made_with(who: str, scene: Any, settings: Any, device: Any) -> None:
+def check_made_with(caller: str, scene: Any, settings: Any, device: Any) -> None:
     """Raises PicaError for invalid constructor arguments."""
-    checked(f"{who}: scene", instance(Scene), scene)
-    checked(f"{who}: settings", optional(instance(Settings)), settings, SettingsError)
+    checked(f"{caller}: scene", instance(Scene), scene)
+    checked(f"{caller}: settings", optional(instance(Settings)), settings, SettingsError)
     if not isinstance(device, spy.Device):
-        checked(f"{who}: device", optional(instance(Device, str)), device, DeviceError)
+        checked(f"{caller}: device", optional(instance(Device, str)), device, DeviceError)
 
 
 def checked_size(size: Size) -> Size:
@@ -45,22 +45,22 @@ def checked_count(what: str, count: Any) -> int:
     return checked(what, whole(1, _MOST), count, PicaError)
 
 
-def checked_camera(who: str, camera: Any) -> Camera:
+def checked_camera(caller: str, camera: Any) -> Camera:
     """A camera. Raises SceneError for anything else."""
-    result: Camera = checked(f"{who}: camera", instance(Camera), camera)
+    result: Camera = checked(f"{caller}: camera", instance(Camera), camera)
     return result
 
 
-def check_progress(who: str, progress: Any) -> None:
+def check_progress(caller: str, progress: Any) -> None:
     """Raises PicaError unless it can be called."""
     if progress is not None and not callable(progress):
-        raise PicaError(f"{who}: progress: {shown(progress)} cannot be called")
+        raise PicaError(f"{caller}: progress: {shown(progress)} cannot be called")
 
 
 def checked_aovs(
-    who: str, aovs: Any, known: Collection[str] | None, off: Mapping[str, str] | None = None
+    caller: str, aovs: Any, available: Collection[str] | None, off: Mapping[str, str] | None = None
 ) -> frozenset[str] | None:
-    """Names of AOVs; None, for all, stays None. Raises PicaError for a name that is not in `known` (None: all are),
+    """Names of AOVs; None, for all, stays None. Raises PicaError for a name that is not in `available` (None: all are),
     which it lists, and for an AOV of an effect that is off. `off`: effects by the AOVs that they would have."""
     if aovs is None:
         return None
@@ -69,12 +69,12 @@ def checked_aovs(
     except Exception:  # raised by iteration
         names = (None,)
     if isinstance(aovs, str) or not all(isinstance(name, str) for name in names):
-        raise PicaError(f'{who}: aovs: {shown(aovs)}: must be names, such as ("depth", "instance"), or None for all')
+        raise PicaError(f'{caller}: aovs: {shown(aovs)}: must be names, such as ("depth", "instance"), or None for all')
     for name in names:
         if off is not None and name in off:
             raise PicaError(
-                f"{who}: AOV {name!r} needs the effect {off[name]}, which is off in the renderer's settings"
+                f"{caller}: AOV {name!r} needs the effect {off[name]}, which is off in the renderer's settings"
             )
-        if known is not None and name not in known:
-            raise PicaError(f"{who}: no AOV {shown(name)}; there are {', '.join(known) or 'none'}")
+        if available is not None and name not in available:
+            raise PicaError(f"{caller}: no AOV {shown(name)}; there are {', '.join(available) or 'none'}")
     return frozenset(names)
