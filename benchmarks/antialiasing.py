@@ -34,7 +34,7 @@ from pica.scene.material import Image, Material, Sampler, Texture
 from pica.scene.model import Mesh, Node, Scene
 from pica.scenes.basic_meshes import box, plane
 from pica.scenes.palette import lamp
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 
 Pixels = NDArray[np.float32]
 
@@ -137,7 +137,7 @@ def wire_grid(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
     thin = 0.7 * pixel
     wires = [_node(box((4.4, thin, thin), bright), move(0, y, 0)) for y in np.linspace(-1, 1, 11)]
     wires += [_node(box((thin, 2.2, thin), bright), move(x, 0, 0)) for x in np.linspace(-2, 2, 21)]
-    wall = _node(plane(12, 8, dark), move(0, 0, -1) @ turn("x", 90))
+    wall = _node(plane(12, 8, dark), move(0, 0, -1) @ rotate("x", 90))
 
     def play(frame: int) -> Camera:
         x, y = 0.15 * pixel * frame, 0.06 * pixel * frame
@@ -152,7 +152,7 @@ def disocclusion(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
     cells = random.uniform(30, 250, (24, 24, 4)).astype(np.uint8).repeat(4, 0).repeat(4, 1)
     cells[..., 3] = 255
     pattern = Material("pattern", unlit=True, base_color_texture=Texture(Image(cells, "pattern"), Sampler()))
-    board = _node(plane(8, 8, pattern), move(0, 0, -1) @ turn("x", 90))
+    board = _node(plane(8, 8, pattern), move(0, 0, -1) @ rotate("x", 90))
     boxes = [
         (_node(box(size, _unlit("box", color)), np.eye(4)), y, speed)
         for size, color, y, speed in (
@@ -172,7 +172,7 @@ def disocclusion(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
 
 def bright_boards(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
     """Boards ten times as bright as white pass slowly in front of a dark wall; what they leave must be dark at once."""
-    wall = _node(plane(12, 8, _unlit("wall", (0.02, 0.03, 0.05))), move(0, 0, -1) @ turn("x", 90))
+    wall = _node(plane(12, 8, _unlit("wall", (0.02, 0.03, 0.05))), move(0, 0, -1) @ rotate("x", 90))
     pixel = 2 * 3 * np.tan(np.radians(35) / 2) / size[1]
     boards = [
         (_node(box((0.3, 0.4, 0.01), lamp("board", "#ffd0a0", 10.0)), np.eye(4)), y, angle, speed * pixel)
@@ -181,7 +181,7 @@ def bright_boards(size: Size) -> tuple[Scene, Sequence, dict[str, str]]:
 
     def play(frame: int) -> Camera:
         for node, y, angle, speed in boards:
-            node.transform = move(speed * (frame - 30), y, 0) @ turn("z", angle)
+            node.transform = move(speed * (frame - 30), y, 0) @ rotate("z", angle)
         return Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=np.radians(35))
 
     return _scene(*(node for node, *_ in boards), wall), play, PLAIN

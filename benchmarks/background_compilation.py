@@ -184,7 +184,7 @@ def submitted_tasks() -> list[Any]:
 
 
 def timed_programs() -> list[dict[str, Any]]:
-    """What `Device.link` and `Device.kept` do from now on, with the milliseconds of each call that takes any."""
+    """What `Device.link` and `Device.product` do from now on, with the milliseconds of each call that takes any."""
     import slangpy as spy
 
     from pica.rhi.device import Device
@@ -210,7 +210,7 @@ def timed_programs() -> list[dict[str, Any]]:
         time_calls(spy.Device, name)
     time_calls(spy.SlangModule, "entry_point")
     spy.Device.__init__ = partialmethod(spy.Device.__init__, enable_compilation_reports=True)  # type: ignore[assignment]
-    link, kept = Device.link, Device.kept
+    link, kept = Device.link, Device.product
 
     def timed(part: str, work: Any, self: Device, recipe: Any, types: Any = ()) -> Any:
         before = self.handle.shader_cache_stats
@@ -238,7 +238,7 @@ def timed_programs() -> list[dict[str, Any]]:
         return result
 
     Device.link = lambda *arguments: timed("link_ms", link, *arguments)  # type: ignore[assignment,method-assign]
-    Device.kept = lambda *arguments: timed("make_ms", kept, *arguments)  # type: ignore[assignment,method-assign]
+    Device.product = lambda *arguments: timed("make_ms", kept, *arguments)  # type: ignore[assignment,method-assign]
     return made
 
 

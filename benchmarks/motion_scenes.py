@@ -9,7 +9,7 @@ from pica.scene.material import Material
 from pica.scene.mesh import Section
 from pica.scene.model import Node, Scene
 from pica.scenes.basic_meshes import box, sphere, torus
-from pica.scenes.placing import Matrix, aim, mesh, move, place, turn
+from pica.scenes.placing import Matrix, aim, mesh, move, place, rotate
 from pica.scenes.sky import gradient_sky
 
 _WALL = 0.1
@@ -57,7 +57,7 @@ def metal() -> Scene:
         ball = mesh("ball", [sphere(0.35, _metal(0.8, roughness))])
         place(scene.roots[0], f"ball {number}", ball, move(0.85 * (number - 2), 0.35, -0.9 + 0.3 * (number % 2)))
     lamp = scene.add(Node("lamp", light=RectangleLight(radiance=15.0, width=1.2, height=0.8)))
-    lamp.transform = move(0, 2.45, 0) @ turn("x", -90)
+    lamp.transform = move(0, 2.45, 0) @ rotate("x", -90)
     return _seen(scene, Camera.look_at((0.3, 1.4, 2.2), (0, 0.5, -1.0), vertical_fov=math.radians(70)))
 
 
@@ -66,7 +66,7 @@ def ring() -> Scene:
     sky = gradient_sky(zenith=(0.25, 0.4, 0.8), horizon=(0.8, 0.85, 0.9), nadir=(0.3, 0.28, 0.25))
     scene = Scene("ring", sky)
     violet = Material("violet", base_color=(0.9, 0.3, 0.8, 1.0), metallic=0.0, roughness=0.5)
-    place(scene.add(Node("ring")), "torus", mesh("torus", [torus(1.0, 0.03, violet, segments=96)]), turn("x", 90))
+    place(scene.add(Node("ring")), "torus", mesh("torus", [torus(1.0, 0.03, violet, segments=96)]), rotate("x", 90))
     sun = scene.add(Node("sun", light=DirectionalLight(illuminance=3.0, angular_diameter=math.radians(0.5))))
     sun.transform = aim((3, 5, 4), (0, 0, 0))
     return _seen(scene, Camera.look_at((0, 0, 4), (0, 0, 0), vertical_fov=math.radians(45)))

@@ -23,7 +23,7 @@ import numpy as np
 
 import pica
 from pica import Camera, Frame, Renderer, Scene
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 
 SCENES = "cornell", "sphere_grid"
 WARM_UP = 5
@@ -54,7 +54,7 @@ def views(scene: Scene, count: int) -> list[Camera]:
     x, y, z = np.mean(scene.bounds(), axis=0)
     angles = SWEEP * np.sin(np.arange(count) * 2.4)
     return [
-        replace(first, transform=move(x, y, z) @ turn("y", float(angle)) @ move(-x, -y, -z) @ first.transform)
+        replace(first, transform=move(x, y, z) @ rotate("y", float(angle)) @ move(-x, -y, -z) @ first.transform)
         for angle in angles
     ]
 

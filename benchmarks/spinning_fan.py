@@ -18,7 +18,7 @@ from pica.quality.picture_errors import exposed, exposure_for
 from pica.quality.sheet import sheet
 from pica.rhi.device import Device
 from pica.scene.model import Scene
-from pica.scenes.placing import turn
+from pica.scenes.placing import rotate
 
 DEGREES = 5.0
 """A frame: less than a turn a second at 60 frames a second."""
@@ -42,7 +42,7 @@ def turn_fans(scene: Scene, degrees: float) -> None:
     """By so many degrees more."""
     for node in scene.nodes():
         if node.name == "blades":
-            node.transform = node.transform @ turn("z", degrees)
+            node.transform = node.transform @ rotate("z", degrees)
 
 
 def main() -> None:

@@ -17,7 +17,7 @@ from pica.scene.light import DirectionalLight, Light
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture
 from pica.scene.model import Mesh, Node, Scene, Section
 from pica.scenes.basic_meshes import box, lathe, plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 
 SIZE = (96, 64)
 RASTER = {"visibility.primary": "raster"}
@@ -87,7 +87,7 @@ def ramp() -> Texture:
 
 def wall(**values) -> Node:
     """Two metres of a material, upright."""
-    return placed(plane(2, 2, Material(**values)), turn("x", 90))
+    return placed(plane(2, 2, Material(**values)), rotate("x", 90))
 
 
 def shown(materials, *more: Node, light: Light | None = None, environment: Environment | None = None) -> Scene:
@@ -95,7 +95,7 @@ def shown(materials, *more: Node, light: Light | None = None, environment: Envir
     nodes = [
         placed(sphere(0.35, materials[0]), move(-0.8, 0.35, 0)),
         placed(sphere(0.35, materials[1]), move(0, 0.35, 0)),
-        placed(box(0.6, materials[2]), move(0.8, 0.3, 0) @ turn("y", 30)),
+        placed(box(0.6, materials[2]), move(0.8, 0.3, 0) @ rotate("y", 30)),
         placed(plane(5, 5, lambert(0.5))),
         *more,
     ]
@@ -139,11 +139,11 @@ def still_life() -> Scene:
     return scene_of(
         floor,
         placed(sphere(0.5, glossy), move(-0.9, 0.5, 0), "ball"),
-        placed(box(0.7, plastic), move(0.2, 0.36, -0.6) @ turn("y", 30), "box"),
-        placed(plane(0.8, 0.8, leaves()), move(0.9, 0.5, 0.4) @ turn("x", 70) @ turn("y", 20), "mask"),
-        placed(plane(0.6, 0.6, leaves(AlphaMode.BLEND)), move(0.1, 0.4, 0.7) @ turn("x", 80), "blend"),
-        placed(open_cone(lambert(0.3, 0.7, 0.3)), move(1.3, 0.45, -0.7) @ turn("x", 150), "cone"),
-        placed(plane(0.5, 0.5, glow), move(-0.3, 1.6, -0.9) @ turn("x", 110), "glow"),
+        placed(box(0.7, plastic), move(0.2, 0.36, -0.6) @ rotate("y", 30), "box"),
+        placed(plane(0.8, 0.8, leaves()), move(0.9, 0.5, 0.4) @ rotate("x", 70) @ rotate("y", 20), "mask"),
+        placed(plane(0.6, 0.6, leaves(AlphaMode.BLEND)), move(0.1, 0.4, 0.7) @ rotate("x", 80), "blend"),
+        placed(open_cone(lambert(0.3, 0.7, 0.3)), move(1.3, 0.45, -0.7) @ rotate("x", 150), "cone"),
+        placed(plane(0.5, 0.5, glow), move(-0.3, 1.6, -0.9) @ rotate("x", 110), "glow"),
         shining(DirectionalLight(illuminance=2.0, angular_diameter=0.1), aim((1, 2, 1.5), (0, 0, 0))),
         environment=sky(),
     )

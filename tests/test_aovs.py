@@ -12,7 +12,7 @@ from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight
 from pica.scene.primitives import spheres
 from pica.scenes.basic_meshes import plane
-from pica.scenes.placing import aim, move, stretch, turn
+from pica.scenes.placing import aim, move, rotate, stretch
 from tests.building import SIZE, lambert, orthographic, placed, projected, scene_of, settings, shining, uniform
 from tests.primitive_scenes import primitives_node
 
@@ -27,7 +27,7 @@ ALL = {
     "global_illumination.mode": "path_traced",
     "ambient_occlusion.mode": "ray_traced",
 }
-PLACED = move(0.3, 0.5, -0.2) @ turn("y", 40) @ stretch(0.5, 0.5, 0.5)
+PLACED = move(0.3, 0.5, -0.2) @ rotate("y", 40) @ stretch(0.5, 0.5, 0.5)
 
 
 def scene():

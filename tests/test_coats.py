@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pica
-from pica.programs.scene_features import COATS, known_features
+from pica.programs.scene_features import COATS, supported_features
 from pica.scene.coat import Coat
 from pica.scene.light import DirectionalLight, RectangleLight, SphereLight
 from pica.scene.material import Material
@@ -156,6 +156,6 @@ def test_scenes_without_coats_have_no_room_for_them(device):
     rooms = []
     for renderer in renderers:
         renderer.render(1, camera=FRONT)
-        known = COATS in known_features(renderer.view.material_types)
+        known = COATS in supported_features(renderer.view.material_types)
         rooms.append((known, renderer.advance(FRONT)["coats"].width == 16))
     assert rooms[1] == (True, True) and rooms[0][0] == rooms[0][1]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pica
-from pica.programs.scene_features import LOBES, known_features
+from pica.programs.scene_features import LOBES, supported_features
 from pica.scene.anisotropy import Anisotropy
 from pica.scene.coat import Coat
 from pica.scene.environment import Environment
@@ -13,7 +13,7 @@ from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.material import Image, Material, Texture
 from pica.scene.sheen import Sheen
 from pica.scenes.basic_meshes import sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import (
     EMBREE,
     RAYS,
@@ -66,8 +66,8 @@ def things(light=None, environment=None):
     )
     return shown(
         materials,
-        placed(sphere(0.25, materials[3]), move(0.3, 0.25, 0.6) @ turn("x", 40)),
-        placed(sphere(0.25, materials[4]), move(-0.4, 0.25, 0.6) @ turn("x", 40)),
+        placed(sphere(0.25, materials[3]), move(0.3, 0.25, 0.6) @ rotate("x", 40)),
+        placed(sphere(0.25, materials[4]), move(-0.4, 0.25, 0.6) @ rotate("x", 40)),
         light=light,
         environment=environment,
     )
@@ -190,6 +190,6 @@ def test_scenes_without_have_no_room_for_them(device):
             scene_of(wall(**METAL, iridescence=film)), size=(16, 16), settings=settings(), device=device
         )
         renderer.render(1, camera=FRONT)
-        known = LOBES in known_features(renderer.view.material_types)
+        known = LOBES in supported_features(renderer.view.material_types)
         rooms.append((known, renderer.advance(FRONT)["lobes"].width == 16))
     assert rooms[1] == (True, True) and rooms[0][0] == rooms[0][1]

@@ -14,7 +14,7 @@ from pica.scene import shape_registry as shape_types
 from pica.scene.camera import Camera
 from pica.scene.material import AlphaMode, Texture
 from pica.scene.primitives import Primitives, capsules, rounded_boxes, spheres, tori
-from pica.scenes.placing import move, stretch, turn
+from pica.scenes.placing import move, rotate, stretch
 from tests.building import (
     CAMERA,
     RASTER,
@@ -40,8 +40,8 @@ RASTER_ALONE = {**RASTER, "rays.scheduler": "pipeline"}
 MIDDLE = (0.1, 0.4, 0.0)
 SLANTED = {
     "plain": np.eye(4),
-    "stretched": move(0.2, 0.1, 0) @ turn("y", 30) @ stretch(1.3, 0.8, 1),
-    "mirrored": turn("x", 20) @ stretch(-1, 1, 0.7),
+    "stretched": move(0.2, 0.1, 0) @ rotate("y", 30) @ stretch(1.3, 0.8, 1),
+    "mirrored": rotate("x", 20) @ stretch(-1, 1, 0.7),
 }
 
 
@@ -120,7 +120,7 @@ def test_rays_keep_to_their_length(device):
 
 def opaque() -> pica.Scene:
     copies = primitives_node(transform=stretch(-0.5, 0.5, 0.4), name="copies")
-    copies.instances = np.stack([move(-2.4, 0.1, 1.4), move(-0.2, 0.0, 2.8) @ turn("y", 70)])
+    copies.instances = np.stack([move(-2.4, 0.1, 1.4), move(-0.2, 0.0, 2.8) @ rotate("y", 70)])
     return lit(primitives_node(), copies)
 
 

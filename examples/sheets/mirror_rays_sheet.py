@@ -21,7 +21,7 @@ from pica.scene.environment import Environment
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene, Section
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import at, move, turn
+from pica.scenes.placing import at, move, rotate
 
 RAW = "debug.reflections.raw"
 
@@ -38,7 +38,7 @@ def stage(alpha: float) -> Scene:
         return Material(base_color=(0.0, 0.0, 0.0, 1.0), metallic=0.0, specular=0.0, emission=light)
 
     place([plane(12, 12, Material(base_color=(0.9, 0.9, 0.9, 1.0), metallic=1.0, roughness=alpha**0.5))])
-    place([at(box((0.6, 1.2, 0.3), lit(2.0, 0.3, 0.3)), move(-0.7, 0.6, -0.6), turn("y", 20))])
+    place([at(box((0.6, 1.2, 0.3), lit(2.0, 0.3, 0.3)), move(-0.7, 0.6, -0.6), rotate("y", 20))])
     place([at(box((0.1, 1.6, 0.1), lit(1.0, 1.0, 0.8)), move(0.1, 0.8, -0.4))])
     place([at(sphere(0.45, lit(0.6, 0.45, 0.2)), move(0.75, 0.45, -0.2))])
     place([at(box((40, 30, 0.1), lit(0.15, 0.2, 0.3)), move(0, 2, -4))])

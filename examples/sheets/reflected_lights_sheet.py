@@ -20,7 +20,7 @@ from pica.scene.light import RectangleLight
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import at, move, turn
+from pica.scenes.placing import at, move, rotate
 
 ALPHA = 0.17
 """The floor's squared roughness."""
@@ -40,7 +40,7 @@ def stage() -> Scene:
         scene.add(Node(name, mesh=Mesh(sections, name)))
     for x, color in ((-1.2, (1.0, 0.85, 0.6)), (1.2, (0.6, 0.8, 1.0))):
         light = Node("light", light=RectangleLight(color=color, radiance=6.0, width=1.4, height=1.6))
-        light.transform = move(x, 1.0, -1.8) @ turn("y", 180)
+        light.transform = move(x, 1.0, -1.8) @ rotate("y", 180)
         scene.add(light)
     return scene
 

@@ -12,7 +12,7 @@ The names below are imported when they are first used, so that `import pica` cos
 from importlib import import_module
 
 TYPE_CHECKING = False  # as in `typing`, which takes longer to import than all of this
-if TYPE_CHECKING:  # what checkers of types and editors know; a test holds it against _HOME
+if TYPE_CHECKING:  # for type checkers and editors; a test compares it with _HOME
     from typing import Any
 
     from pica import color as color
@@ -168,7 +168,7 @@ _PUBLIC = {
 _HOME = {name: module for module, names in _PUBLIC.items() for name in names}
 __all__ = sorted([*_HOME, *_MODULES, "__version__"])
 
-if not TYPE_CHECKING:  # where checkers find nothing by that name, there is nothing
+if not TYPE_CHECKING:  # type checkers must see no other names
 
     def __getattr__(name: str) -> "Any":
         """The public name, from its module. Raises AttributeError for any other."""

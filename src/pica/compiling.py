@@ -1,4 +1,4 @@
-"""Who is told while shaders are compiled: a frame may wait for that before it begins."""
+"""Progress of shader compilation: a frame may wait for it before it begins."""
 
 import logging
 import time
@@ -10,13 +10,13 @@ Listener = Callable[[int, int], None]
 """Called with (programs compiled, programs to compile), first with none of them."""
 
 LONG = 10.0
-"""Seconds after which the log has a line, where nobody listens."""
+"""Seconds after which the log has a line, if there is no listener."""
 _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
 
 @contextmanager
 def listening(listener: Listener) -> Iterator[None]:
-    """Tell this one within the block, in this thread."""
+    """Report to this listener within the block, in this thread."""
     before = _listener.set(listener)
     try:
         yield
@@ -42,7 +42,7 @@ class Compilation:
             self.log_once()
 
     def log_once(self) -> None:
-        """Say how long it may take; with WARNING, which Python shows unless told otherwise."""
+        """Log the expected duration; as WARNING, which Python shows by default."""
         if self._logged or self._listener is not None or self._done == self._total:
             return
         self._logged = True
@@ -57,6 +57,6 @@ class Compilation:
 
 
 def seconds_left(elapsed: float, done: int, total: int) -> float:
-    """How long the rest may take, if a program takes as long as one of those so far: twice too long at first, while
+    """Estimated time for the rest, from programs compiled so far: twice too long at first, while
     workers start, and about right from half of the programs on, with two cores and an empty cache."""
     return elapsed * (total - done) / done

@@ -1,4 +1,4 @@
-"""The errors that pica raises on purpose: one line that says what, where and what to do."""
+"""The errors that pica raises on purpose: one line with the fault, its place and a remedy."""
 
 import reprlib
 from typing import Any
@@ -9,7 +9,7 @@ from pica.text import one_line
 class PicaError(Exception):
     """Base of every error below; the command line prints its one line and exits with code 2.
 
-    What the line quotes may hold anything: it stays one line, of a bounded length, and safe to print.
+    Quoted values may be anything: the message stays one line, of a bounded length, and safe to print.
     """
 
     def __init__(self, message: str = "") -> None:
@@ -21,7 +21,7 @@ class SceneError(PicaError):
 
 
 class DeviceError(PicaError):
-    """No usable graphics device, or the device lacks something that was asked for."""
+    """No usable graphics device, or the device lacks a required feature."""
 
 
 class MaterialTypeError(PicaError):
@@ -53,7 +53,7 @@ _LONGEST = 60
 
 
 class _Short(reprlib.Repr):
-    """Looks at no more of a value than a message can show."""
+    """Limits the repr of a value to the length of a message."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -9,7 +9,7 @@ from typing import BinaryIO
 
 from pica.errors import SceneError
 
-# A pipe without a writer must not make open() wait; Windows knows neither of the first two, and needs the last.
+# A pipe without a writer must not block open(); Windows has neither of the first two, and needs the last.
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _DIRECTORY = getattr(os, "O_DIRECTORY", 0)
@@ -17,10 +17,10 @@ _STEPWISE = os.open in os.supports_dir_fd and os.stat in os.supports_dir_fd and 
 
 
 def open_file(path: Path, what: str, below: Path | None = None) -> BinaryIO:
-    """Open a regular file for reading. Raises SceneError, which calls it `what`; never waits.
+    """Open a regular file for reading. Raises SceneError, with the name `what`; never blocks.
 
-    `below`: a folder that `path`, which must be `resolved`, lies in. Then the file that is opened does lie there, even
-    if somebody puts symbolic links into its path meanwhile.
+    `below`: a folder that contains `path`, which must be `resolved`. The opened file is in that folder, even
+    if symbolic links are placed into its path meanwhile.
     """
     with _faults_as_scene_errors(what):
         descriptor = _open(path, None, _FLAGS) if below is None else _open_below(path, below)
@@ -34,13 +34,13 @@ def resolved(path: Path, what: str) -> Path:
 
 
 def read(file: BinaryIO, length: int, what: str) -> bytes:
-    """The next `length` bytes of an open file, or what there is of them. Raises SceneError, which calls it `what`."""
+    """The next `length` bytes of an open file, or fewer at its end. Raises SceneError, with the name `what`."""
     with _faults_as_scene_errors(what):
         return file.read(length)
 
 
 def read_file(path: Path, what: str) -> bytes:
-    """All of a regular file. Raises SceneError, which calls it `what`."""
+    """The content of a regular file. Raises SceneError, with the name `what`."""
     with open_file(path, what) as file:
         return read(file, size_of(file), what)
 
@@ -66,7 +66,7 @@ def _faults_as_scene_errors(what: str) -> Iterator[None]:
 
 def _open(name: str | Path, folder: int | None, flags: int) -> int:
     """The descriptor of a regular file. Raises OSError."""
-    # Asked before it is opened, since opening some devices does something; and after, in case it has been swapped.
+    # Checked before opening, since opening some devices has effects; and after, in case it has been replaced.
     _check_regular(os.stat(name, dir_fd=folder, follow_symlinks=not flags & _NO_LINK))
     descriptor = os.open(name, flags, dir_fd=folder)
     try:

@@ -1,4 +1,4 @@
-"""Names that somebody misspelt: what was meant, in the same line."""
+"""Suggestions for misspelt names, in the same line."""
 
 import functools
 import re
@@ -13,13 +13,13 @@ _MOST = 3
 """Names that a message suggests."""
 
 
-def near_names(name: object, known: Iterable[str], most: int = _MOST) -> list[str]:
-    """The known names that are spelt nearly so, or that contain it; best first."""
-    import difflib  # which takes longer to load than all else here
+def near_names(name: object, candidates: Iterable[str], most: int = _MOST) -> list[str]:
+    """The candidates with nearly the same spelling, or that contain the name; best first."""
+    import difflib  # slower to import than the rest of this module
 
     if not isinstance(name, str) or not name or len(name) > 100:
         return []
-    names = list(dict.fromkeys(known))
+    names = list(dict.fromkeys(candidates))
     if close := difflib.get_close_matches(name, names, most, cutoff=0.85):
         return close
     close = difflib.get_close_matches(name, names, most)
@@ -27,46 +27,46 @@ def near_names(name: object, known: Iterable[str], most: int = _MOST) -> list[st
     return close[:most]
 
 
-def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """ "; did you mean 'a' or 'b'?", to end a message with; empty where no known name is near."""
-    near = [shown(each) for each in near_names(name, known)]
+def did_you_mean(name: object, candidates: Iterable[str]) -> str:
+    """ "; did you mean 'a' or 'b'?", to end a message with; empty if no candidate is near."""
+    near = [shown(each) for each in near_names(name, candidates)]
     return f"; did you mean {' or '.join(filter(None, [', '.join(near[:-1]), *near[-1:]]))}?" if near else ""
 
 
-def unknown(name: str, known: Iterable[str]) -> str:
-    """What is wrong with the name of a field, and which are meant or there."""
-    names = [each for each in known if not each.startswith("_")]
+def unknown(name: str, candidates: Iterable[str]) -> str:
+    """The message for an unknown field name, with near or available ones."""
+    names = [each for each in candidates if not each.startswith("_")]
     return f"no field {shown(name)}{did_you_mean(name, names) or '; there are ' + ', '.join(names)}"
 
 
 def kind_of(made: type) -> str:
-    """What a message calls an object of a class: "point light" of PointLight."""
+    """A class in messages: "point light" for PointLight."""
     return re.sub("(?<!^)(?=[A-Z])", " ", made.__name__).lower()
 
 
 def checked_names(error: type[PicaError]) -> Callable[[type[_Made]], type[_Made]]:
-    """A decorator over that of a dataclass: arguments that are no fields are an error of one line, and so is what is
-    assigned to an object of a frozen one."""
+    """A decorator on top of a dataclass's: arguments that are no fields raise an error of one line, and so does
+    assignment to an object of a frozen one."""
 
     def decorated(made: type[_Made]) -> type[_Made]:
         construct: Callable[..., None] = made.__init__
-        known = [each.name for each in fields(made) if each.init]  # type: ignore[arg-type]  # of a dataclass
+        parameters = [each.name for each in fields(made) if each.init]  # type: ignore[arg-type]  # of a dataclass
 
         @functools.wraps(construct)
         def checked(self: Any, *values: Any, **named: Any) -> None:
             try:
                 construct(self, *values, **named)
             except TypeError:
-                for name in named.keys() - set(known):
-                    raise error(f"{kind_of(made)}: {unknown(name, known)}") from None
+                for name in named.keys() - set(parameters):
+                    raise error(f"{kind_of(made)}: {unknown(name, parameters)}") from None
                 raise
 
         def refuse(self: Any, name: str, value: Any = None) -> None:
-            if type(self) is not made and name not in known:  # of a subclass
+            if type(self) is not made and name not in parameters:  # of a subclass
                 return object.__setattr__(self, name, value)
             fault = f"stays as it was made; make another: dataclasses.replace(..., {name}=...)"
-            if name not in known:
-                fault = unknown(name, known)
+            if name not in parameters:
+                fault = unknown(name, parameters)
                 raise error(f"{kind_of(made)}: {fault}")
             raise error(f"{kind_of(made)}: {name}: {fault}")
 

@@ -1,4 +1,4 @@
-"""Text for messages: one line that shows what it quotes and does nothing to the terminal."""
+"""Text for messages: one line, safe for the terminal."""
 
 import os
 import re
@@ -29,11 +29,11 @@ def printable(text: str | os.PathLike[str]) -> str:
 
 
 def first_line(error: BaseException) -> str:
-    """The first line of an error that says anything, of libraries that write several; its type where none does."""
+    """The first meaningful line of an error of a library that writes several; its type if there is none."""
     return next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
 
 
 def _cut(text: str, longest: int) -> str:
-    """The start says where a fault is, the end what it is."""
+    """Shortened in the middle: the start has the place of a fault, the end the fault."""
     half = longest // 2 - 3
     return text if len(text) <= longest else f"{text[:half]} ... {text[-half:]}"

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 import pica
-from pica.programs.scene_features import BUNDLES, features_of_mesh, features_of_scene, known_features
+from pica.programs.scene_features import BUNDLES, features_of_mesh, features_of_scene, supported_features
 from pica.settings import PRESETS, Settings
 
 BUILT_IN = 8
@@ -54,7 +54,7 @@ def test_all_scenes_for_each_preset(run, asked, monkeypatch):
     assert len(asked) == (1 + BUILT_IN) * len(PRESETS)
     whole = asked[0][0]
     found = features_of_scene(whole).union(*(features_of_mesh(node.mesh) for node in whole.nodes()))
-    assert found == known_features((BUNDLES[-1],))
+    assert found == supported_features((BUNDLES[-1],))
     assert {scene for scene, _ in asked[len(PRESETS) :]} == set(pica.scenes.__all__)
 
 

@@ -14,7 +14,7 @@ from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import plane, sphere
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import lambert, orthographic, placed, scene_of, shining, uniform
 
 SIZE = (64, 48)
@@ -45,7 +45,7 @@ def room():
     return scene_of(
         floor,
         ball,
-        shining(DirectionalLight(illuminance=2.0, angular_diameter=0.3), turn("x", -60)),
+        shining(DirectionalLight(illuminance=2.0, angular_diameter=0.3), rotate("x", -60)),
         environment=uniform(0.5, 0.6, 0.8),
     )
 
@@ -159,7 +159,7 @@ def test_features_of_surfaces_and_of_what_is_beyond(device, given, kind):
 @pytest.mark.parametrize(("roughness", "followed"), [(0.0, True), (0.09, True), (0.2, False)])
 def test_path_traced_mirrors_have_the_features_of_what_they_show(device, given, roughness, followed):
     mirror = Material(base_color=(0.5, 0.9, 0.9, 1), metallic=1.0, roughness=roughness)
-    wall = placed(plane(90, 90, lambert(0.8, 0.8, 0.2)), move(0, 30, 0) @ turn("x", 180))
+    wall = placed(plane(90, 90, lambert(0.8, 0.8, 0.2)), move(0, 30, 0) @ rotate("x", 180))
     scene = scene_of(placed(plane(9, 9, mirror)), wall, environment=uniform(1.0))
     tracer = pica.PathTracer(scene, size=(8, 8), device=device)
     tracer.render(16, camera=orthographic((0, 4, 0), (0, 0, 0), 1.0), denoise=True)

@@ -10,7 +10,7 @@ from pica.frame.aovs import motion_of
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import RASTER, lambert, placed, scene_of, settings, shining
 
 SIZE = WIDTH, HEIGHT = (80, 56)
@@ -21,7 +21,7 @@ def stage():
     return scene_of(
         placed(plane(4, 4, lambert())),
         placed(sphere(0.5, lambert()), move(-0.7, 0.5, 0), "ball"),
-        placed(box(0.6, lambert()), move(0.6, 0.3, 0.4) @ turn("y", 30), "box"),
+        placed(box(0.6, lambert()), move(0.6, 0.3, 0.4) @ rotate("y", 30), "box"),
         shining(DirectionalLight(illuminance=2.0), aim((1, 2, 1.5), (0, 0, 0))),
     )
 
@@ -123,6 +123,6 @@ def test_a_light_that_changes_ends_all_stillness(renderer):
     for _ in range(4):
         advance(renderer)
     sun = next(node for node in renderer.scene.nodes() if node.light)
-    sun.transform = turn("y", 1) @ sun.transform
+    sun.transform = rotate("y", 1) @ sun.transform
     words, _ = advance(renderer)
     assert not stillness(words).any() and (words & 255).any()

@@ -7,7 +7,7 @@ import numpy as np
 import pica
 from pica.scene.light import DirectionalLight
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import lambert, orthographic, placed, scene_of, settings, shining, uniform
 
 SIZE = (64, 48)
@@ -22,7 +22,7 @@ def above(x=0.0):
 
 def floor_and(*nodes):
     sun = DirectionalLight(illuminance=2.0, angular_diameter=math.radians(3))
-    return scene_of(placed(plane(20, 20, lambert())), *nodes, shining(sun, turn("x", -80)))
+    return scene_of(placed(plane(20, 20, lambert())), *nodes, shining(sun, rotate("x", -80)))
 
 
 def renderer_of(device, scene):
@@ -103,6 +103,6 @@ def test_a_light_that_changes_bounds_all_histories(device):
     renderer = renderer_of(device, floor_and())
     sun = next(node for node in renderer.scene.nodes() if node.light)
     for angle in range(14):
-        sun.transform = turn("x", -80 + 0.01 * angle)
+        sun.transform = rotate("x", -80 + 0.01 * angle)
         seen = history(renderer.render(1, camera=above()))
     assert seen.max() == renderer.settings.shadows.history

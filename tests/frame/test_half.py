@@ -14,7 +14,7 @@ from pica.graph.resources import write
 from pica.scene.camera import Camera
 from pica.scene.coat import Coat
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from pica.tracing.ray_effect import ray_effect
 from tests.building import lambert, orthographic, placed, scene_of
 from tests.rays import gpu_scene
@@ -61,7 +61,7 @@ class Halves:
     def __init__(self, device, size, **more):
         device.handle.load_module_from_source("reflection_probe", PROBE)
         self.device, self.size, self.half = device, size, half_size(size)
-        node = placed(box(1, lambert(0.9, **more)), move(0, 0.5, 0) @ turn("y", 30))
+        node = placed(box(1, lambert(0.9, **more)), move(0, 0.5, 0) @ rotate("y", 30))
         self.scene = gpu_scene(device, scene_of(placed(plane(9, 9, lambert())), node))
         self.sequence, self.fill = FrameSequence(device, size, 3), GBufferEffect(device, "raster")
         self.effect = ray_effect(device, "reflection_probe", "Reflection", "surface")

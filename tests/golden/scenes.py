@@ -11,7 +11,7 @@ from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
 from pica.scene.skin import Skin
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import lambert, placed, scene_of, shining, uniform
 
 VIEW = Camera.look_at((0.4, 1.7, 3.6), (0.1, 0.4, 0), vertical_fov=math.radians(40))
@@ -23,9 +23,9 @@ def things(*more: Node, environment: pica.Environment | None = None) -> Scene:
     plastic = Material("plastic", base_color=(0.2, 0.4, 0.8, 1), metallic=0.0, roughness=0.5)
     return scene_of(
         placed(plane(6, 6, lambert(0.6, 0.55, 0.5)), name="floor"),
-        placed(plane(6, 3, lambert(0.5, 0.55, 0.6)), move(0, 1.5, -1.5) @ turn("x", 90), "wall"),
+        placed(plane(6, 3, lambert(0.5, 0.55, 0.6)), move(0, 1.5, -1.5) @ rotate("x", 90), "wall"),
         placed(sphere(0.45, metal), move(-0.8, 0.45, 0.1), "ball"),
-        placed(box(0.6, plastic), move(0.8, 0.3, 0.2) @ turn("y", 30), "box"),
+        placed(box(0.6, plastic), move(0.8, 0.3, 0.2) @ rotate("y", 30), "box"),
         placed(box((0.15, 1.2, 0.15), lambert(0.7, 0.3, 0.25)), move(0.1, 0.6, -0.5), "column"),
         *more,
         environment=environment,
@@ -59,8 +59,8 @@ def coloured_glass() -> Scene:
         return Material(base_color=(*color, 1.0), metallic=0.0, roughness=0.0, transmission=1.0, **more)
 
     return things(
-        placed(plane(0.8, 0.8, glass(0.9, 0.3, 0.2)), move(-0.2, 0.9, 0.5) @ turn("z", 20)),
-        placed(plane(0.8, 0.8, glass(0.2, 0.8, 0.4)), move(0.4, 1.1, 0.3) @ turn("x", -25)),
+        placed(plane(0.8, 0.8, glass(0.9, 0.3, 0.2)), move(-0.2, 0.9, 0.5) @ rotate("z", 20)),
+        placed(plane(0.8, 0.8, glass(0.2, 0.8, 0.4)), move(0.4, 1.1, 0.3) @ rotate("x", -25)),
         placed(sphere(0.25, glass(0.9, 0.8, 0.3, thin_walled=False)), move(0.2, 0.25, 0.9)),
         sun(),
         lamps()[1],
@@ -77,7 +77,7 @@ def crowded_light() -> Scene:
         for color, place in zip(colors, places, strict=True)
     ]
     glow = lambert(0.5, emission=(12.0, 9.0, 6.0))
-    return things(*points, placed(plane(0.5, 0.3, glow), move(0.2, 1.6, 0.3) @ turn("x", 170)))
+    return things(*points, placed(plane(0.5, 0.3, glow), move(0.2, 1.6, 0.3) @ rotate("x", 170)))
 
 
 def bent(time: float = 0.4) -> Scene:
@@ -105,7 +105,7 @@ def swing(scene: Scene, time: float) -> None:
     """Put all that moves in `bent`, its camera too, where it is at `time` seconds."""
     nodes = {node.name: node for node in scene.nodes()}
     wave = math.sin(2 * time)
-    nodes["high"].transform = move(0.35 * wave, 0, 0) @ turn("z", -25 * wave)
+    nodes["high"].transform = move(0.35 * wave, 0, 0) @ rotate("z", -25 * wave)
     nodes["pear"].weights = [0.5 - 0.5 * math.cos(3 * time)]
     nodes["ball"].transform = move(-0.8 + 0.3 * wave, 0.45, 0.1)
     nodes["camera"].transform = move(0.1 * wave, 0, 0) @ VIEW.transform

@@ -20,7 +20,7 @@ from pica.scene.sheen import Sheen
 from pica.scene.skin import Skin
 from pica.scene.spline import Spline
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import RAYS, lambert, placed, scene_of, settings, shining, sky, uniform
 
 SIZE = (48, 32)
@@ -196,7 +196,7 @@ CASES: dict[tuple[type, str], Case] = {
     (Node, "lighting_channels"): Case(lambda scene: named(scene, "box"), lambda *_: frozenset({5})),
     (Node, "pose"): Case(lambda scene: named(scene, "box"), lambda *_: Pose((0.5, 0.4, 0.3), (0, 0.6, 0, 0.8))),
     (Node, "detail"): Case(lambda scene: named(scene, "box"), lambda *_: None, False),
-    (Node, "transform"): Case(lambda scene: named(scene, "box"), lambda b, s: b @ turn("y", 40)),
+    (Node, "transform"): Case(lambda scene: named(scene, "box"), lambda b, s: b @ rotate("y", 40)),
     (Node, "weights"): Case(lambda scene: named(scene, "shape"), lambda *_: [1.0]),
     (Node, "skin"): Case(lambda scene: named(scene, "box"), lambda before, scene: limb(scene)),
     (Node, "deformer"): Case(

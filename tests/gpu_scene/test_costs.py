@@ -13,7 +13,7 @@ from pica.scene.light import DirectionalLight, PointLight, SphereLight
 from pica.scene.model import Mesh, Node
 from pica.scene.primitives import spheres
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import lambert, leaves, scene_of, uniform
 from tests.rays import gpu_scene
 
@@ -85,7 +85,7 @@ def newcomer(rng, number):
     if node.mesh is None or rng.random() < 0.1:
         node.light = LIGHTS[rng.integers(len(LIGHTS))]
     mirror = np.diag([rng.choice([-1.0, 1.0]), 1, 1, 1])
-    node.transform = move(*rng.uniform(-1, 1, 3)) @ turn("y", rng.uniform(0, 360)) @ mirror
+    node.transform = move(*rng.uniform(-1, 1, 3)) @ rotate("y", rng.uniform(0, 360)) @ mirror
     return node
 
 

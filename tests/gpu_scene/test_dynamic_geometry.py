@@ -11,7 +11,7 @@ from pica.scene.model import Mesh, Node
 from pica.scene.particles import Particles, Ribbons, Sprites
 from pica.scene.spline import Spline, bend
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from pica.scenes.terrain import fractal_heights
 from pica.tracing import embree
 from tests.building import RASTER, RAYS, lambert, leaves, orthographic, placed, projected, scene_of, settings, uniform
@@ -26,7 +26,7 @@ class Sprite:
 
     def __init__(self):
         self.deformer = Sprites(12, lambert(double_sided=True))
-        self.deformer.node.transform = move(0.2, 0.1, -0.1) @ turn("y", 30)
+        self.deformer.node.transform = move(0.2, 0.1, -0.1) @ rotate("y", 30)
         self.at(0.0)
 
     def at(self, time):
@@ -42,7 +42,7 @@ class Sprite:
 class Ribbon:
     def __init__(self):
         self.deformer = Ribbons(3, 12, lambert(double_sided=True))
-        self.deformer.node.transform = turn("z", 10)
+        self.deformer.node.transform = rotate("z", 10)
         self.at(0.0)
 
     def at(self, time):
@@ -66,7 +66,7 @@ class Cloth:
     """A sheet in waves; normals of its own at odd times."""
 
     def __init__(self):
-        node = placed(plane(3, 2, lambert(double_sided=True), 24), move(0.1, 0.6, 0) @ turn("x", 60))
+        node = placed(plane(3, 2, lambert(double_sided=True), 24), move(0.1, 0.6, 0) @ rotate("x", 60))
         self.rest = node.mesh.sections[0].positions
         self.deformer = pica.DynamicVertices(node)
 

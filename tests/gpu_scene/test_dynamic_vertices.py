@@ -13,7 +13,7 @@ from pica.scene.light import DirectionalLight
 from pica.scene.model import Mesh, Node, Section
 from pica.scene.tangents import generate_tangents
 from pica.scenes.basic_meshes import plane
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import bumps, lambert, placed, scene_of, settings, shining, uniform
 
 SIZE = (96, 64)
@@ -37,7 +37,7 @@ def around(node: Node):
 
 @pytest.mark.parametrize("own_normals", [False, True])
 def test_cloth_looks_like_a_mesh_with_these_vertices(device, own_normals):
-    node = placed(sheet(), turn("y", 20))
+    node = placed(sheet(), rotate("y", 20))
     cloth = pica.DynamicVertices(node)
     renderer = pica.Renderer(around(node), size=SIZE, settings=settings(), device=device)
     renderer.render(1, camera=CAMERA)
@@ -52,14 +52,14 @@ def test_cloth_looks_like_a_mesh_with_these_vertices(device, own_normals):
     still.positions, still.normals = places.astype(np.float32), expected_normals.astype(np.float32)
     still.tangents = expected_tangents.astype(np.float32)
     expected = pica.Renderer(
-        around(placed(still, turn("y", 20))), size=SIZE, settings=settings(), device=device
+        around(placed(still, rotate("y", 20))), size=SIZE, settings=settings(), device=device
     ).render(4, camera=CAMERA)
     assert (shown.aov("instance") == expected.aov("instance")).mean() > 0.999
     difference = np.abs(shown.color - expected.color)
     assert np.percentile(difference, 99) < 0.01 and difference.mean() < 2e-3
-    flat = pica.Renderer(around(placed(sheet(), turn("y", 20))), size=SIZE, settings=settings(), device=device).render(
-        4, camera=CAMERA
-    )
+    flat = pica.Renderer(
+        around(placed(sheet(), rotate("y", 20))), size=SIZE, settings=settings(), device=device
+    ).render(4, camera=CAMERA)
     assert np.abs(flat.color - expected.color).mean() > 0.02, "the picture tells them apart"
 
 
@@ -68,7 +68,7 @@ def test_tangents_are_about_those_of_the_texture_coordinates():
     section = sheet()
     node = placed(section)
     cloth = pica.DynamicVertices(node)
-    places = waved(section, 0.3) @ turn("z", 80)[:3, :3].T
+    places = waved(section, 0.3) @ rotate("z", 80)[:3, :3].T
     cloth.set(places)
     _, normals, tangents = cloth.deform(node.mesh.sections[0])
     anew, old, _ = generate_tangents(

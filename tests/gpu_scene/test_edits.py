@@ -26,7 +26,7 @@ from pica.scene.primitives import Primitives
 from pica.scene.sheen import Sheen
 from pica.scene.spline import Spline
 from pica.scenes.basic_meshes import plane, sphere
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import lambert, placed, scene_of, uniform
 from tests.gpu_scene.edits import (
     CAMERA,
@@ -239,7 +239,7 @@ def test_materials_share_an_image_that_is_written_to(device):
 
 def test_light_that_a_material_emits_is_followed(device):
     lamp = Material(base_color=(0, 0, 0, 1), emission=(0.0, 0.0, 0.0))
-    scene = scene_of(placed(plane(1, 1, lamp), move(0, 1, 0) @ turn("x", 180)), placed(plane(4, 4, lambert(0.5))))
+    scene = scene_of(placed(plane(1, 1, lamp), move(0, 1, 0) @ rotate("x", 180)), placed(plane(4, 4, lambert(0.5))))
     with pica.PathTracer(scene, size=SIZE, device=device) as tracer:
         mean = []
         for strength in (0.0, 5.0, 20.0, 0.0):

@@ -12,7 +12,7 @@ from pica.scene.light import DirectionalLight, PointLight
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, at, move, stretch, turn
+from pica.scenes.placing import aim, at, move, rotate, stretch
 from tests.building import (
     CAMERA,
     RASTER,
@@ -127,7 +127,7 @@ def compare_with_new_scene(device, change, values=None, frames=2, tolerance=0.0)
 @WAYS
 def test_picture_after_moving_an_object_is_that_of_a_new_scene(device, values):
     def change(nodes):
-        nodes["box"].transform = move(0.3, 0.9, -0.2) @ turn("x", 40)
+        nodes["box"].transform = move(0.3, 0.9, -0.2) @ rotate("x", 40)
         nodes["ball"].transform = move(-0.9, 0.5, 0) @ stretch(1, 0.5, 1)
 
     compare_with_new_scene(device, change, values)
@@ -150,7 +150,7 @@ def test_picture_after_moving_a_light_is_that_of_a_new_scene(device):
 
 def test_picture_after_moving_what_shines_is_that_of_a_new_scene(device):
     def change(nodes):
-        nodes["glow"].transform = move(0.5, 1.4, 0.5) @ turn("x", 180)
+        nodes["glow"].transform = move(0.5, 1.4, 0.5) @ rotate("x", 180)
 
     # How often the sky is sampled goes by the scene's bounds, which only grow. The last bits of a triangle's area say
     # on which side of a border some points of it lie.
@@ -163,8 +163,8 @@ def test_a_mirroring_node_shows_what_mirrored_triangles_show(device, values, mir
     """Front faces, normals, normal maps and texture all mirror, single-sided and double-sided alike."""
     bumpy = Material(base_color=(0.7, 0.5, 0.4, 1), metallic=0.0, roughness=0.6, normal_texture=bumps())
     shapes = [
-        (at(box(0.8, bumpy), turn("y", 25)), move(-0.5, 0.5, 0)),
-        (at(plane(0.9, 0.9, leaves()), turn("x", 60), turn("y", 20)), move(0.7, 0.5, 0)),
+        (at(box(0.8, bumpy), rotate("y", 25)), move(-0.5, 0.5, 0)),
+        (at(plane(0.9, 0.9, leaves()), rotate("x", 60), rotate("y", 20)), move(0.7, 0.5, 0)),
     ]
     sun = DirectionalLight(illuminance=3.0)
 
@@ -184,14 +184,14 @@ def test_a_mirroring_node_shows_what_mirrored_triangles_show(device, values, mir
 
 @WAYS
 def test_copies_look_like_nodes_of_their_own(device, values):
-    section = at(box(0.5, lambert(0.7, 0.5, 0.3)), turn("y", 20))
-    section_turn = turn("z", 15)
+    section = at(box(0.5, lambert(0.7, 0.5, 0.3)), rotate("y", 20))
+    section_turn = rotate("z", 15)
     spots = [move(x, 0.4, z) @ section_turn for x in (-0.8, 0, 0.8) for z in (-0.5, 0.5)]
     spots[2] = spots[2] @ stretch(-1, 1, 1)
     copied = Node("copies", mesh=Mesh([section]))
-    copied.transform = turn("y", 30)
+    copied.transform = rotate("y", 30)
     copied.instances = np.stack(spots)
-    apart = [placed(section, turn("y", 30) @ spot) for spot in spots]
+    apart = [placed(section, rotate("y", 30) @ spot) for spot in spots]
     one, many = (
         render(device, scene_of(*nodes, environment=sky()), 1, CAMERA, values=values) for nodes in ([copied], apart)
     )
@@ -207,7 +207,7 @@ def test_copies_follow_their_node(device):
     scene = scene_of(node, environment=uniform(1))
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(), device=device)
     renderer.render(1, camera=CAMERA)
-    node.transform = move(0, 0.7, 0) @ turn("y", 50)
+    node.transform = move(0, 0.7, 0) @ rotate("y", 50)
     renderer.advance(CAMERA)
     renderer.reset()
     moved = renderer.render(1, camera=CAMERA)

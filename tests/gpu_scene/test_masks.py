@@ -8,7 +8,7 @@ import pytest
 import pica
 from pica.scene.light import DirectionalLight, PointLight, SphereLight
 from pica.scenes.basic_meshes import plane
-from pica.scenes.placing import move, stretch, turn
+from pica.scenes.placing import move, rotate, stretch
 from pica.tracing import embree
 from tests.building import (
     BUFFERS,
@@ -38,7 +38,7 @@ SIZE = (32, 16)
 ABOVE = orthographic((0, 5, 0), (0, 0, -1e-3), 4.0)
 """Looks down at 8 by 4 metres."""
 SUN = DirectionalLight(illuminance=np.pi)
-DOWN = turn("x", -90)
+DOWN = rotate("x", -90)
 
 
 def casters(device, scene):
@@ -199,7 +199,7 @@ def test_a_light_without_a_mesh_comes_at_run_time(device):
 def test_emission_reaches_the_channels_of_its_node(device, values):
     """In the hybrid's slot and in the path tracer, where it is found by sampling and by hitting."""
     left, right = (placed(plane(4, 4, lambert(0.5)), move(x, 0, 0)) for x in (-2, 2))
-    glow = placed(plane(6, 3, lambert(0.0, emission=(2.0, 2.0, 2.0))), move(0, 1, 0) @ turn("x", 180))
+    glow = placed(plane(6, 3, lambert(0.0, emission=(2.0, 2.0, 2.0))), move(0, 1, 0) @ rotate("x", 180))
     glow.visible_to_camera = False
     left.lighting_channels, right.lighting_channels, glow.lighting_channels = {0}, {1}, {1, 4}
     scene = scene_of(left, right, glow)
@@ -210,7 +210,7 @@ def test_emission_reaches_the_channels_of_its_node(device, values):
 
 
 def test_emission_that_surfaces_do_not_see_lights_nothing(device):
-    glow = placed(plane(6, 3, lambert(0.0, emission=(2.0, 2.0, 2.0))), move(0, 1, 0) @ turn("x", 180))
+    glow = placed(plane(6, 3, lambert(0.0, emission=(2.0, 2.0, 2.0))), move(0, 1, 0) @ rotate("x", 180))
     glow.visible_to_camera = False
     renderer = pica.Renderer(scene_of(floor(), glow), size=SIZE, settings=settings(RAYS), device=device)
     for seen in (True, False, True):
@@ -247,7 +247,7 @@ def test_direct_light_of_the_path_tracer_is_the_hybrids(device, roughness):
 
 def test_a_path_meets_what_reflections_see(device):
     """A glowing wall that only the camera sees brings no light; a red one that it does not see colours the floor."""
-    wall = placed(plane(8, 4, lambert(0.9, 0.1, 0.1)), move(0, 1, 0) @ turn("x", 180))
+    wall = placed(plane(8, 4, lambert(0.9, 0.1, 0.1)), move(0, 1, 0) @ rotate("x", 180))
     wall.visible_to_camera, wall.casts_shadows = False, False
     scene = scene_of(floor(), wall, shining(SUN, DOWN))
     colour = trace(device, scene, 16, ABOVE, SIZE, 4).color.mean((0, 1))
@@ -263,7 +263,7 @@ def test_raster_and_all_rays_cull_the_same_backs(device, values, mirrored, doubl
     """Four boards: upright and turned over, by the node or by an instance's own transform."""
     flip = stretch(-1 if mirrored else 1, 1, 1)
     node = placed(plane(1, 1, lambert(0.3, double_sided=double_sided)), flip)
-    node.instances = np.stack([move(-3, 0, 0), move(-1, 0, 0) @ turn("x", 180), move(1, 0, 0) @ stretch(1, 1, -1)])
+    node.instances = np.stack([move(-3, 0, 0), move(-1, 0, 0) @ rotate("x", 180), move(1, 0, 0) @ stretch(1, 1, -1)])
     upside = placed(
         plane(1, 1, lambert(0.3, double_sided=double_sided)),
         move(-3 if mirrored else 3, 0, 0) @ stretch(1, -1, 1) @ flip,

@@ -9,7 +9,7 @@ from pica.scene.changes import ChangeSet
 from pica.scene.illumination import average_emission
 from pica.scene.material import Image, Material, Sampler, Texture, Wrap
 from pica.scenes.basic_meshes import plane
-from pica.scenes.placing import turn
+from pica.scenes.placing import rotate
 from tests.building import checkered, lambert, orthographic, placed, render, scene_of
 from tests.tracing.kernels import read
 
@@ -77,7 +77,7 @@ def picture_of(device, material, size=(64, 64), uv_scale=1.0, frames=1):
     wall = plane(2, 2, material)
     wall.uv0 = wall.uv0 * uv_scale
     wall.uv1 = wall.uv0[:, ::-1].copy()
-    return render(device, scene_of(placed(wall, turn("x", 90))), frames, FRONT, size).aov("albedo")
+    return render(device, scene_of(placed(wall, rotate("x", 90))), frames, FRONT, size).aov("albedo")
 
 
 def ramp():
@@ -143,7 +143,7 @@ def test_level_of_detail_follows_the_distance(device):
     noise = np.random.default_rng(0).integers(0, 2, (256, 256, 1)) * np.full(4, 255)
     noise[..., 3] = 255
     material = lambert(1, base_color_texture=Texture(Image(noise.astype(np.uint8))))
-    wall = placed(plane(2, 2, material), turn("x", 90))
+    wall = placed(plane(2, 2, material), rotate("x", 90))
     spread = []
     for distance in (1.0, 2.0, 4.0, 8.0, 16.0):
         camera = Camera.look_at((0, 0, distance), (0, 0, 0), vertical_fov=2 * np.arctan(0.5 / distance))
@@ -170,7 +170,7 @@ def test_average_emission():
 def test_images_that_say_what_they_are_are_decoded_so(device, slot, encoding, expected):
     texture = Texture.from_array(np.full((4, 4), 128, np.uint8), encoding=encoding)
     material = lambert(1, emission=(1, 1, 1), **{f"{slot}_texture": texture})
-    scene = scene_of(placed(plane(2, 2, material), turn("x", 90)))
+    scene = scene_of(placed(plane(2, 2, material), rotate("x", 90)))
     frame = render(device, scene, 1, Camera.look_at((0, 0, 0.5), (0, 0, 0)), (8, 8))
     found = frame.aov("albedo") if slot == "base_color" else frame.color
     np.testing.assert_allclose(found, expected, atol=2e-3)
@@ -180,6 +180,6 @@ def test_images_that_say_what_they_are_are_decoded_so(device, slot, encoding, ex
 def test_data_of_an_srgb_image_too(device):
     texture = Texture.from_array(np.full((4, 4), 128, np.uint8), encoding="srgb")
     material = lambert(1, metallic_roughness_texture=texture)
-    scene = scene_of(placed(plane(2, 2, material), turn("x", 90)))
+    scene = scene_of(placed(plane(2, 2, material), rotate("x", 90)))
     frame = render(device, scene, 1, Camera.look_at((0, 0, 0.5), (0, 0, 0)), (8, 8))
     np.testing.assert_allclose(frame.aov("roughness"), linear(128), atol=5e-3)

@@ -19,7 +19,7 @@ from pica.scene.primitives import spheres
 from pica.scene.skin import Skin
 from pica.scene.spline import Spline
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import lambert, placed
 from tests.gpu_scene.edits import (
     CASES,
@@ -75,7 +75,7 @@ class Editor:
         self.joint = self._limb()
         self.edits: list[Callable[[], None]] = [
             *[self.toggle] * 8, self.shine, self.surround, self.come, self.come, self.go, self.move, self.move,
-            self.recolour, self.repaint, self.scatter, self.bend, self.wave, self.fly, self.trail, self.turn,
+            self.recolour, self.repaint, self.scatter, self.bend, self.wave, self.fly, self.trail, self.rotate,
             self.morph,
         ]  # fmt: skip
 
@@ -106,7 +106,7 @@ class Editor:
         return joints[1]
 
     def _place(self) -> np.ndarray:
-        return move(*self.random.uniform((-1.4, 0.1, -1), (1.4, 1.2, 1.2))) @ turn("y", self.random.uniform(0, 360))
+        return move(*self.random.uniform((-1.4, 0.1, -1), (1.4, 1.2, 1.2))) @ rotate("y", self.random.uniform(0, 360))
 
     def _color(self) -> tuple[float, ...]:
         return (*self.random.uniform(0.1, 0.9, 3).tolist(), 1.0)
@@ -197,8 +197,8 @@ class Editor:
         places = self.random.uniform((-1, 0.2, 0), (1, 1, 1), (2, 4, 3))
         self.ribbons.set(places, self.random.uniform(0.02, 0.1), self.random.uniform(0.2, 1, (2, 4, 4)))
 
-    def turn(self) -> None:
-        self.joint.transform = turn("z", self.random.uniform(-60, 60))
+    def rotate(self) -> None:
+        self.joint.transform = rotate("z", self.random.uniform(-60, 60))
 
     def morph(self) -> None:
         named(self.scene, "shape").weights = [self.random.random()]

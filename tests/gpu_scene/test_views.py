@@ -14,7 +14,7 @@ from pica.scene.model import Mesh, Node
 from pica.scene.particles import Particles, Ribbons, Sprites
 from pica.scene.skin import Skin
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from pica.scenes.terrain import fractal_heights
 from tests.building import RASTER, RAYS, lambert, placed, scene_of, settings, uniform
 
@@ -45,7 +45,7 @@ class Stage:
         self.at(0.0)
 
     def at(self, time: float) -> None:
-        self.box.transform = move(0.9 + 0.3 * np.sin(3 * time), 0.3, 0.4) @ turn("y", 60 * time)
+        self.box.transform = move(0.9 + 0.3 * np.sin(3 * time), 0.3, 0.4) @ rotate("y", 60 * time)
         self.joint.transform = move(x=0.4 * np.sin(2 * time))
         places = np.random.default_rng(1).uniform((-1.4, 0.2, -1), (1.2, 1.4, 1), (8, 3))
         places += 0.2 * np.sin(time + np.arange(8))[:, None] * (1, 0.5, 0.2)

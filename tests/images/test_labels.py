@@ -9,7 +9,7 @@ import pica
 from pica.errors import PicaError
 from pica.scene.model import Node
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import SIZE, lambert, orthographic, placed, scene_of, settings
 
 CAMERA = orthographic((0, 0, 5), (0, 0, 0), 2.0)
@@ -18,7 +18,7 @@ CAMERA = orthographic((0, 0, 5), (0, 0, 0), 2.0)
 
 def crew():
     """Robots side by side, each an arm with a hand below it, before a wall; an unnamed box."""
-    scene = scene_of(placed(plane(1, 2, lambert(0.5, name="plaster")), move(1, 0, -1) @ turn("x", 90), "wall"))
+    scene = scene_of(placed(plane(1, 2, lambert(0.5, name="plaster")), move(1, 0, -1) @ rotate("x", 90), "wall"))
     for index, x in enumerate((-1.2, -0.6)):
         robot = Node("robot", extras={"class": "robot", "serial": [index]})
         robot.transform = move(x, 0, 0)

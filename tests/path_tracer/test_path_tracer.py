@@ -12,7 +12,7 @@ from pica.scene.environment import Environment
 from pica.scene.light import DirectionalLight, PointLight, SphereLight
 from pica.scene.material import AlphaMode, Material
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import move, stretch, turn
+from pica.scenes.placing import move, rotate, stretch
 from tests.building import (
     CAMERA,
     lambert,
@@ -51,10 +51,10 @@ def test_a_white_bowl_vanishes_in_a_white_world(device):
         placed(plane(1, 1, white), place)
         for place in (
             move(0, -0.5, 0),
-            move(0, 0.5, 0) @ turn("x", 180),
-            move(-0.5, 0, 0) @ turn("z", -90),
-            move(0.5, 0, 0) @ turn("z", 90),
-            move(0, 0, -0.5) @ turn("x", 90),
+            move(0, 0.5, 0) @ rotate("x", 180),
+            move(-0.5, 0, 0) @ rotate("z", -90),
+            move(0.5, 0, 0) @ rotate("z", 90),
+            move(0, 0, -0.5) @ rotate("x", 90),
         )
     ]
     scene = scene_of(*walls, environment=uniform(1.0))
@@ -134,7 +134,7 @@ def test_every_pixel_is_a_number(device):
         placed(box(0.4, lambert(0.0)), move(0.8, 0.2, 0)),
         shining(SphereLight(radiance=1e4, radius=0.01), move(0, 1.5, 0)),
         shining(PointLight(intensity=1.0), move(0.5, 0, 0.5)),
-        shining(DirectionalLight(illuminance=1.0, angular_diameter=1e-3), turn("x", 180)),
+        shining(DirectionalLight(illuminance=1.0, angular_diameter=1e-3), rotate("x", 180)),
         environment=Environment(radiance),
     )
     color = trace(device, scene, 32, CAMERA, SIZE).color
@@ -151,7 +151,7 @@ def test_sizes_of_objects_and_places_do_not_matter(device):
         eye = (whole @ (0.4, 1.5, 3.4, 1))[:3]
         camera = Camera.look_at(eye, (whole @ (0.1, 0.4, 0, 1))[:3], vertical_fov=math.radians(42), near=0.01 * scale)
         scene = scene_of(
-            ball, floor, shining(DirectionalLight(illuminance=3.0), turn("x", -50)), environment=uniform(0.5)
+            ball, floor, shining(DirectionalLight(illuminance=3.0), rotate("x", -50)), environment=uniform(0.5)
         )
         return trace(device, scene, 128, camera, SIZE).color.mean((0, 1))
 
@@ -163,7 +163,7 @@ def test_sizes_of_objects_and_places_do_not_matter(device):
 
 def sun_on_a_board(device, board):
     """Seen from right below the board: the floor with its shadow, 1 where all light arrives."""
-    sun = shining(DirectionalLight(illuminance=math.pi), turn("x", -90))
+    sun = shining(DirectionalLight(illuminance=math.pi), rotate("x", -90))
     scene = scene_of(placed(plane(9, 9, lambert(1.0))), board, sun)
     return trace(device, scene, 32, orthographic((0, 0.4, 0), (0, 0, 0), 1.0), (64, 64), max_depth=2).color[..., 0]
 
@@ -237,7 +237,7 @@ def test_lights_with_a_shape_are_not_seen_but_reflected(device):
     light = shining(SphereLight(radiance=5.0, radius=0.3))
     alone = trace(device, scene_of(light), 4, Camera.look_at((0, 0, 3), (0, 0, 0)), SIZE)
     assert not alone.color.any()
-    scene = scene_of(light, placed(plane(4, 4, mirror), move(0, 0, -1) @ turn("x", 90)))
+    scene = scene_of(light, placed(plane(4, 4, mirror), move(0, 0, -1) @ rotate("x", 90)))
     # A sample in some hundreds follows the lobe of many bounces and misses.
     reflected = trace(device, scene, 512, Camera.look_at((0, 0, 3), (0, 0, -1), vertical_fov=math.radians(20)), SIZE)
     assert reflected.color[18, 24].mean() == pytest.approx(5.0, rel=0.02)

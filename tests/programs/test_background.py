@@ -28,7 +28,7 @@ from pica.scene.material_registry import material_source
 from pica.scene.model import Mesh, Node
 from pica.scene.primitives import spheres
 from pica.scenes.basic_meshes import plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import RASTER, RAYS, lambert, orthographic, placed, render, scene_of, settings, uniform
 
 PLAIN = """
@@ -61,12 +61,12 @@ def register(tmp_path):
 
 
 def wall(material: Material):
-    return placed(plane(2, 2, material), turn("x", 90))
+    return placed(plane(2, 2, material), rotate("x", 90))
 
 
 def backdrop():
     """Grey 0.6 behind everything."""
-    return scene_of(placed(plane(2, 2, lambert(0.6)), move(0, 0, -1) @ turn("x", 90)), environment=uniform(1, 1, 1))
+    return scene_of(placed(plane(2, 2, lambert(0.6)), move(0, 0, -1) @ rotate("x", 90)), environment=uniform(1, 1, 1))
 
 
 def running(device, scene, values=None) -> pica.Renderer:
@@ -144,14 +144,14 @@ def test_a_replaced_type_shows_as_it_was_until_it_is_ready(device, register):
     renderer = running(device, scene)
     for before, after in ((0.25, 0.75), (0.75, 0.25)):
         old = material_source("plain")
-        assert any(old in types for _, types in device._kept)
+        assert any(old in types for _, types in device._products)
         register("plain", PLAIN.replace("0.25", str(after)))
         seen = until_ready(renderer)
         assert set(seen[:-1]) == {before} and seen[-1] == after
-    kept = [sum(old in types for _, types in device._kept)]
+    kept = [sum(old in types for _, types in device._products)]
     for _ in range(FRAMES_IN_FLIGHT):
         renderer.advance(CAMERA)
-        kept.append(sum(old in types for _, types in device._kept))
+        kept.append(sum(old in types for _, types in device._products))
     assert all(kept[:-1]) and kept[-1] == 0, "the old programs stay for the frames in flight, and no longer"
 
 
@@ -211,7 +211,7 @@ def test_who_comes_while_others_wait_is_in_the_next_round(device, register):
     register("other", PLAIN.replace("0.25", "0.75"))
     first = scene.add(wall(Material(type="plain")))
     albedo(renderer)
-    second = scene.add(placed(plane(2, 2, Material(type="other")), move(0, 0, 0.5) @ turn("x", 90)))
+    second = scene.add(placed(plane(2, 2, Material(type="other")), move(0, 0, 0.5) @ rotate("x", 90)))
     seen = until_ready(renderer)
     assert sorted(set(seen), key=seen.index) == [0.6, 0.25, 0.75]
     scene.remove(first)
@@ -261,7 +261,7 @@ def test_a_worker_that_cannot_start_is_told_once(device, register, monkeypatch):
             while not making.step():
                 assert time.monotonic() - begun < SECONDS
                 time.sleep(0.01)
-            assert any(kept == types for _, kept in device._kept)
+            assert any(kept == types for _, kept in device._products)
             device.forget(types)
     said = [str(warning.message) for warning in told]
     assert len(said) == 1

@@ -15,7 +15,7 @@ from pica.scene.light import DirectionalLight
 from pica.scene.material import AlphaMode, Material, Sampler, Texture
 from pica.scene.model import Node, Scene
 from pica.scenes.basic_meshes import plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from pica.tracing import embree
 from tests.building import (
     CAMERA,
@@ -112,7 +112,7 @@ def stones():
     return scene_of(
         placed(plane(4, 4, lambert(0.6)), name="floor"),
         placed(sphere(0.5, marble()), move(-0.6, 0.5, 0), "ball"),
-        placed(mixed, move(0.6, 0.7, 0.3) @ turn("x", 60), "mixed"),
+        placed(mixed, move(0.6, 0.7, 0.3) @ rotate("x", 60), "mixed"),
         shining(DirectionalLight(illuminance=2.0, angular_diameter=0.05), aim((1, 2, 1.5), (0, 0, 0))),
         environment=sky(),
     )
@@ -150,7 +150,7 @@ def test_path_tracer_and_hybrid_agree(device, own_types):
 def test_holes_are_where_the_type_says(device, own_types):
     wall = plane(2, 2, perforated(parameters={"holes": 2, "radius": 0.25}))
     for values in (RASTER, RAYS):
-        scene = among_samples(placed(wall, turn("x", 90)))
+        scene = among_samples(placed(wall, rotate("x", 90)))
         seen = render(device, scene, 1, FRONT, (64, 64), values=values).aov("instance")
         y, x = (np.indices((64, 64)) + 0.5) / 32 % 1 - 0.5
         distance = np.hypot(x, y)
@@ -160,7 +160,7 @@ def test_holes_are_where_the_type_says(device, own_types):
 
 def test_a_type_knows_places_and_parameters(device, own_types):
     """Every kind of parameter arrives, and positions are those of the object and of the world."""
-    node = placed(plane(1, 1, places()), move(0.5, 0, 0) @ turn("x", 90))
+    node = placed(plane(1, 1, places()), move(0.5, 0, 0) @ rotate("x", 90))
     camera = orthographic((0.5, 0, 2), (0.5, 0, 0), 1.0)
     albedo = render(device, scene_of(node), 1, camera, (32, 32), SURFACES).aov("albedo")
     ramp = np.tile((np.arange(32) + 0.5) / 32, (32, 1))
@@ -173,7 +173,7 @@ def test_emission_of_a_type_is_sampled_as_it_shines(device, own_types):
     """A lamp with a pattern of its own lights a wall as much when its light is sampled as when rays find it."""
 
     def lit(width: float, side: float, material: Material, values=None) -> np.ndarray:
-        lamp = placed(plane(width, 1, material), move(side, 1, 0) @ turn("x", 180))
+        lamp = placed(plane(width, 1, material), move(side, 1, 0) @ rotate("x", 180))
         scene = scene_of(placed(plane(4, 4, lambert(0.5))), lamp)
         camera = orthographic((0, 0.5, 0), (0, 0, 0.0001), 2.0)
         return trace(device, scene, 256, camera, (16, 16), max_depth=2, values=values).color
@@ -273,7 +273,7 @@ def test_standard_materials_take_no_parameters(device):
 def test_textures_reach_a_type(device, own_types):
     pictures = []
     for material in (textured(type="textured"), textured()):
-        wall = placed(plane(2, 2, material), turn("x", 90))
+        wall = placed(plane(2, 2, material), rotate("x", 90))
         pictures.append(render(device, scene_of(wall), 1, FRONT, (32, 32), SURFACES).aov("albedo"))
     np.testing.assert_array_equal(*pictures)
     assert pictures[0].std() > 0.1

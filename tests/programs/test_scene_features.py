@@ -26,7 +26,7 @@ from pica.programs.scene_features import (
     features_of,
     features_of_light,
     features_of_mesh,
-    known_features,
+    supported_features,
     with_features,
 )
 from pica.rhi.recipes import ComputeRecipe
@@ -38,7 +38,7 @@ from pica.scene.light import DirectionalLight, DiskLight, PointLight, RectangleL
 from pica.scene.material import AlphaMode, Image, Material, Texture
 from pica.scene.sheen import Sheen
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import RASTER, RAYS, lambert, leaves, orthographic, placed, scene_of, settings, shining, uniform
 
 GREY = Texture(Image(np.full((4, 4, 4), 128, np.uint8)))
@@ -81,7 +81,7 @@ def test_what_lights_ask_for():
 def test_the_smallest_bundle_that_will_do_takes_one_place():
     assert with_features(STANDARD_ONLY, set()) is STANDARD_ONLY
     lit = with_features(STANDARD_ONLY, {LIGHTS})
-    assert lit == (*STANDARD_ONLY, BUNDLES[1]) and known_features(lit) == {LIGHTS, FLAT_LIGHTS, ENVIRONMENT}
+    assert lit == (*STANDARD_ONLY, BUNDLES[1]) and supported_features(lit) == {LIGHTS, FLAT_LIGHTS, ENVIRONMENT}
     assert with_features(lit, {FLAT_LIGHTS}) is lit
     textured_too = with_features((*lit, STANDARD_ONLY[0]), {TEXTURES})
     assert textured_too == (*STANDARD_ONLY, BUNDLES[3], *STANDARD_ONLY), "others keep their places"
@@ -90,21 +90,21 @@ def test_the_smallest_bundle_that_will_do_takes_one_place():
     )
     assert with_features(STANDARD_ONLY, {TUBES}) == (*STANDARD_ONLY, BUNDLES[4])
     assert with_features(STANDARD_ONLY, {COATS}) == (*STANDARD_ONLY, BUNDLES[5])
-    assert known_features((BUNDLES[-1],)) == known_features(BUNDLES)
+    assert supported_features((BUNDLES[-1],)) == supported_features(BUNDLES)
 
 
 def test_what_takes_long_to_compile_comes_by_itself():
     for some in ({COATS}, {LOBES, FILMS}, {COATS, LOBES, ANISOTROPY}, {LOBES, FILMS, SHEEN}):
-        known = known_features(with_features(STANDARD_ONLY, some))
-        assert known == some | known_features((BUNDLES[4],))
+        known = supported_features(with_features(STANDARD_ONLY, some))
+        assert known == some | supported_features((BUNDLES[4],))
 
 
 def backdrop(environment=None):
-    return scene_of(placed(plane(2, 2, lambert(0.6)), move(0, 0, -1) @ turn("x", 90)), environment=environment)
+    return scene_of(placed(plane(2, 2, lambert(0.6)), move(0, 0, -1) @ rotate("x", 90)), environment=environment)
 
 
 def wall(material: Material):
-    return placed(plane(2, 2, material), turn("x", 90))
+    return placed(plane(2, 2, material), rotate("x", 90))
 
 
 def seen(renderer: pica.Renderer, name: str) -> float:
@@ -123,7 +123,7 @@ def renderer_of(device, scene) -> pica.Renderer:
 
 
 def known(renderer: pica.Renderer) -> set:
-    return known_features(renderer.view.material_types)
+    return supported_features(renderer.view.material_types)
 
 
 @pytest.fixture
@@ -272,7 +272,7 @@ def test_glass_is_the_same_to_programs_that_know_of_coats(device, nothing_cached
     small, types = pictured(device, "transmission", way)
     monkeypatch.setattr(scene_features, "BUNDLES", BUNDLES[-1:])
     large, all_types = pictured(device, "transmission", way)
-    assert COATS not in known_features(types) and COATS in known_features(all_types)
+    assert COATS not in supported_features(types) and COATS in supported_features(all_types)
     np.testing.assert_allclose(small, large, rtol=1e-3, atol=1e-4)
 
 
@@ -286,7 +286,7 @@ def test_programs_that_know_more_are_taken_where_the_caches_have_them(device, mo
     def types(number: int):
         return (*STANDARD_ONLY, BUNDLES[number])
 
-    monkeypatch.setattr(programs(device).compiled, "has", lambda program: TEXTURES in known_features(program[1]))
+    monkeypatch.setattr(programs(device).compiled, "has", lambda program: TEXTURES in supported_features(program[1]))
     monkeypatch.setattr(preparation, "_wanted", lambda device, types: [(None, types)])
     assert preparation._covering(device, STANDARD_ONLY) == types(2)
     assert preparation._covering(device, types(1)) == types(3)
@@ -331,7 +331,7 @@ def test_types_that_come_after_a_feature_keep_their_hit_groups(device, nothing_c
     monkeypatch.setattr(material_registry, "_registered", {})
     (tmp_path / "half.slang").write_text(HALF)
     pica.register_material("half", tmp_path / "half.slang")
-    behind = placed(plane(2, 2, textured(base_color_texture=GREY)), move(0, 0, -1) @ turn("x", 90))
+    behind = placed(plane(2, 2, textured(base_color_texture=GREY)), move(0, 0, -1) @ rotate("x", 90))
     scene = scene_of(behind, wall(Material(type="half", alpha_mode=AlphaMode.MASK)))
     renderer = pica.Renderer(scene, size=(16, 16), settings=settings({**QUICK, **values}), device=device)
     found = renderer.render(1, camera=CAMERA)

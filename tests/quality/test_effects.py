@@ -8,7 +8,7 @@ from pica.quality.effects import EffectErrors, MeasuredEffect, compare_effect, e
 from pica.scene.camera import Camera
 from pica.scene.light import PointLight, RectangleLight
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import lambert, placed, scene_of, shining
 
 CAMERA = Camera.look_at((0, 6, 0.01), (0, 0, 0), vertical_fov=np.radians(40))
@@ -20,7 +20,7 @@ def half_hidden(light):
     return scene_of(
         placed(plane(20, 20, lambert(0.5)), name="floor"),
         placed(box(2, lambert(0.5)), move(1.2, 2, 0) @ np.diag([1, 0.01, 1, 1]), name="board"),
-        shining(light, move(0, 5, 0) @ turn("x", -90)),
+        shining(light, move(0, 5, 0) @ rotate("x", -90)),
     )
 
 
@@ -29,7 +29,7 @@ def test_the_reference_of_a_penumbra_is_the_share_of_the_lamp_in_sight(device):
     scene = scene_of(
         placed(plane(40, 40, lambert(0.5))),
         placed(plane(20, 20, lambert(0.5, double_sided=True)), move(10, 3, 0)),
-        shining(RectangleLight(radiance=10, width=2, height=2), move(0, 5, 0) @ turn("x", -90)),
+        shining(RectangleLight(radiance=10, width=2, height=2), move(0, 5, 0) @ rotate("x", -90)),
     )
     # The camera looks from below the board's height, lest it see the board.
     camera = Camera.look_at((0, 2.9, 0.01), (0, 0, 0), vertical_fov=np.radians(80))

@@ -12,7 +12,7 @@ from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, PointLight
 from pica.scene.orbit import pivot
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import lambert, placed, scene_of, shining, uniform
 
 OUTSIDE = Camera.look_at((0, 6, 3), (0, 0, 0), vertical_fov=np.radians(40))
@@ -26,7 +26,7 @@ def half_hidden(light=None):
     return scene_of(
         placed(plane(20, 20, lambert(0.5)), name="floor"),
         placed(box(2, lambert(0.5)), move(1.2, 2, 0) @ np.diag([1, 0.01, 1, 1]), name="board"),
-        shining(light or DirectionalLight(), move(0, 5, 0) @ turn("x", -90)),
+        shining(light or DirectionalLight(), move(0, 5, 0) @ rotate("x", -90)),
     )
 
 
@@ -69,7 +69,7 @@ def test_an_orbit_within_the_scene_turns_about_the_camera():
 def test_a_dolly_walks_on_its_level():
     step = sequence("dolly", half_hidden(), OUTSIDE, speed=0.5)(4).transform[:3, 3] - OUTSIDE.transform[:3, 3]
     np.testing.assert_allclose(step, (0, 0, -2), atol=1e-9)
-    down = Camera(move(0, 3, 0) @ turn("x", -90))
+    down = Camera(move(0, 3, 0) @ rotate("x", -90))
     step = sequence("dolly", half_hidden(), down, speed=0.5)(4).transform[:3, 3] - down.transform[:3, 3]
     np.testing.assert_allclose(step, (0, -2, 0), atol=1e-6)
 

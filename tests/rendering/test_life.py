@@ -13,7 +13,7 @@ import pica
 from pica.errors import DeviceError, PicaError
 from pica.programs.library import programs
 from pica.rhi.device import Device, open_device
-from pica.scene import leftovers
+from pica.scene import scene_gc
 from tests.building import CAMERA, still_life
 from tests.scene.gltf_files import GltfFile
 
@@ -24,7 +24,7 @@ SIZE = (24, 16)
 @pytest.mark.parametrize("just_collected", [False, True])
 def test_renderers_that_are_dropped_leave_nothing(device, tmp_path, monkeypatch, just_collected):
     """Not on the device, no thread, no open file; and of the scenes nothing once the next one comes."""
-    monkeypatch.setattr(leftovers, "_due", time.monotonic() + 3600 * just_collected)
+    monkeypatch.setattr(scene_gc, "_due", time.monotonic() + 3600 * just_collected)
     file = GltfFile()
     file.mesh(node={"children": [1]})
     file.mesh()
@@ -141,8 +141,8 @@ def test_dropping_in_the_midst_of_a_frame_waits_for_its_end(device):
     closed, close = [], own.close
     own.close = lambda: (closed.append(True), close())
     second.view._finalizer.detach()
-    weakref.finalize(second.view, device.turn.later, own.close)
-    with device.turn:
+    weakref.finalize(second.view, device.lock.defer, own.close)
+    with device.lock:
         dropped = [second]
         del second
         thread = threading.Thread(target=dropped.clear)
@@ -188,8 +188,8 @@ def test_the_shared_device_can_be_closed_and_opens_again(monkeypatch):
     monkeypatch.setattr("pica.rhi.device._OPEN", {})
     before = open_device()
     assert before is open_device()
-    before.part().close()
-    with open_device().turn:
+    before.memory_scope().close()
+    with open_device().lock:
         after = open_device()
     assert before.closed and after is not before and after is open_device() and not after.closed
     after.close()

@@ -9,7 +9,7 @@ from pica.rhi.binding import parameters_of
 from pica.rhi.build_scratch import BuildScratch
 from pica.scene.material import AlphaMode
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, stretch, turn
+from pica.scenes.placing import move, rotate, stretch
 from tests.building import lambert, leaves, placed, scene_of
 from tests.rays import CAMERA, HIT, RAY, SHADOW, SURFACE, RayCaster, fields_of
 from tests.tracing.kernels import read
@@ -112,7 +112,7 @@ def test_a_moved_object_is_met_where_it_is_now(device):
     cast = RayCaster(device, scene_of(still, moving))
     spots = above([0.1, 5.1], 0.2, 3)
     np.testing.assert_allclose(cast(spots, DOWN)["distance"], [2.5, 2.5], rtol=1e-6)
-    moving.transform = move(5, 1, 0) @ turn("y", 40)
+    moving.transform = move(5, 1, 0) @ rotate("y", 40)
     np.testing.assert_allclose(cast(spots, DOWN)["distance"], [2.5, 2.5], rtol=1e-6, err_msg="not before the update")
     cast.update()
     np.testing.assert_allclose(cast(spots, DOWN)["distance"], [2.5, 1.5], rtol=1e-6)
@@ -129,7 +129,7 @@ def test_a_thousand_copies(device):
 
 def test_a_turned_floor_is_flat_to_rays():
     """A turn by 90 degrees leaves 6e-17 where 0 should be, which some graphics cards stumble over."""
-    floor, tilted = turn("x", 90)[:3], turn("x", 90.001)[:3]
+    floor, tilted = rotate("x", 90)[:3], rotate("x", 90.001)[:3]
     assert 0 < abs(floor[1, 1]) < 1e-15
     cleaned = without_rounding(np.stack([1e-4 * floor, tilted]))
     assert cleaned[0, 1, 1] == cleaned[0, 2, 2] == 0 and cleaned[0, 2, 1] == np.float32(1e-4)

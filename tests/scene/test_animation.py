@@ -12,7 +12,7 @@ from pica.scene.animation import Animation, Channel, Pose, together
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene, Section
 from pica.scene.skin import Skin, deform
-from pica.scenes.placing import move, stretch, turn
+from pica.scenes.placing import move, rotate, stretch
 
 HALF = math.sqrt(0.5)
 ABOUT_Y_90 = (0.0, HALF, 0.0, HALF)
@@ -131,7 +131,7 @@ def test_channels_of_different_lengths_are_sampled_together() -> None:
 def test_a_channel_leaves_the_other_parts_alone() -> None:
     node = Node(pose=Pose(np.array([1.0, 2, 3]), np.array(ABOUT_Y_90), np.array([2.0, 2, 2])))
     Animation([Channel(node, "translation", np.array([0.0]), np.array([[5.0, 0, 0]]))]).apply(0)
-    np.testing.assert_allclose(node.transform, move(x=5) @ turn("y", 90) @ stretch(2, 2, 2), atol=1e-12)
+    np.testing.assert_allclose(node.transform, move(x=5) @ rotate("y", 90) @ stretch(2, 2, 2), atol=1e-12)
 
 
 def sliding(node: Node, distance: float, name: str = "") -> Animation:
@@ -186,7 +186,7 @@ def test_a_scene_without_animations_stands_still() -> None:
 def test_a_pose_that_is_assigned_places_the_node() -> None:
     node = Node(pose=Pose((1, 2, 3), ABOUT_Y_90, (2, 2, 2)))
     child = node.add(Node())
-    np.testing.assert_allclose(child.world, move(1, 2, 3) @ turn("y", 90) @ stretch(2, 2, 2), atol=1e-12)
+    np.testing.assert_allclose(child.world, move(1, 2, 3) @ rotate("y", 90) @ stretch(2, 2, 2), atol=1e-12)
     scene = Scene()
     scene.add(node)
     changes = scene.subscribe()
@@ -254,7 +254,7 @@ def limb() -> tuple[Scene, Node, Node, Node]:
 def test_skinned_vertices_follow_their_joints_and_not_their_node() -> None:
     scene, upper, lower, node = limb()
     node.transform = move(x=100)
-    lower.transform = turn("x", 90)  # +Y becomes +Z
+    lower.transform = rotate("x", 90)  # +Y becomes +Z
     positions, normals, tangents = deform(node.mesh.sections[0], node)
     np.testing.assert_allclose(positions, [[0, 0, 0], [1, 0, 0], [0, 0, 1]], atol=1e-12)
     np.testing.assert_allclose(normals, [[0, 0, 1], [0, -1, 0], [0, -1, 0]], atol=1e-12)
@@ -339,7 +339,7 @@ def test_flat_normals_follow_the_bent_face() -> None:
     _, _, lower, node = limb()
     section = node.mesh.sections[0]
     section.flat = True
-    lower.transform = turn("x", 90)
+    lower.transform = rotate("x", 90)
     normals = deform(section, node)[1]
     np.testing.assert_allclose(normals, [[0, -1, 0]] * 3, atol=1e-7)
 
@@ -348,7 +348,7 @@ def test_morphing_comes_before_skinning() -> None:
     _, _, lower, node = limb()
     node.mesh.sections[0].morph_positions = floats([[[0, 0, 0], [0, 0, 0], [0, 1, 0]]])
     node.weights = [1]
-    lower.transform = turn("x", 90)
+    lower.transform = rotate("x", 90)
     np.testing.assert_allclose(deform(node.mesh.sections[0], node)[0][2], (0, 0, 2), atol=1e-12)
 
 

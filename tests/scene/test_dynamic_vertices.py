@@ -8,7 +8,7 @@ from pica.errors import SceneError
 from pica.scene.model import Node, Scene
 from pica.scene.skin import deform
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import turn
+from pica.scenes.placing import rotate
 from tests.building import lambert, placed
 
 
@@ -16,7 +16,7 @@ from tests.building import lambert, placed
 def test_turned_vertices_have_turned_normals_and_tangents(section):
     node = placed(section)
     dynamic = pica.DynamicVertices(node)
-    rotation = (turn("y", 70) @ turn("x", 100))[:3, :3]
+    rotation = (rotate("y", 70) @ rotate("x", 100))[:3, :3]
     dynamic.set(section.positions @ rotation.T)
     positions, normals, tangents = deform(node.mesh.sections[0], node)
     np.testing.assert_allclose(positions, section.positions @ rotation.T, atol=1e-6)

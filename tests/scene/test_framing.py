@@ -10,7 +10,7 @@ from pica.scene.camera import Camera
 from pica.scene.mesh import Mesh
 from pica.scene.model import Node, Scene
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import move, stretch, turn
+from pica.scenes.placing import move, rotate, stretch
 from tests.building import lambert, placed, projected, scene_of
 
 HELMET = (np.array((-0.25, 0.0, -0.25)), np.array((0.25, 0.5, 0.25)))
@@ -27,11 +27,11 @@ def walls(width, height, depth, thickness=0.0):
     sides = []
     for turned, offset, size in (
         (np.eye(4), (0, 0, 0), (width, depth)),
-        (turn("x", 180), (0, height, 0), (width, depth)),
-        (turn("x", 90), (0, height / 2, -depth / 2), (width, height)),
-        (turn("x", -90), (0, height / 2, depth / 2), (width, height)),
-        (turn("z", -90), (-width / 2, height / 2, 0), (height, depth)),
-        (turn("z", 90), (width / 2, height / 2, 0), (height, depth)),
+        (rotate("x", 180), (0, height, 0), (width, depth)),
+        (rotate("x", 90), (0, height / 2, -depth / 2), (width, height)),
+        (rotate("x", -90), (0, height / 2, depth / 2), (width, height)),
+        (rotate("z", -90), (-width / 2, height / 2, 0), (height, depth)),
+        (rotate("z", 90), (width / 2, height / 2, 0), (height, depth)),
     ):
         part = box((size[0], thickness, size[1]), lambert()) if thickness else plane(*size, lambert())
         sides.append(placed(part, move(*offset) @ turned))
@@ -49,7 +49,7 @@ def tiles(side, count):
 GROUNDS = {
     "none": [],
     "a plane of 100 m": [placed(plane(100, 100, lambert()))],
-    "one that is not level": [placed(plane(100, 100, lambert()), turn("x", 8) @ turn("z", 5))],
+    "one that is not level": [placed(plane(100, 100, lambert()), rotate("x", 8) @ rotate("z", 5))],
     "a slab": [placed(box((60, 2, 80), lambert()), move(0, -1, 0))],
     "a large sky too": [placed(plane(100, 100, lambert())), placed(sphere(300, lambert()))],
     "a sky alone": [placed(sphere(300, lambert()))],
@@ -198,7 +198,9 @@ def test_of_any_parts_some_are_looked_at():
             size = 10.0 ** random.uniform(-3, 3, 3)
             size[random.integers(0, 3)] *= random.choice([1, 1e-4])
             where = (
-                move(*random.normal(0, 10, 3)) @ turn("x", random.uniform(0, 360)) @ turn("y", random.uniform(0, 360))
+                move(*random.normal(0, 10, 3))
+                @ rotate("x", random.uniform(0, 360))
+                @ rotate("y", random.uniform(0, 360))
             )
             scene.add(placed(box(size, lambert()), where))
         (low, high), whole = scene.subject_bounds(), scene.bounds()

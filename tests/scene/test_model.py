@@ -11,7 +11,7 @@ from pica.scene.light import PointLight, SphereLight
 from pica.scene.material import Material
 from pica.scene.model import Node, Scene
 from pica.scenes.basic_meshes import box
-from pica.scenes.placing import mesh, move, stretch, turn
+from pica.scenes.placing import mesh, move, rotate, stretch
 
 
 def cube(name="cube", **parts):
@@ -22,7 +22,7 @@ def test_world_is_parent_times_local_and_follows_moves():
     parent, child = Node("parent"), Node("child")
     parent.add(child)
     child.transform = move(x=1)
-    parent.transform = turn("y", 90)
+    parent.transform = rotate("y", 90)
     np.testing.assert_allclose(child.world[:3, 3], (0, 0, -1), atol=1e-12)
     parent.transform = move(y=2)
     np.testing.assert_allclose(child.world[:3, 3], (1, 2, 0), atol=1e-12)
@@ -95,7 +95,7 @@ def test_nodes_come_parents_first():
 def test_bounds_take_in_copies_and_rotation():
     scene = Scene()
     node = scene.add(cube())
-    node.transform = turn("y", 45) @ stretch(2, 1, 1)
+    node.transform = rotate("y", 45) @ stretch(2, 1, 1)
     low, high = scene.bounds()
     # Half the width of a 2 x 1 rectangle turned by 45 degrees: (1 + 0.5) / sqrt 2.
     np.testing.assert_allclose(high, (1.5 / math.sqrt(2), 0.5, 1.5 / math.sqrt(2)), rtol=1e-6)
@@ -133,10 +133,10 @@ def test_triangles_are_counted_over_all_copies():
 def test_cameras_take_their_nodes_place_without_its_scale():
     scene = Scene()
     parent = scene.add(Node("parent"))
-    parent.transform = move(1, 2, 3) @ turn("y", 90) @ stretch(2, 2, 2)
+    parent.transform = move(1, 2, 3) @ rotate("y", 90) @ stretch(2, 2, 2)
     parent.add(Node("camera", camera=Camera(np.eye(4), name="eye")))
     (camera,) = scene.cameras()
-    np.testing.assert_allclose(camera.transform, move(1, 2, 3) @ turn("y", 90), atol=1e-12)
+    np.testing.assert_allclose(camera.transform, move(1, 2, 3) @ rotate("y", 90), atol=1e-12)
     assert scene.default_camera(1.0).name == "eye"
 
 

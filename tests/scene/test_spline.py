@@ -8,7 +8,7 @@ from pica.errors import SceneError
 from pica.scene.model import Mesh
 from pica.scene.spline import Spline, bend
 from pica.scenes.basic_meshes import box, cylinder, pipe
-from pica.scenes.placing import at, turn
+from pica.scenes.placing import at, rotate
 from tests.building import lambert
 
 POINTS = np.array([(-2, 0.3, 0), (-1, 0.5, 1), (0, 0.3, -1), (1, 1, 0), (2, 0.3, 0.5)], float)
@@ -48,7 +48,7 @@ def test_a_straight_spline_leaves_a_mesh_as_it_is():
 
 def test_a_mesh_stretches_evenly_and_repeats_end_to_end():
     uneven = [(0, 0, 0), (0, 0, 0.5), (0, 0, 1), (0, 0, 5), (0, 0, 9)]
-    node = bend(Mesh([at(cylinder(0.1, 1.0, lambert()), turn("x", 90))]), Spline(uneven), copies=9)
+    node = bend(Mesh([at(cylinder(0.1, 1.0, lambert()), rotate("x", 90))]), Spline(uneven), copies=9)
     positions, _, _ = node.deformer.deform(node.mesh.sections[0])
     ends = np.unique(np.round(positions[:, 2], 3))
     np.testing.assert_allclose(ends, np.arange(10), atol=2e-3)

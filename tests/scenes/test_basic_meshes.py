@@ -8,7 +8,7 @@ import pytest
 import pica
 from pica.scene.material import Material
 from pica.scenes import basic_meshes as shapes
-from pica.scenes.placing import at, copied, mesh, move, place, stretch, turn
+from pica.scenes.placing import at, copied, mesh, move, place, rotate, stretch
 
 CLAY = Material("clay")
 
@@ -31,7 +31,7 @@ CLOSED = {
 ALL = {name: section for name, (section, _) in CLOSED.items()} | {
     "plane": shapes.plane(1, 2, CLAY, cells=3),
     "mirrored box": at(shapes.box(1, CLAY, bevel=0.2), stretch(-1, 1, 1)),
-    "stretched, turned torus": at(shapes.torus(1, 0.3, CLAY, segments=96), turn("x", 30), stretch(1, 2, 1.5)),
+    "stretched, turned torus": at(shapes.torus(1, 0.3, CLAY, segments=96), rotate("x", 30), stretch(1, 2, 1.5)),
 }
 
 
@@ -97,9 +97,9 @@ def test_tangents_follow_the_texture_coordinates(name):
 
 
 def test_stretched_shapes_keep_normals_at_right_angles():
-    ellipsoid = at(shapes.sphere(1, CLAY), turn("z", 30), stretch(1, 3, 0.5))
-    local = ellipsoid.positions @ turn("z", 30)[:3, :3]
-    gradient = (local / np.array((1, 9, 0.25))) @ turn("z", 30)[:3, :3].T
+    ellipsoid = at(shapes.sphere(1, CLAY), rotate("z", 30), stretch(1, 3, 0.5))
+    local = ellipsoid.positions @ rotate("z", 30)[:3, :3]
+    gradient = (local / np.array((1, 9, 0.25))) @ rotate("z", 30)[:3, :3].T
     gradient /= np.linalg.norm(gradient, axis=1, keepdims=True)
     np.testing.assert_allclose(ellipsoid.normals, gradient, atol=1e-4)
 

@@ -11,7 +11,7 @@ from pica.rhi.host_memory import HostBuffer
 from pica.rhi.profiler import Profiler
 from pica.scene.material import AlphaMode
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import move, stretch, turn
+from pica.scenes.placing import move, rotate, stretch
 from pica.settings import RaysSettings
 from pica.tracing import embree
 from pica.tracing.tracers import uses_embree
@@ -63,7 +63,7 @@ def test_instances_of_both_kinds_of_sides(device, mirrored):
     kinds = [plane(1, 1, lambert(0.1)), sphere(0.4, lambert(0.2, double_sided=True)), box(0.5, lambert(0.3))]
     node = placed(kinds)
     flip = stretch(-1 if mirrored else 1, 1, 0.7)
-    node.instances = np.stack([move(0.9 * x, 0.4 * x, -0.3 * x) @ turn("y", 40 * x) @ flip for x in (-1, 0, 1)])
+    node.instances = np.stack([move(0.9 * x, 0.4 * x, -0.3 * x) @ rotate("y", 40 * x) @ flip for x in (-1, 0, 1)])
     assert_alike(casters(device, scene_of(placed(plane(3, 3, lambert()), move(0, -0.8, 0)), node)))
 
 
@@ -166,7 +166,7 @@ def test_layers_of_half_transparent_boards(device):
     """Each ray goes on behind each board that does not cover it."""
     glass = lambert(0.8, alpha_mode=AlphaMode.BLEND, double_sided=True)
     glass.base_color = (0.8, 0.5, 0.3, 0.3)
-    boards = [placed(plane(2, 2, glass), move(0, 0, -0.2 * n) @ turn("x", 90)) for n in range(8)]
+    boards = [placed(plane(2, 2, glass), move(0, 0, -0.2 * n) @ rotate("x", 90)) for n in range(8)]
     scene = scene_of(*boards, environment=still_life().environment)
     camera = pica.Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=np.radians(40))
     first, second = (trace(device, scene, 4, camera, max_depth=4, values=v) for v in (PIPELINE, EMBREE))

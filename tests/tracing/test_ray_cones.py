@@ -18,7 +18,7 @@ from pica.scene.material import Image, Material, Sampler, Texture
 from pica.scene.model import Mesh, Node
 from pica.scene.primitives import spheres
 from pica.scenes.basic_meshes import plane, sphere
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from pica.tracing import embree
 from pica.tracing.ray_effect import ray_effect
 from pica.tracing.tracers import PipelineTracer
@@ -181,8 +181,8 @@ def reflections(device: Device, camera: Camera, frames: int, cones: bool, *nodes
 @pytest.mark.parametrize("curved", [False, True], ids=["flat", "ball"])
 def test_a_mirror_shows_a_far_checkerboard_as_its_average(device, curved):
     """One sample a pixel with cones is nearer to the mean of many without than one without is, and does not flicker."""
-    wall = placed(plane(40, 40, checkerboard(double_sided=True)), move(0, 0, 12) @ turn("x", 90))
-    mirror = placed(sphere(1, lambert(), 64)) if curved else placed(plane(9, 9, lambert()), turn("x", 90))
+    wall = placed(plane(40, 40, checkerboard(double_sided=True)), move(0, 0, 12) @ rotate("x", 90))
+    mirror = placed(sphere(1, lambert(), 64)) if curved else placed(plane(9, 9, lambert()), rotate("x", 90))
     camera = Camera.look_at((0.3, 0.2, 2.5), (0, 0, 0), vertical_fov=np.radians(50))
     plain = reflections(device, camera, 48, False, wall, mirror)
     coned = reflections(device, camera, 4, True, wall, mirror)

@@ -26,16 +26,16 @@ from pica.settings import Settings
 from pica.tracing.fallbacks import check_traces, runnable
 
 PROBES = 50_000
-"""About as many as a map has whose spacing nobody tells."""
+"""Approximate number of probes for the default spacing."""
 _FINER = 2.0, 2**0.5, 2**0.25
-"""By how much spacings that are tried differ, one after the other."""
+"""Ratio of successive spacings that are tried."""
 _MOST_SAMPLES = 1 << 16
 _INSIDE = 0.25
-"""Share of a probe's rays that meet back faces from which on it counts as inside of something."""
+"""Fraction of back-face hits from which on a probe counts as inside an object."""
 _KEEP_EVERY = 20.0
 """Seconds."""
 _TOP = 16384.0
-"""The largest coefficient: 16-bit numbers hold it, and what is 2^28 times darker, to 11 bits."""
+"""The largest coefficient: 16-bit floats hold it, and values 2^28 times darker, to 11 bits."""
 _PARTIAL = {
     "key": Wanted((3,), "<U96"),
     "light": Wanted((-1, HARMONICS, 4), "<f4"),
@@ -54,20 +54,20 @@ def bake(
     progress: Progress | None = None,
     partial: str | PathLike[str] | None = None,
 ) -> LightMap:
-    """The light map of a scene as it stands now, by `samples` light paths a probe without a limit to their length.
+    """The light map of a scene in its current state, by `samples` light paths per probe of unlimited length.
 
-    `spacing`: metres between probes beside surfaces, 4 and 16 times that away from them; None: as near as about 50,000
-    probes are. `partial`: a file in which a bake that is cut short is kept, and from which the same bake goes on; it is
-    removed at the end. `progress(done, total)` is called again and again. Raises as PathTracer does, and PicaError
-    where `partial` cannot be written.
+    `spacing`: metres between probes near surfaces, 4 and 16 times that away from them; None: that of about 50,000
+    probes. `partial`: a file for the state of an interrupted bake, which a later call resumes; it is
+    removed at the end. `progress(done, total)` is called repeatedly. Raises as PathTracer does, and PicaError
+    if `partial` cannot be written.
     """
     check_made_with("bake", scene, settings, device)
     spacing = checked("bake: spacing", optional(positive()), spacing)
     samples = checked("bake: samples", whole(1, _MOST_SAMPLES), samples)
     check_progress("bake", progress)
-    found = open_device(device)
-    check_traces(found, "baking")
-    settings = runnable(found, settings or Settings())
+    gpu = open_device(device)
+    check_traces(gpu, "baking")
+    settings = runnable(gpu, settings or Settings())
     bricks = _bricks(scene, spacing)
     done = _Done(
         bricks, np.array([content_of(scene), layout_of(scene), f"{bricks.spacing!r} {samples} {settings.seed}"])
@@ -76,13 +76,13 @@ def bake(
     if file is not None:
         check_writable(file)
         done.read(file)
-    with found.turn:
-        passes = ProbePasses(found.part(), scene, settings, bricks, samples)
+    with gpu.lock:
+        passes = ProbePasses(gpu.memory_scope(), scene, settings, bricks, samples)
         passes.view.make_programs()
     try:
         _run(passes, done, progress, file)
     finally:
-        with found.turn:
+        with gpu.lock:
             passes.view.close()
     light_map = done.light_map()
     if file is not None:
@@ -95,11 +95,11 @@ def _bricks(scene: Scene, spacing: float | None) -> Bricks:
     low, high = scene.bounds()
 
     def at(spacing: float) -> Bricks:
-        found = bricks_around(low, high, spacing, *occupied_places(scene, low, high, spacing))
-        if len(found.places) > MOST_BRICKS:
-            fault = f"{spacing:g} m between probes make {len(found.places):,} bricks"
+        bricks = bricks_around(low, high, spacing, *occupied_places(scene, low, high, spacing))
+        if len(bricks.places) > MOST_BRICKS:
+            fault = f"{spacing:g} m between probes make {len(bricks.places):,} bricks"
             raise SceneError(f"bake: {fault}; a light map has {MOST_BRICKS:,} at most")
-        return found
+        return bricks
 
     if spacing is not None:
         return at(spacing)
@@ -112,7 +112,7 @@ def _bricks(scene: Scene, spacing: float | None) -> Bricks:
 
 
 def _run(passes: ProbePasses, done: "_Done", progress: Progress | None, file: Path | None) -> None:
-    """Bake what is not done. What is done is kept in the file now and then, and when anything cuts it short."""
+    """Bake the rest. The result so far is saved from time to time, and on any interruption."""
     saved = time.monotonic()
     total = len(done.light) + len(done.seen)
     try:
@@ -128,16 +128,16 @@ def _run(passes: ProbePasses, done: "_Done", progress: Progress | None, file: Pa
                 saved = time.monotonic()
     except BaseException:
         if file is not None:
-            with suppress(PicaError):  # what cut it short is to be told
+            with suppress(PicaError):  # the interruption itself is raised
                 done.write(file)
         raise
 
 
 class _Done:
-    """What is baked so far."""
+    """The result so far."""
 
     def __init__(self, bricks: Bricks, key: NDArray[np.str_]) -> None:
-        """`key`: what must be the same for a bake to go on."""
+        """`key`: identifies the bake; it must match for a bake to resume."""
         self._brick_layout, self._key = bricks, key.astype("<U96")
         self.light = np.zeros((len(bricks.probes), HARMONICS, 4), np.float32)
         self.inside = np.zeros(len(bricks.probes), np.float32)
@@ -149,9 +149,9 @@ class _Done:
         self.light[come], self.inside[come] = light, inside
         self.probes += len(light)
 
-    def add_seen(self, found: NDArray[np.uint8]) -> None:
-        self.seen[self.bricks : self.bricks + len(found)] = found
-        self.bricks += len(found)
+    def add_seen(self, visibility: NDArray[np.uint8]) -> None:
+        self.seen[self.bricks : self.bricks + len(visibility)] = visibility
+        self.bricks += len(visibility)
 
     def write(self, file: Path) -> None:
         probes = {"light": self.light[: self.probes], "inside": self.inside[: self.probes]}
@@ -160,14 +160,14 @@ class _Done:
     def read(self, file: Path) -> None:
         """Go on where the file ends, if it is one of the same bake."""
         try:
-            found = read_arrays(file, _PARTIAL, self._check_lengths)
+            arrays = read_arrays(file, _PARTIAL, self._check_lengths)
         except PicaError:
             return
-        light, inside = found["light"], found["inside"]
+        light, inside = arrays["light"], arrays["inside"]
         sane = np.abs(light).max(initial=0) <= BRIGHTEST and np.isfinite(inside).all()  # the first not for NaN either
-        if sane and np.array_equal(found["key"], self._key):
+        if sane and np.array_equal(arrays["key"], self._key):
             self.add_light(light, inside)
-            self.add_seen(found["seen"])
+            self.add_seen(arrays["seen"])
 
     def _check_lengths(self, lengths: Lengths) -> None:
         """Raises ValueError for more than is to be baked."""

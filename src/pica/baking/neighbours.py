@@ -1,4 +1,4 @@
-"""Light that probes take from those beside them: noise is shared out, and what is inside of something gets some too."""
+"""Filters light between neighbouring probes, against noise, and fills probes inside objects."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,15 +30,15 @@ class Neighbours:
         self._first, self._second, self._sighted = map(np.concatenate, (firsts, seconds, sighted))
 
     def smooth(self, light: _Floats, variance: _Floats, in_the_open: NDArray[np.bool_]) -> _Floats:
-        """Light (probes, 9, 3) without most of its noise, whose variance (probes,) is known.
+        """Denoised light (probes, 9, 3) from its variance (probes,).
 
-        Probes share with those that they see, the less the more they differ beyond what noise would explain: so light
-        that changes from place to place stays as it is where enough is known about it (non-local means, Buades, Coll
-        and Morel 2005, with the variance of the estimates as Rousselle, Knaus and Zwicker 2012 take it).
+        Probes are averaged with visible neighbours, with weights that fall with differences beyond the noise: so light
+        that varies between probes is preserved if its variance is low (non-local means, Buades, Coll
+        and Morel 2005, with the variance of the estimates as in Rousselle, Knaus and Zwicker 2012).
         """
         useful = self._sighted & in_the_open[self._first] & in_the_open[self._second]
         first, second = self._first[useful], self._second[useful]
-        # That variance is known from two halves of the samples only: a probe's is that of those about it too.
+        # The variance is estimated from only two halves of the samples, so it is averaged over neighbours.
         sums, counts = variance.copy(), np.ones_like(variance)
         for to, by in ((first, second), (second, first)):
             np.add.at(sums, to, variance[by])
@@ -57,16 +57,16 @@ class Neighbours:
         return light
 
     def spread(self, light: _Floats, in_the_open: NDArray[np.bool_]) -> _Floats:
-        """Light (probes, 9, 3), where it is inside of something the mean of those beside, from the open inwards."""
-        known = in_the_open.copy()
-        light = np.where(known[:, None, None], light, 0)
+        """Light (probes, 9, 3), with probes inside objects filled by means of neighbours, from outside inwards."""
+        valid = in_the_open.copy()
+        light = np.where(valid[:, None, None], light, 0)
         for _ in range(_REACH):
             sums, counts = np.zeros_like(light), np.zeros(len(light), np.float32)
             for to, by in ((self._first, self._second), (self._second, self._first)):
-                useful = known[by] & ~known[to]
+                useful = valid[by] & ~valid[to]
                 np.add.at(sums, to[useful], light[by[useful]])
                 np.add.at(counts, to[useful], 1)
             came = counts > 0
             light[came] = sums[came] / counts[came, None, None]
-            known |= came
+            valid |= came
         return light

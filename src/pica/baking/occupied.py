@@ -1,4 +1,4 @@
-"""Which places of a light map's box have surfaces, and which of these need the finest probes."""
+"""Finds the parts of a light map's box that contain surfaces, and those that need the finest probes."""
 
 from collections.abc import Iterator
 
@@ -18,11 +18,11 @@ _CORNERS = np.stack(np.meshgrid((0, 1), (0, 1), (0, 1), indexing="ij"), -1).resh
 def occupied_places(
     scene: Scene, low: NDArray[np.float64], high: NDArray[np.float64], spacing: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """(x, y, z) which finest bricks of the box low to high (3,) are within a spacing of a surface; and which are so of
-    surfaces that face different ways, or of a primitive's box. Raises SceneError as `box_of`.
+    """(x, y, z) which finest bricks of the box low to high (3,) are within a spacing of a surface; and which of those
+    are near surfaces of different orientations, or a primitive's box. Raises SceneError as `box_of`.
 
-    A plane sends itself no light, and that of others changes over about as much as they are away (Ward and Heckbert
-    1992, "Irradiance Gradients"): so what is plain far around may have coarser probes.
+    A plane sends no light to itself, and irradiance from others varies over about their distance (Ward and Heckbert
+    1992, "Irradiance Gradients"): so probes near a single plane may be coarser.
     """
     origin, size = box_of(low, high, spacing)
     ways = np.zeros(size, np.uint64)
@@ -72,10 +72,10 @@ def _triangles(node: Node, world: NDArray[np.float64]) -> Iterator[NDArray[np.fl
 def _points_on(
     triangles: NDArray[np.float64], apart: float
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.uint64]]]:
-    """(count, 3) points of triangles (count, 3, 3), so close that every point of these is within `apart` of one; and
-    (count,) how the triangle faces, as `_facing`."""
+    """(count, 3) points of triangles (count, 3, 3), so dense that every point of a triangle is within `apart` of one;
+    and (count,) the triangle's orientation, as `_facing`."""
     longest = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=-1).max(1, initial=0)
-    # Powers of two, so that there are few different ones.
+    # Powers of two limit the number of different subdivisions.
     steps = np.exp2(np.ceil(np.log2(np.maximum(longest / apart, 1)))).astype(np.int64)
     for count in np.unique(steps):
         i, j = np.nonzero(np.add.outer(np.arange(count + 1), np.arange(count + 1)) <= count)
@@ -90,7 +90,7 @@ def _facing(triangles: NDArray[np.float64]) -> NDArray[np.uint64]:
     """(count,) one of 64 bits, the same for triangles that lie in planes of about the same direction."""
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.maximum(np.abs(normals).max(1, keepdims=True), 1e-300)
-    # Whichever side is in front; and no plane that scenes have is where two bits meet.
+    # Independent of the side; the thresholds between two bits are at no common orientation.
     normals *= np.where(normals @ (1.0, 1e-3, 1e-6) < 0, -1, 1)[:, None]
     steps = np.floor(normals * 1.9 + 2.53).astype(np.uint64)
     return np.uint64(1) << (steps @ np.array([1, 5, 25], np.uint64)) % np.uint64(61)

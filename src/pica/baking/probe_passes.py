@@ -1,4 +1,4 @@
-"""What bakes on the device: light about probes, and what parts of cells see of them."""
+"""The device's passes of a bake: light at probes, and visibility between parts of cells and probes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from pica.tracing.ray_effect import PATHS, ray_effect
 from pica.tracing.tracers import choose_tracer
 
 _PATHS = 1 << 18
-"""In one run: no dispatch may take so long that a driver stops it."""
+"""In one dispatch: a long one would trigger the driver's timeout."""
 _SAMPLE = 32
 """Bytes: probe_light.slang."""
 BRICKS = _PATHS // SEEN_PER_BRICK
@@ -43,17 +43,17 @@ class ProbePasses:
         self._places = device.structured("probe places", padded)
         self._bricks = device.structured("brick places", np.concatenate([corners, sides], 1).astype(np.float32))
         make = device.buffer
-        self._found = make("probe samples", size=self.probes * samples * _SAMPLE, struct_size=_SAMPLE)
+        self._sample_buffer = make("probe samples", size=self.probes * samples * _SAMPLE, struct_size=_SAMPLE)
         self._sums = make("probe harmonics", size=self.probes * HARMONICS * 16, struct_size=16)
         self._inside = make("probes inside", size=self.probes * 4, struct_size=4)
         self._seen = make("probe visibility", size=BRICKS * SEEN_PER_BRICK * 4, struct_size=4)
 
     def light(self, first: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Of probes from `first` on: (probes, 9, 4) irradiance over pi, and the variance of each coefficient, the mean
-        of its colours'; (probes,) the share of rays that met back faces."""
-        with self._device.turn:
+        """Of probes from `first` on: (probes, 9, 4) irradiance over pi, and the variance of each coefficient, averaged
+        over colours; (probes,) the fraction of rays that hit back faces."""
+        with self._device.lock:
             frame = self._begin()
-            shared = {"samples": self._found, "across": self._samples}
+            shared = {"samples": self._sample_buffer, "across": self._samples}
             self._light(
                 frame,
                 (self._samples, self.probes),
@@ -68,14 +68,14 @@ class ProbePasses:
             grid = 16, self.probes, 1
             self._harmonics(frame, grid, probeCount=self.probes, harmonics=self._sums, inside=self._inside, **shared)
             self._frames.end(frame)
-            found = self._sums.to_numpy().view(np.float32).reshape(self.probes, HARMONICS, 4)
+            sums = self._sums.to_numpy().view(np.float32).reshape(self.probes, HARMONICS, 4)
             inside = self._inside.to_numpy().view(np.float32)
         left = self._probe_count - first
-        return found[:left], inside[:left]
+        return sums[:left], inside[:left]
 
     def visibility(self, first: int) -> NDArray[np.uint8]:
         """(bricks, 4096) from brick `first` on, as LightMap.seen."""
-        with self._device.turn:
+        with self._device.lock:
             frame = self._begin()
             self._visibility(
                 frame,
@@ -87,8 +87,8 @@ class ProbePasses:
                 seen=self._seen,
             )
             self._frames.end(frame)
-            found = self._seen.to_numpy().view(np.uint32).reshape(BRICKS, SEEN_PER_BRICK)
-        return found[: self._brick_count - first].astype(np.uint8)
+            values = self._seen.to_numpy().view(np.uint32).reshape(BRICKS, SEEN_PER_BRICK)
+        return values[: self._brick_count - first].astype(np.uint8)
 
     def _begin(self) -> FrameContext:
         """The scene stays as it was when the first run began."""

@@ -1,4 +1,4 @@
-"""Where probes become coarser, light goes on without a step."""
+"""Makes light continuous between bricks of different levels."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,18 +7,18 @@ from pica.light_map.bricks import CELLS, LEVELS, NOWHERE, Bricks
 from pica.light_map.light_map import HIDDEN, INSIDE, PARTS
 
 _LEAST = 1e-6
-"""Weight of what the coarser side knows, below which a probe keeps its own light."""
+"""Weight of valid probes of the coarser side below which a probe keeps its own light."""
 _BESIDE = np.indices((2, 2, 2)).reshape(3, -1).T
 
 
 def without_seams(
     bricks: Bricks, light: NDArray[np.float32], in_the_open: NDArray[np.bool_], seen: NDArray[np.uint8]
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Light (probes, 9, 3) that is the same on either side of each face between two levels, and what is in the open.
+    """Light (probes, 9, 3) made continuous across faces between two levels, and which probes are in the open.
 
-    Probes on such a face that only the finer side has take what the coarser side interpolates there: hanging nodes, as
-    meshes that are refined in places constrain them. What is known there counts as in the open, whatever was about the
-    probe. `in_the_open`, `seen`: as LightMap's.
+    Probes of the finer side alone on such a face take the interpolation of the coarser side: they are hanging nodes,
+    constrained as in locally refined meshes. They count as in the open if the interpolation is valid.
+    `in_the_open`, `seen`: as LightMap's.
     """
     light, in_the_open = light.copy(), in_the_open.copy()
     beside, level = _coarsest_beside(bricks)
@@ -41,9 +41,9 @@ def without_seams(
             weight = np.where(corner, within, 1 - within).prod(-1) * open_share
             sums += weight[:, None, None] * light[probe]
             weights += weight
-        known = weights > _LEAST  # nothing comes through a wall
-        light[hangs[known]] = sums[known] / weights[known, None, None]
-        in_the_open[hangs[known]] = True
+        valid = weights > _LEAST  # no light through walls
+        light[hangs[valid]] = sums[valid] / weights[valid, None, None]
+        in_the_open[hangs[valid]] = True
     return light, in_the_open
 
 

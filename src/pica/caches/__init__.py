@@ -1,1 +1,1 @@
-"""What is kept between runs so that starts are fast: where, and whether it is whole."""
+"""Caches between runs for fast starts: their places, and checks of their integrity."""

@@ -1,7 +1,7 @@
-"""A record of what the caches have, so that a start can tell what is to be compiled without trying.
+"""A record of the caches' content, so that a start knows what must be compiled.
 
-It may be wrong, as whoever empties a cache does not ask: programs are then compiled where they are used, one after the
-other, or workers find that there is nothing to do. Either costs time and nothing else.
+It may be outdated if a cache was emptied: programs are then compiled at first use, one after the
+other, or workers have nothing to do. Either costs time and nothing else.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ _BYTES = 16
 
 
 class CompiledPrograms:
-    """The programs that the caches in a folder have for a driver, by what they are made of."""
+    """The programs that the caches in a folder have for a driver, by their content."""
 
     def __init__(self, file: Path | None, sources: Path, driver: str) -> None:
         """`sources`: the folder of the Slang files that programs are made of. `file` None: nothing is remembered."""
@@ -31,12 +31,12 @@ class CompiledPrograms:
         return not self._known
 
     def has(self, program: Hashable) -> bool:
-        """Whether this program has been compiled. `program`: something whose `repr` says all that it is made of, but
+        """Whether this program has been compiled. `program`: an object whose `repr` identifies it, except
         for the files of the package."""
         return self._key(program) in self._known
 
     def add(self, programs: Iterable[Hashable]) -> None:
-        """These are in the caches now."""
+        """Record these as cached."""
         new = {key for key in map(self._key, programs) if key not in self._known}
         self._known |= new
         if self._file is not None and new:

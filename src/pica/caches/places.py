@@ -1,12 +1,12 @@
-"""Where compiled programs are kept between runs: one folder for SlangPy's and Mesa's.
+"""The folder of caches between runs, for SlangPy and for Mesa.
 
     slangpy-VERSION/shaders    what Slang-RHI makes of programs, a database
     slangpy-VERSION/modules    compiled Slang modules
     slangpy-VERSION/compiled   which programs are here (compiled_programs.py)
     mesa                       machine code that lavapipe makes of both
 
-Where nothing can be written into that folder, a private copy stands in until the process ends, so that what is in it
-serves all the same; where that is impossible too, there is none at all: starts are slow then, and nothing else.
+If that folder is read-only, a private copy is used until the process ends, so that its content
+is of use; if that is impossible too, there is no cache: starts are slow then, and nothing else.
 """
 
 import atexit
@@ -38,7 +38,7 @@ _NEEDED = 16  # MiB that must be free: files that are mapped into memory end the
 
 
 def cache_folder() -> Path | None:
-    """The folder that is asked for, by PICA_CACHE or as the system has it; None for a user who has no home."""
+    """The configured folder, by PICA_CACHE or the system's default; None for a user without a home."""
     if os.environ.get(_ASKED):
         return Path(os.environ[_ASKED]).absolute()
     try:
@@ -52,11 +52,11 @@ def cache_folder() -> Path | None:
 
 
 def caches() -> Path | None:
-    """The folder in use, with all its places: the one asked for, a private copy or, with one warning, a private one
-    that is empty; None: no place."""
+    """The folder in use, with all its places: the configured one, a private copy or, with one warning, an empty
+    private one; None: no place."""
     folder = _usable(cache_folder())
     if folder is not None:
-        os.environ.setdefault(_MESA_FOLDER, str(folder / MESA))  # the driver looks when a device is opened
+        os.environ.setdefault(_MESA_FOLDER, str(folder / MESA))  # the driver reads it when a device is opened
     return folder
 
 
@@ -84,7 +84,7 @@ def _fault(folder: Path) -> str | None:
     try:
         for place in (MODULES, SHADERS, MESA):
             (folder / place).mkdir(parents=True, exist_ok=True)
-            tempfile.TemporaryFile(dir=folder / place).close()  # only trying tells of file systems that are read-only
+            tempfile.TemporaryFile(dir=folder / place).close()  # only an attempt detects read-only file systems
         mend(folder / SHADERS)
         free = shutil.disk_usage(folder).free >> 20
     except OSError as error:
@@ -101,7 +101,7 @@ def longest_file() -> int:
 
 
 def _copy(asked: Path, folder: Path) -> bool:
-    """Put what a folder has that can only be read into another, whose user may write to it; whether there is any."""
+    """Copy a read-only folder's content into another, writable one; returns whether there is any."""
     if not (asked / COMPILED).is_file():
         return False
     with suppress(OSError):

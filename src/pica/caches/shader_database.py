@@ -1,8 +1,8 @@
-"""Whether the database of compiled shaders is whole, asked before anything opens it.
+"""Checks the integrity of the database of compiled shaders, before anything opens it.
 
-Slang-RHI keeps shaders in LMDB, which maps the file into memory and trusts it: a page that lies behind the file's end
-takes the process along (SIGBUS), and so may one with anything else in it. So all pages are looked at that can be
-reached from the newest state, but for what stands in the shaders themselves. The format is LMDB 0.9's (mdb.c: MDB_page,
+Slang-RHI keeps shaders in LMDB, which maps the file into memory and trusts it: a page beyond the file's end
+crashes the process (SIGBUS), and so may one with invalid content. So all pages that are
+reachable from the newest state are checked, except for the shaders' content. The format is LMDB 0.9's (mdb.c: MDB_page,
 MDB_meta, MDB_db, MDB_node).
 """
 
@@ -42,7 +42,7 @@ def mend(folder: Path) -> None:
 
 
 def is_whole(file: Path) -> bool:
-    """Whether an LMDB database can be read and added to. An empty file is one that nobody has written to yet."""
+    """Whether an LMDB database can be read and appended to. An empty file is a new database."""
     failed = -1
     for _ in range(_ATTEMPTS):
         with file.open("rb", buffering=0) as opened:
@@ -56,7 +56,7 @@ def is_whole(file: Path) -> bool:
                     _check(opened, state.page_size, root)
                 return True
             except (_DamageError, struct.error):
-                failed = state.transaction  # or somebody has written meanwhile: another look
+                failed = state.transaction  # or it was written meanwhile: check again
     return True
 
 
@@ -71,7 +71,7 @@ class _State(NamedTuple):
 
 
 def _newest_state(file: BinaryIO) -> _State | None:
-    """The newer of two that are kept in turn; None where either is not one."""
+    """The newer of two alternating meta pages; None if either is invalid."""
     states = []
     page_size = 0
     for number in range(2):
@@ -100,14 +100,14 @@ def _check(file: BinaryIO, page_size: int, root: int) -> None:
         return file.read(page_size)
 
     waiting = [] if root == _EMPTY else [root]
-    seen: set[int] = set()
+    visited: set[int] = set()
     while waiting:
         number = waiting.pop()
         content = page(number)
         stated, _, kind, end, start = _PAGE.unpack_from(content)
-        if number in seen or stated != number or kind not in (_BRANCH, _LEAF) or not end <= start <= page_size:
+        if number in visited or stated != number or kind not in (_BRANCH, _LEAF) or not end <= start <= page_size:
             raise _DamageError
-        seen.add(number)
+        visited.add(number)
         for place in struct.unpack_from(f"<{(end - _PAGE.size) // 2}H", content, _PAGE.size):
             low, high, flags, key_size = _NODE.unpack_from(content, place)
             if kind == _BRANCH:

@@ -1,4 +1,4 @@
-"""Gathers the commands, and turns every error into one line and an exit code."""
+"""Collects the commands, and turns every error into one line and an exit code."""
 
 import inspect
 import os
@@ -40,7 +40,7 @@ def run(arguments: Sequence[str]) -> int:
     with _warnings_as_lines():
         try:
             with streams.results_alone_on_stdout():
-                # Gives 130 itself when interrupted.
+                # Interrupts exit with 130 by themselves.
                 return app(arguments or ["--help"], prog_name="pica", standalone_mode=False) or (0 if arguments else 2)
         except streams.UnreadError:
             return 141  # as if SIGPIPE had ended the process

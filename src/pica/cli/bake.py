@@ -49,8 +49,8 @@ def bake(
     seconds = time.perf_counter() - began
     probes, size = len(light_map.harmonics), output.stat().st_size
     if json:
-        told = {"probes": probes, "spacing": light_map.bricks.spacing, "samples": samples, "bytes": size}
-        print_json({"scene": view.scene, **told, "seconds": seconds, "files": [str(output)]})
+        summary = {"probes": probes, "spacing": light_map.bricks.spacing, "samples": samples, "bytes": size}
+        print_json({"scene": view.scene, **summary, "seconds": seconds, "files": [str(output)]})
     else:
         apart = f"{light_map.bricks.spacing:.3g} m apart at the nearest"
         print_line(f"{output}: {probes:,} probes, {apart}, {samples} paths each, {size / 1e6:.1f} MB, {seconds:.1f} s")

@@ -1,4 +1,4 @@
-"""How the camera moves in a film: once round what is looked at, or along a path from a file."""
+"""Motion of the camera in a film: a turntable, or a path from a file."""
 
 import json
 import math
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pica import Camera
 
 ROUND = 8.0
-"""Seconds of a turntable, where nothing else says how long."""
+"""Default duration of a turntable in seconds."""
 _FOV = 45.0
 _LARGEST_FILE = 100_000_000
 """Bytes."""
@@ -20,7 +20,7 @@ _LARGEST_FILE = 100_000_000
 
 @dataclass(frozen=True)
 class CameraPath:
-    """Where a camera stands and what it looks at, at some moments; smooth in between."""
+    """Positions and targets of a camera at some times; smooth in between."""
 
     times: tuple[float, ...]
     """Seconds, ascending."""
@@ -28,7 +28,7 @@ class CameraPath:
     """At each time: eye and target in metres, and the vertical field of view in degrees."""
 
     def at(self, time: float) -> "Camera":
-        """The camera at a time, in seconds; before the first and after the last it stands still."""
+        """The camera at a time, in seconds; constant before the first and after the last."""
         import numpy as np
 
         import pica
@@ -81,10 +81,10 @@ def read_camera_path(path: Path) -> CameraPath:
             raise PicaError(f"{path}: [{index}].time: {times[-1]:g} is not after the time before, {times[-2]:g}")
         fov = value(index, "fov", number(1e-3, 179)) if "fov" in entry else _FOV
         places.append((*value(index, "eye", vector(3)), *value(index, "target", vector(3)), fov))
-    found = CameraPath(tuple(times), tuple(places))
+    camera_path = CameraPath(tuple(times), tuple(places))
     for index, time in enumerate(times):
         try:
-            found.at(time)
+            camera_path.at(time)
         except SceneError as error:
             raise PicaError(f"{path}: [{index}]: {error}") from None
-    return found
+    return camera_path

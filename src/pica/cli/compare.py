@@ -84,7 +84,7 @@ def compare(
     others = _other_settings(preset, values, against) if against else None
     pixels = options.parse_size(size)
     content = view.load()
-    # Decided once, so that both pictures look from one place whatever rendering does to the scene.
+    # Decided once, so that both pictures have the same camera.
     camera = view.camera_in(content) or content.default_camera(pixels[0] / pixels[1])
     animation = find_animation(content, view.animation)
     motion = sequence_of(sequence or "still", content, camera, view.start or 0.0, animation, speed)
@@ -120,11 +120,11 @@ def compare(
 
 
 _Found = tuple[dict[str, Any], "NDArray[np.uint8]"]
-"""Of a comparison: the numbers, and a sheet to look at."""
+"""The result of a comparison: the numbers, and a sheet for viewing."""
 
 
 def _other_settings(preset: str, values: list[str] | None, against: list[str]) -> "Settings":
-    """The settings of the first picture with those of --against changed. Raises PicaError."""
+    """The settings of the first picture, changed by those of --against. Raises PicaError."""
     changed = []
     for text in against:
         name, equals, value = text.partition("=")
@@ -134,8 +134,8 @@ def _other_settings(preset: str, values: list[str] | None, against: list[str]) -
             preset = value.strip()
         else:
             changed.append(text)
-    kept = options.parse_settings(preset, values)
-    return kept.with_values(
+    settings = options.parse_settings(preset, values)
+    return settings.with_values(
         {name.strip(): value.strip() for name, _, value in (each.partition("=") for each in changed)}
     )
 

@@ -1,4 +1,4 @@
-"""`pica doctor`: what this machine has, what it lacks and what to install."""
+"""`pica doctor`: the machine's devices, what they lack and what to install."""
 
 import json
 import os
@@ -47,7 +47,7 @@ def doctor() -> None:
 
 
 def probe() -> tuple[list[dict[str, Any]], str]:
-    """The devices as mappings of DeviceInfo, and what went wrong; in a process of its own, which a driver may crash."""
+    """The devices as mappings of DeviceInfo, and the error; in a process of its own, which a driver may crash."""
     try:
         run = subprocess.run(
             [sys.executable, "-c", _PROBE],
@@ -61,13 +61,13 @@ def probe() -> tuple[list[dict[str, Any]], str]:
     except subprocess.TimeoutExpired:
         return [], "no answer within 5 minutes; a driver hangs"
     if run.returncode:
-        said = [line for line in run.stderr.splitlines() if line.strip()]
-        return [], said[-1] if said else f"the process ended with {run.returncode}"
+        lines = [line for line in run.stderr.splitlines() if line.strip()]
+        return [], lines[-1] if lines else f"the process ended with {run.returncode}"
     return json.loads(run.stdout.splitlines()[-1]), ""
 
 
 def usable(devices: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Those that lack nothing."""
+    """The devices that lack nothing."""
     return [device for device in devices if not device["missing"]]
 
 
@@ -77,7 +77,7 @@ def _row(device: dict[str, Any]) -> tuple[str, ...]:
 
 
 def tier_lines(devices: list[dict[str, Any]]) -> list[str]:
-    """What each tier that a device here has can trace and what it lacks, and who traces ray buffers."""
+    """For each tier of a device here, what it can trace, what it lacks, and the tracer of ray buffers."""
     from pica.rhi.adapters import TIERS
     from pica.tracing import embree
 
@@ -88,7 +88,7 @@ def tier_lines(devices: list[dict[str, Any]]) -> list[str]:
 
 
 def stage_lines(devices: list[dict[str, Any]]) -> list[str]:
-    """What runs on each device here that lacks nothing pica needs."""
+    """The features of each usable device."""
     return [f"{device['name']} runs {_stages(device['tier'])}" for device in usable(devices)]
 
 
@@ -106,11 +106,11 @@ def _stages(tier: int) -> str:
 
 
 def advice(devices: list[dict[str, Any]]) -> list[str]:
-    """What to install or to expect, a line each."""
-    found = usable(devices)
-    if any(device["type"] == "hardware" for device in found):
+    """Advice on what to install or to expect, a line each."""
+    ready = usable(devices)
+    if any(device["type"] == "hardware" for device in ready):
         return ["Ready."]
-    if found:
+    if ready:
         return ["Ready, on the processor alone. With a graphics card: install its maker's Vulkan driver."]
     return [
         "No device that pica can use. With a graphics card: install its maker's Vulkan driver.",
@@ -123,8 +123,8 @@ def _lavapipe() -> str:
         release = platform.freedesktop_os_release()
     except OSError:  # not Linux
         return "see mesa3d.org"
-    known = [release.get("ID", ""), *release.get("ID_LIKE", "").split()]
-    return next((_LAVAPIPE[name] for name in known if name in _LAVAPIPE), "your distribution's Mesa, 24.3 or newer")
+    systems = [release.get("ID", ""), *release.get("ID_LIKE", "").split()]
+    return next((_LAVAPIPE[name] for name in systems if name in _LAVAPIPE), "your distribution's Mesa, 24.3 or newer")
 
 
 def _version(package: str) -> str:

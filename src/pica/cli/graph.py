@@ -1,4 +1,4 @@
-"""`pica graph`: the passes of a frame, what they read and write, and what memory they share."""
+"""`pica graph`: the passes of a frame, the resources that they read and write, and shared memory."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -46,16 +46,16 @@ def graph(
     renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked)
     with progress("Rendering", json) as advance:
         renderer.render(_FRAMES, camera=view.camera_in(content), progress=advance, aovs=())
-    found = renderer.graph
+    description = renderer.graph
     title = f"{view.scene}, {preset}, {'x'.join(map(str, pixels))}, {renderer.device_name}"
     if output is not None:
-        found.save(output, title)
+        description.save(output, title)
     if json:
-        print_json({"scene": view.scene, "device": renderer.device_name, "size": list(pixels), **found.as_dict()})
+        print_json({"scene": view.scene, "device": renderer.device_name, "size": list(pixels), **description.as_dict()})
     elif output is not None:
         print_line(f"{output}: {title}")
     else:
-        print_table(title, found)
+        print_table(title, description)
 
 
 def _listed(effect: str, keys: tuple[str, ...]) -> str:
@@ -63,18 +63,18 @@ def _listed(effect: str, keys: tuple[str, ...]) -> str:
     by_effect: dict[str, list[str]] = {}
     for key in keys:
         by_effect.setdefault(key.split("/")[0], []).append(key)
-    said = []
+    parts = []
     for other, own in by_effect.items():
         short = [key.removeprefix(f"{effect}/") for key in own]
-        said += short if other == effect or len(own) <= _MOST else [f"{other}/*"]
-    return ", ".join(said)
+        parts += short if other == effect or len(own) <= _MOST else [f"{other}/*"]
+    return ", ".join(parts)
 
 
-def print_table(title: str, found: "GraphDescription") -> None:
+def print_table(title: str, description: "GraphDescription") -> None:
     """A row for each pass, then one for each effect."""
     print_line(title)
     rows = [["effect", "pass", "ms", "reads", "writes"]]
-    for each in found.passes:
+    for each in description.passes:
         time = "" if each.milliseconds is None else f"{each.milliseconds:.3f}"
         reads = _listed(each.effect, (*each.reads, *(f"{key} before" for key in each.previous)))
         writes = _listed(each.effect, each.writes)
@@ -82,9 +82,9 @@ def print_table(title: str, found: "GraphDescription") -> None:
         rows.append([each.effect, name, time, reads, writes])
     print_columns(rows, right={2})
     print()
-    times = found.milliseconds
+    times = description.milliseconds
     sums = [["effect", "ms", "MB"]]
-    for effect in dict.fromkeys([*times, *found.memory]):
-        sums.append([effect, f"{times.get(effect, 0):.3f}", f"{found.memory.get(effect, 0) / 1e6:.2f}"])
-    sums.append(["all", f"{sum(times.values()):.3f}", f"{sum(found.memory.values()) / 1e6:.2f}"])
+    for effect in dict.fromkeys([*times, *description.memory]):
+        sums.append([effect, f"{times.get(effect, 0):.3f}", f"{description.memory.get(effect, 0) / 1e6:.2f}"])
+    sums.append(["all", f"{sum(times.values()):.3f}", f"{sum(description.memory.values()) / 1e6:.2f}"])
     print_columns(sums, right={1})

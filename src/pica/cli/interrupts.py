@@ -1,4 +1,4 @@
-"""Ctrl-C ends the command line with exit code 130, without a word, at whatever moment it comes."""
+"""Ctrl-C ends the command line silently with exit code 130, at any moment."""
 
 import os
 import signal
@@ -8,9 +8,9 @@ from contextlib import contextmanager
 
 
 def take_over() -> None:
-    """Make Ctrl-C end this process at once, from its imports, which cannot all bear an exception, to its very end.
+    """Make Ctrl-C end this process at once, from its imports, which may not handle an exception, to its very end.
 
-    Not where Ctrl-C is ignored, as in a shell's background, or somebody else's already.
+    Not if Ctrl-C is ignored, as in a shell's background, or has another handler already.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _end)
@@ -35,7 +35,7 @@ def cleaning_up_first() -> Iterator[None]:
 
 
 def _end(*_: object) -> None:
-    os._exit(130)  # what shells call the end by SIGINT
+    os._exit(130)  # the exit code of shells for SIGINT
 
 
 def _raise(*_: object) -> None:

@@ -1,4 +1,4 @@
-"""Where the `pica` command starts. What takes time is imported later, when Ctrl-C needs no traceback any more."""
+"""Entry point of the `pica` command. Slow imports come later, when Ctrl-C needs no traceback any more."""
 
 import sys
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from pica.cli import interrupts
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; None: the one in `sys.argv`, which then owns the process.
 
-    0 success; 2 the user can mend it (bad input, no device); 130 interrupted; 141 nobody reads the results; 1 a fault
+    0 success; 2 a user error (bad input, no device); 130 interrupted; 141 the results' reader has ended; 1 a fault
     of pica itself. PICA_DEBUG=1 in the environment lets the traceback through.
     """
     if arguments is None:

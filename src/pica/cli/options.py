@@ -1,4 +1,4 @@
-"""Arguments that several commands share, and what they mean."""
+"""Arguments that several commands share."""
 
 import math
 import re
@@ -20,17 +20,17 @@ speed, with a lens that lets 0.65 of the light through; Lagarde and de Rousiers 
 Based Rendering", section 5.1.2)."""
 
 MAX_SIDE = 16384
-"""Pixels; what graphics devices allow for one picture."""
+"""Pixels; the limit of graphics devices for one picture."""
 
 _OF_PATH_TRACING = ("visibility.", "geometry.", "rays.", "shadows.transparent.", "post.", "seed.")
-"""What the path tracer's settings begin with, a dot at the end."""
+"""Prefixes of the path tracer's settings, with a dot at the end."""
 
 MOST = 1_000_000
-"""Of what is counted: frames, samples, pictures."""
+"""Upper limit of counts: frames, samples, pictures."""
 
 
 def count(text: str, least: int = 1) -> Any:
-    """An option that counts something."""
+    """An option with a count."""
     return typer.Option(min=least, max=MOST, metavar="N", help=text)
 
 

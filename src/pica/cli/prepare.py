@@ -83,7 +83,7 @@ def prepare(
 
 
 def _every() -> Iterator[Callable[[], "Scene"]]:
-    """What makes each scene: one that has all that programs may leave out comes first, and serves many others."""
+    """Functions that make each scene: one with all optional features comes first, and serves many others."""
     import pica
 
     yield _of_all_features

@@ -138,7 +138,7 @@ def render(
         kind, count = "frames", frames or 16
     result: dict[str, Any] = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), kind: count}
     result["denoised"] = way
-    said = f"{'x'.join(map(str, pixels))}, {count} {kind}{', denoised' if way else ''}"
+    summary = f"{'x'.join(map(str, pixels))}, {count} {kind}{', denoised' if way else ''}"
     if sequence:
         result["timings"] = sequence.render(
             content,
@@ -155,7 +155,7 @@ def render(
             progress=partial(progress, json=json),
         )
         result |= {"fps": sequence.fps, "start": sequence.start, "pictures": len(times), "rendered": len(missing)}
-        said = f"{len(missing)} of {len(times)} pictures rendered, {said}"
+        summary = f"{len(missing)} of {len(times)} pictures rendered, {summary}"
         files = [output]
     else:
         with progress("Rendering", json) as advance:
@@ -169,13 +169,13 @@ def render(
     if json:
         print_json(result)
     else:
-        print_line(f"{', '.join(result['files'])}: {said}, {done - loaded:.1f} s on {renderer.device_name}")
+        print_line(f"{', '.join(result['files'])}: {summary}, {done - loaded:.1f} s on {renderer.device_name}")
 
 
 def _moving_camera(
     view: View, scene: "Scene", sequence: Sequence, times: list[float]
 ) -> Callable[[int], "Camera | None"]:
-    """The camera of each picture of a sequence; to be asked while the scene is as in the picture."""
+    """The camera of each picture of a sequence; called while the scene is in the picture's state."""
     from pica.scene.orbit import orbited
 
     path, framed = sequence.path, None
@@ -194,9 +194,9 @@ def _moving_camera(
 
 
 def save(frame: "Frame", output: Path, aovs: list[str] | None) -> list[Path]:
-    """Write the picture and, beside a .png, one picture for each AOV; the files written. Raises PicaError."""
+    """Write the picture and, with a .png, one picture for each AOV; the files written. Raises PicaError."""
     for name in aovs or []:
-        frame.aov(name)  # an unknown name is an error before anything is written
+        frame.aov(name)  # raises for an unknown name before anything is written
     files = files_of(output, aovs)
     for name, path in files.items():
         if name:

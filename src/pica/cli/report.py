@@ -1,4 +1,4 @@
-"""What the commands say: results on stdout, everything else on stderr."""
+"""Output of the commands: results on stdout, everything else on stderr."""
 
 import math
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
@@ -17,7 +17,7 @@ _COMPILING = "Compiling shaders"
 
 @contextmanager
 def progress(title: str, json: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on stderr while the block runs; call what it gives with (done, total). Another one while shaders
+    """A progress bar on stderr while the block runs; call the result with (done, total). Another one while shaders
     are compiled in the block.
 
     `json`: one JSON object a line instead, {"progress": title, "done": 1, "total": 16}.
@@ -54,7 +54,7 @@ def _bars(first: str) -> Iterator[Callable[[str, int, int], None]]:
 
         try:
             yield show
-        except BaseException:  # then the error is all there is to say
+        except BaseException:  # then only the error is printed
             bar.live.transient = True
             console.quiet = not console.is_interactive  # where a bar is one line at the end, though it be an empty one
             raise

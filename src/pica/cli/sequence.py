@@ -28,19 +28,19 @@ _NUMBER, _WIDE = re.compile(r"%(0\d+)?d"), re.compile(r"%0\d{3}")
 _SLOWEST, _FASTEST = 0.001, 1000.0
 """Pictures a second."""
 _LATEST = 1e9
-"""Seconds before or after 0; further off, double precision cannot tell pictures of fast films apart."""
+"""Seconds before or after 0; beyond, double precision cannot separate pictures of fast films."""
 _FRAMED = 16
 """Moments at which a scene without a camera is looked at, to find one that shows all of its movement."""
 
 
 def is_sequence(output: Path) -> bool:
-    """Whether a file name stands for many pictures."""
+    """Whether a file name is a pattern for many pictures."""
     return output.suffix.lower() == FILM or _NUMBER.search(output.name) is not None
 
 
 @dataclass(frozen=True)
 class Sequence:
-    """The pictures of a scene over time: when they are, and the files they go to.
+    """The pictures of a scene over time: their times, and their files.
 
     The pictures of a film are kept as .png files in a folder beside it until the film is whole.
     """
@@ -56,9 +56,9 @@ class Sequence:
     animation: str | None
     """Its name or its number; None: all together."""
     turntable: bool = False
-    """Whether the camera goes once round."""
+    """Whether the camera is on a turntable."""
     path: CameraPath | None = None
-    """Where the camera goes, if that is given."""
+    """The camera's path, if there is one."""
 
     def __post_init__(self) -> None:
         if not _SLOWEST <= self.fps <= _FASTEST:
@@ -89,11 +89,11 @@ class Sequence:
         return self.output.with_name(f"{self.output.name}.frames") if self.is_film else self.output.parent
 
     def file(self, number: int) -> Path:
-        """Where picture `number`, from 0, goes."""
+        """The file of picture `number`, from 0."""
         return self._folder / (f"{number:06d}.png" if self.is_film else self.output.name % number)
 
     def times(self, scene: "Scene") -> list[float]:
-        """When each picture is, in seconds. Raises PicaError when there is no telling how long, or too many."""
+        """The time of each picture in seconds. Raises PicaError if the duration is unknown, or there are too many."""
         seconds = self.seconds
         if not scene.animations and not self.turntable and self.path is None:
             warnings.warn(f"{self.output}: the scene has no animation, so nothing moves", stacklevel=2)
@@ -111,7 +111,7 @@ class Sequence:
         return [self.start + number / self.fps for number in range(count)]
 
     def framing(self, scene: "Scene", times: list[float]) -> "Camera":
-        """A camera that shows what is looked at, at all times; leaves the scene at the first of them."""
+        """A camera that frames the subject at all times; leaves the scene at the first of them."""
         import numpy as np
 
         import pica
@@ -126,9 +126,9 @@ class Sequence:
         return frame(low, high, aspect=self.size[0] / self.size[1])
 
     def missing(self, count: int, files: Callable[[Path], list[Path]]) -> list[int]:
-        """Which of `count` pictures an earlier run has not made, or not whole.
+        """Which of `count` pictures are missing or incomplete after an earlier run.
 
-        `files`: all that belong to the file of a picture. Raises PicaError if there are some of another size.
+        `files`: all files of a picture's file. Raises PicaError if some have another size.
         """
         if self.is_film:
             self._remove_empty_folder()  # of a run that was killed before its first picture
@@ -164,11 +164,11 @@ class Sequence:
         lead_in: int,
         progress: Callable[[str], AbstractContextManager[Callable[[int, int], None]]] = progress,
     ) -> dict[str, float]:
-        """Make the missing pictures and the film of them; the timings of the last.
+        """Make the missing pictures and the film; returns the timings of the last.
 
-        `shoot(number, True)` renders a picture of the scene as it is now, `shoot(number, False)` for the history only.
-        Motion and all else that looks back need the pictures before a missing one: up to `lead_in` of them are rendered
-        again. `progress` shows how far it is.
+        `shoot(number, True)` renders a picture of the current scene, `shoot(number, False)` for the history only.
+        Histories need the pictures before a missing one: up to `lead_in` of them are rendered
+        again. `progress` reports the progress.
         """
         timings: dict[str, float] = {}
         if not missing and self.is_film and not self._folder.exists():
@@ -206,7 +206,7 @@ class Sequence:
                 self._remove_empty_folder()
 
     def _remove_empty_folder(self) -> None:
-        with suppress(OSError):  # there is something in it, or it is not there
+        with suppress(OSError):  # not empty, or absent
             self._folder.rmdir()
 
     def _encode(self, count: int, advance: Callable[[int, int], None]) -> None:

@@ -1,4 +1,4 @@
-"""Standard streams, which may be closed, full, read by nobody, or written to by libraries."""
+"""Standard streams, which may be closed, full, without a reader, or written to by libraries."""
 
 import io
 import os
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 class UnreadError(Exception):
-    """Whoever read the results has gone, such as `head`."""
+    """The reader of the results, such as `head`, has ended."""
 
 
 def open_closed() -> None:
-    """Lead streams that are closed nowhere: a file would get their numbers, and what libraries print would be in it."""
+    """Open closed streams on the null device: otherwise a file would get their numbers, and libraries' output."""
     for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
         try:
             os.fstat(number)
@@ -32,22 +32,22 @@ def open_closed() -> None:
 
 @contextmanager
 def results_alone_on_stdout() -> Iterator[None]:
-    """Sends what native libraries print to stderr, so that stdout carries results only (--json must stay JSON).
+    """Redirects output of native libraries to stderr, so that stdout has results only (--json must stay JSON).
 
-    Raises PicaError or UnreadError when results cannot be written.
+    Raises PicaError or UnreadError if results cannot be written.
     """
     try:
         is_real = sys.stdout.fileno() == 1
-    except (AttributeError, OSError, ValueError):  # none, or replaced by something that is no file
+    except (AttributeError, OSError, ValueError):  # absent, or replaced by an object that is no file
         is_real = False
     if not is_real:
         yield
         return
     sys.stdout.flush()
-    kept = os.dup(1)
+    saved = os.dup(1)
     given = sys.stdout
     sys.stdout = results = io.TextIOWrapper(
-        io.BufferedWriter(_Results(os.dup(kept), "w")),
+        io.BufferedWriter(_Results(os.dup(saved), "w")),
         encoding=given.encoding,
         errors="backslashreplace",  # a name that the encoding lacks is no reason to lose the rest
         line_buffering=given.isatty(),
@@ -57,13 +57,13 @@ def results_alone_on_stdout() -> Iterator[None]:
         yield
     finally:
         sys.stdout = given
-        os.dup2(kept, 1)
-        os.close(kept)
+        os.dup2(saved, 1)
+        os.close(saved)
         results.close()
 
 
 class _Results(io.FileIO):
-    """stdout's file; what fails there is told apart from other errors of the system."""
+    """stdout's file; its errors are distinguished from other errors of the system."""
 
     def write(self, data: "ReadableBuffer") -> int:
         try:
@@ -75,13 +75,13 @@ class _Results(io.FileIO):
 
 
 def say(line: str) -> None:
-    """A line on stderr; dropped where that cannot be written, as then there is nobody to tell."""
+    """A line on stderr; dropped if that cannot be written."""
     with suppress(OSError):
         print(line, file=sys.stderr, flush=True)
 
 
 class Messages:
-    """stderr as it is now, for libraries that write there: what cannot be written is dropped."""
+    """The current stderr, for libraries that write there: output is dropped if it cannot be written."""
 
     def __init__(self) -> None:
         self._stream = sys.stderr
@@ -94,12 +94,12 @@ class Messages:
         return len(text)
 
     def flush(self) -> None:
-        """Write what waits."""
+        """Flush the buffer."""
         with suppress(OSError):
             self._stream.flush()
 
     def isatty(self) -> bool:
-        """Whether somebody looks at it."""
+        """Whether it is a terminal."""
         return self._stream.isatty()
 
     def fileno(self) -> int:

@@ -1,4 +1,4 @@
-"""What the commands render: a scene, a moment of it and where it is looked at from, by arguments that all share."""
+"""The subject of commands: a scene, its time and its camera, by arguments that all commands share."""
 
 import math
 import re
@@ -42,7 +42,7 @@ def _flag(name: str, text: str) -> Any:
 
 @dataclass(frozen=True)
 class View:
-    """The arguments of the command line that say what is shown; `takes_view` gives them to a command."""
+    """The arguments of the command line for the subject; `takes_view` adds them to a command."""
 
     scene: Annotated[
         str, typer.Argument(metavar="SCENE", help=f"A .gltf or .glb file, or one of {', '.join(BUILT_IN)}.")
@@ -73,7 +73,7 @@ class View:
     animation: Annotated[str | None, _option("NAME|N", "The animation to play; without it, all together.")] = None
 
     def load(self, moving: bool = False) -> "Scene":
-        """The scene at its moment; `moving`: also where no moment is asked for, at 0 s. Raises PicaError."""
+        """The scene at its time; `moving`: at 0 s even without a time. Raises PicaError."""
         scene = _load(self.scene, self.env, self.allow_outside, parse_limits(self.limit), self.up)
         self._change_environment(scene)
         if moving or self.start is not None or self.animation is not None:
@@ -94,11 +94,11 @@ class View:
 
     @property
     def has_camera(self) -> bool:
-        """Whether a camera is asked for."""
+        """Whether a camera is specified."""
         return (self.camera, self.eye, self.target, self.fov) != (None, None, None, None)
 
     def camera_in(self, scene: "Scene") -> "Camera | None":
-        """The camera that is asked for, where the scene has it now; None for the scene's own. Raises PicaError."""
+        """The specified camera, in the scene's current state; None for the scene's own. Raises PicaError."""
         import pica
 
         if self.camera is not None:
@@ -120,7 +120,7 @@ class View:
         return pica.Camera.look_at(eye, target, vertical_fov=math.radians(degrees))
 
     def looked_at(self, scene: "Scene", camera: "Camera") -> Any:
-        """(3,) what a camera of `camera_in` or another one of the scene looks at, in metres."""
+        """(3,) the target of a camera of `camera_in` or another one of the scene, in metres."""
         import numpy as np
 
         from pica.scene.orbit import pivot
@@ -143,14 +143,14 @@ def takes_view(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def find_animation(scene: "Scene", text: str | None) -> int | str | None:
-    """What Scene.animate calls the animation that `text` names or numbers."""
+    """The number or name of an animation for Scene.animate, from `text`."""
     names = {animation.name for animation in scene.animations}
     is_number = text is not None and text not in names and re.fullmatch("[0-9]{1,9}", text)
     return int(text) if text is not None and is_number else text
 
 
 def parse_limits(texts: list[str] | None) -> "Limits":
-    """pica.Limits with those of ["pixels=1e9"] changed. Raises PicaError."""
+    """pica.Limits, changed by texts such as ["pixels=1e9"]. Raises PicaError."""
     import pica
 
     values = {}

@@ -1,4 +1,4 @@
-"""The last step of a picture that is to have no noise: Open Image Denoise on what all its samples gave together."""
+"""The last step of a denoised picture: Open Image Denoise on the accumulated samples."""
 
 from functools import cached_property
 from typing import Any, Literal
@@ -20,9 +20,9 @@ Denoise = bool | Literal["fast"]
 
 
 def denoiser_of(device: Device, size: Size, denoise: Any) -> "Denoiser | None":
-    """What `render` is asked for by `denoise`: False, True or "fast". Raises PicaError for anything else."""
+    """The `denoise` argument of `render`: False, True or "fast". Raises PicaError for anything else."""
     kind = checked("render: denoise", _yes_no_or_fast, denoise, PicaError)
-    return Denoiser(device.part(), size, kind == "fast") if kind else None
+    return Denoiser(device.memory_scope(), size, kind == "fast") if kind else None
 
 
 def _yes_no_or_fast(value: Any) -> bool | str:
@@ -35,7 +35,7 @@ def _yes_no_or_fast(value: Any) -> bool | str:
 
 
 class Denoiser:
-    """Gathers colours and normals of what is seen while a picture comes about, then takes the noise out of it."""
+    """Accumulates colours and normals of visible surfaces during a picture, then denoises it."""
 
     def __init__(self, device: Device, size: Size, fast: bool) -> None:
         """`size`: of the picture. `fast`: less well. Raises PicaError where Open Image Denoise is not installed."""
@@ -66,12 +66,12 @@ class Denoiser:
         return clean
 
     def _denoise(self, frame: FrameContext, picture: spy.Texture, clean: spy.Texture) -> None:
-        """Submit what is recorded and wait for it."""
+        """Submit the recording and wait for it."""
         self._device.handle.submit_command_buffer(frame.encoder.finish())
         color = np.asarray(picture.to_numpy(), np.float32)[..., :3]
         albedo, normal = (_mean(texture) for texture in self.sums.values())
-        found = denoised(color, albedo, normal, self._fast)
-        clean.copy_from_numpy(np.dstack([found, np.ones(found.shape[:2], np.float32)]))
+        result = denoised(color, albedo, normal, self._fast)
+        clean.copy_from_numpy(np.dstack([result, np.ones(result.shape[:2], np.float32)]))
         frame.encoder = self._device.handle.create_command_encoder()
 
 

@@ -17,21 +17,21 @@ _LEAST = 32
 
 
 def is_installed() -> bool:
-    """Whether there is something to denoise with."""
+    """Whether the denoiser is installed."""
     return find_spec("mitsuba_oidn") is not None
 
 
 def check_installed() -> None:
-    """Raises PicaError where there is not."""
+    """Raises PicaError if it is not."""
     if not is_installed():
         raise PicaError('denoise: Open Image Denoise is not installed; `pip install "pica[denoise]"` installs it')
 
 
 def denoised(color: Picture, albedo: Picture, normal: Picture, fast: bool = False) -> Picture:
-    """(height, width, 3) linear radiance without its noise, from noisy radiance and what is seen in each pixel.
+    """(height, width, 3) denoised linear radiance, from noisy radiance and the features of visible surfaces.
 
-    `albedo`: 0 to 1. `normal`: -1 to 1, 0 where there is no surface. `fast`: by a smaller network. Raises PicaError
-    where it is not installed, or cannot do it.
+    `albedo`: 0 to 1. `normal`: -1 to 1, 0 without a surface. `fast`: by a smaller network. Raises PicaError
+    if it is not installed, or fails.
     """
     check_installed()
     height, width = color.shape[:2]
@@ -42,7 +42,7 @@ def denoised(color: Picture, albedo: Picture, normal: Picture, fast: bool = Fals
         device = _device()
         quality = oidn.Quality.Fast if fast else oidn.Quality.High
         if not fast:
-            # Few samples leave noise at edges and where surfaces are partly covered; it would come through.
+            # Few samples leave noise in the features at edges and partial coverage, which would show.
             albedo, normal = _prefiltered("albedo", albedo), _prefiltered("normal", normal)
         result = oidn.denoise(noisy, albedo, normal, hdr=True, clean_aux=not fast, quality=quality, device=device)
     except (ImportError, OSError, RuntimeError) as error:
@@ -59,13 +59,13 @@ def _device() -> Any:
 
 
 def _prefiltered(name: str, picture: Picture) -> Picture:
-    """What is seen without its own noise (Open Image Denoise's documentation, "Denoising with Prefiltering")."""
+    """The features, denoised themselves (Open Image Denoise's documentation, "Denoising with Prefiltering")."""
     import mitsuba_oidn as oidn
 
     step, output = _device().new_filter("RT"), np.empty_like(picture)
     step.set_image(name, picture)
     step.set_image("output", output)
-    step.quality = oidn.Quality.Fast  # the picture comes out as well as with High, in half of the time
+    step.quality = oidn.Quality.Fast  # as good a picture as High, in half of the time
     step.execute()
     return output
 

@@ -1,11 +1,11 @@
-"""When a picture is at rest: what the host decides by the number of frames since anything has changed.
+"""When a picture is at rest: thresholds on the number of frames since the last change, for decisions of the host.
 
-convergence.slang has what shaders decide.
+Those of shaders are in convergence.slang.
 """
 
 UNTESTED_FROM = 16
-"""Frames after which histories are no longer tested against new samples: they have seen every change by then."""
-OWN_RAYS_FROM = 32
+"""Frames after which histories are no longer tested against new samples: every change has reached them by then."""
+CORRECTION_FROM = 32
 """Frames after which reflections converge to the mean of each pixel's own rays."""
 UNFILTERED_FROM = 56
 """Frames after which no pixel shows filtered stochastic light: past UNFILTERED_BY of convergence.slang, with a margin

@@ -21,7 +21,7 @@ class Reprojection:
         self.found: Texture
         """(width, height, r32_uint) words as filtering/previous_surface.slang has them."""
         self.unchanged = 0
-        """Frames since anything has changed, as of the frame that is being recorded."""
+        """Frames since the last change, as of the frame that is being recorded."""
 
     def __call__(self, graph: FrameGraph) -> "Reprojection":
         """Look for all that the G-buffer shows."""

@@ -15,8 +15,8 @@ Array = NDArray[Any]
 
 
 def gbuffer_aovs(scene: SceneView) -> dict[str, tuple[tuple[str, ...], Callable[[FrameContext], Callable[..., Array]]]]:
-    """The AOVs of a G-buffer (pica.images.aov_table): names of its textures, and what takes the frame and
-    gives the function that makes the AOV of these."""
+    """The AOVs of a G-buffer (pica.images.aov_table): names of its textures, and a function of the frame that
+    returns the function that makes the AOV from them."""
 
     def label(which: int) -> Callable[[FrameContext], Callable[..., Array]]:
         def prepare(frame: FrameContext) -> Callable[..., Array]:
@@ -34,8 +34,8 @@ def gbuffer_aovs(scene: SceneView) -> dict[str, tuple[tuple[str, ...], Callable[
             ("depth",),
             lambda frame: partial(_positions, _view_of(frame), frame.jitter, partial(_depth, frame.camera)),
         ),
-        "normal": (shape, fixed(lambda normals, seen: _normals(normals[..., 1], seen[..., 0] > 0))),
-        "geometric_normal": (shape, fixed(lambda normals, seen: _normals(normals[..., 0], seen[..., 0] > 0))),
+        "normal": (shape, fixed(lambda normals, records: _normals(normals[..., 1], records[..., 0] > 0))),
+        "geometric_normal": (shape, fixed(lambda normals, records: _normals(normals[..., 0], records[..., 0] > 0))),
         "albedo": (("material",), fixed(_albedo)),
         "metallic": (("material",), fixed(lambda packed: ((packed[..., 1] >> 16 & 0xFF) / 255).astype(np.float32))),
         "roughness": (("material",), fixed(lambda packed: ((packed[..., 2] & 0xFFFF) / 65535).astype(np.float32))),
@@ -47,8 +47,8 @@ def gbuffer_aovs(scene: SceneView) -> dict[str, tuple[tuple[str, ...], Callable[
 
 
 def _labelled(labels: Array, visibility: Array) -> Array:
-    seen = visibility[..., 0].astype(np.int64)
-    return np.where(seen > 0, labels[np.maximum(seen - 1, 0)], 0).astype(np.uint32)
+    records = visibility[..., 0].astype(np.int64)
+    return np.where(records > 0, labels[np.maximum(records - 1, 0)], 0).astype(np.uint32)
 
 
 def _depth(camera: Camera, values: Array) -> Array:
@@ -65,7 +65,7 @@ def alpha_of(channel: int, values: Array) -> Array:
 
 
 def at_size(size: Size, aovs: Mapping[str, Callable[[], Array]]) -> dict[str, Callable[[], Array]]:
-    """The AOVs as pictures of `size`: each pixel has what the nearest sample has, nothing is blended. Motion is in
+    """The AOVs as pictures of `size`: nearest samples, without interpolation. Motion is in
     pixels of `size`."""
 
     def resized(name: str, fetch: Callable[[], Array]) -> Array:
@@ -83,7 +83,7 @@ def at_size(size: Size, aovs: Mapping[str, Callable[[], Array]]) -> dict[str, Ca
 
 
 def _view_of(frame: FrameContext) -> dict[str, Array]:
-    """What shaders/camera.slang unprojects by."""
+    """The camera's parameters for unprojection, as in shaders/camera.slang."""
     width, height = frame.output_size
     constants = camera_constants(frame.camera, frame.size, width / height)
     vectors = ("position", "forward", "right", "up", "shift", "orthographic")
@@ -93,7 +93,7 @@ def _view_of(frame: FrameContext) -> dict[str, Array]:
 def _positions(
     view: Mapping[str, Array], jitter: tuple[float, float], read_depth: Callable[[Array], Array], values: Array
 ) -> Array:
-    """(height, width, 3) what is seen at this depth, by the samples that found it; as `unproject` in
+    """(height, width, 3) positions at this depth, through the jittered samples; as `unproject` in
     shaders/camera.slang."""
     depth = read_depth(values)
     height, width = depth.shape
@@ -119,8 +119,8 @@ def light_of(packed: Array) -> Array:
 
 
 def motion_of(packed: Array) -> Array:
-    """The motion texture (height, width, 2) as float32 (height, width, 3): pixels right and down to where the surface
-    was in the previous frame, and metres that it was farther, NaN where nothing is known of it (frame/motion.slang).
+    """The motion texture (height, width, 2) as float32 (height, width, 3): pixels right and down to the surface's
+    position in the previous frame, and how many metres farther it was, NaN without history (frame/motion.slang).
     """
     pixels = (packed << 9).view(np.float32)
     change = ((packed[..., 0] >> 23 | packed[..., 1] >> 23 << 9) << 14).view(np.float32)

@@ -1,4 +1,4 @@
-"""One frame on its way: what it records into, its camera, its index, and the constants that shaders read."""
+"""One frame: its command encoder, its camera, its index, and the constants that shaders read."""
 
 import time
 from collections import deque
@@ -20,7 +20,7 @@ Size = tuple[int, int]
 
 @dataclass
 class FrameContext:
-    """What passes need to know of the frame that they work for."""
+    """The frame, as passes need it."""
 
     device: Device
     recording: DeviceRecording
@@ -32,7 +32,7 @@ class FrameContext:
     """Counts frames since the history was dropped; noise depends on it."""
     camera: Camera
     jitter: tuple[float, float]
-    """Pixels right and down from the pixels' centres to where the frame looks."""
+    """Subpixel offset of the samples from pixel centres, pixels right and down."""
     block: ParameterBlock
     """The constants that shaders read."""
     started: float
@@ -48,7 +48,7 @@ class FrameContext:
 
     @property
     def encoder(self) -> spy.CommandEncoder:
-        """What passes record into."""
+        """The command encoder."""
         return self.recording.encoder
 
     @encoder.setter
@@ -88,8 +88,8 @@ class FrameSequence:
         self.block = device.parameter_block("frame/constants.slang", "frame")
         """The constants that shaders read, of the newest frame."""
         self.half_block = device.parameter_block("frame/constants.slang", "frame")
-        """The same for passes at half width and height: one pixel of each 2x2 stands for all four, another in the next
-        frame (frame/half.slang)."""
+        """The same for passes at half width and height: one pixel of each 2x2 represents all four, another one in the
+        next frame (frame/half.slang)."""
         self._device, self._upscale = device, upscale
         self._previous: Camera | None = None
         self._known: dict[int, deque[tuple[Camera, dict[str, Any]]]] = {step: deque(maxlen=2) for step in (1, 2)}
@@ -98,7 +98,7 @@ class FrameSequence:
         self._index = 0
         self._in_flight: deque[int] = deque()
         self.host_seconds = 0.0
-        """What the newest frame took to record and submit."""
+        """Time to record and submit the newest frame."""
         self.block.bind(seed=seed)
         self.half_block.bind(seed=seed)
         self.resize(output_size)
@@ -123,7 +123,7 @@ class FrameSequence:
         self._index = 0
 
     def begin(self, camera: Camera, jittered: bool = True) -> FrameContext:
-        """The next frame. Frame 0 looks through the pixel centres, those after it round about them."""
+        """The next frame. Frame 0 samples pixel centres, later ones are jittered about them."""
         started = time.perf_counter()
         previous = self._previous or camera
         jitter = (radical_inverse(2, self._index), radical_inverse(3, self._index)) if jittered else (0.0, 0.0)
@@ -202,13 +202,13 @@ def half_size(size: Size) -> Size:
 
 
 def half_pixel_offset(index: int) -> tuple[int, int]:
-    """Which pixel of each 2x2, (right, down), stands for all in frame `index` at half size; as in frame/half.slang."""
-    turn = index + (index >> 2)
-    return (turn ^ turn >> 1) & 1, turn & 1
+    """Which pixel of each 2x2, (right, down), represents all in frame `index` at half size; as in frame/half.slang."""
+    step = index + (index >> 2)
+    return (step ^ step >> 1) & 1, step & 1
 
 
 def _half_jitter(index: int, jitter: tuple[float, float]) -> tuple[float, float]:
-    """A sample is where the pixel that stands for 2x2 has it: halfway between their corner and their middle is .25."""
+    """The sample's offset from the centre of a half-size pixel: centres of its four pixels are .25 away from it."""
     x, y = ((offset + shift - 0.5) / 2 for offset, shift in zip(half_pixel_offset(index), jitter, strict=True))
     return x, y
 
@@ -226,11 +226,11 @@ def same_view(a: Camera, b: Camera) -> bool:
 def camera_constants(camera: Camera, size: Size, aspect: float | None = None, step: int = 1) -> dict[str, Any]:
     """The fields of shaders/camera.slang for a picture of `size`, or one whose pixels are `step` of its pixels wide.
 
-    `aspect`: width over height of what the camera shows; None for that of `size`, which rounding may have changed.
-    Where that does not divide the size, the last pixels of the other lie partly beyond the picture.
+    `aspect`: width over height of the camera's image; None for that of `size`, which rounding may have changed.
+    If `step` does not divide the size, the last pixels of the coarser picture extend beyond the finer one.
     """
     width, height = size
-    # How much farther than this picture the other one reaches, to the right and down.
+    # How much farther the coarser picture extends, to the right and down.
     across, down = (-(-length // step) * step / length for length in size)
     orthographic = camera.orthographic_height is not None
     half = camera.half_height

@@ -1,4 +1,4 @@
-"""What an effect is, and what it is compared with."""
+"""Base class of effects, and their references."""
 
 from abc import ABC
 from collections.abc import Mapping
@@ -16,8 +16,8 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class ReferenceLayer:
-    """One buffer of an effect, (height, width) from 0 to 1 or light (height, width, 3), and what sets its reference
-    apart from the others'."""
+    """One buffer of an effect, (height, width) from 0 to 1 or light (height, width, 3), and the parameters of its
+    reference."""
 
     offer: str
     """The name by which the graph offers it."""
@@ -31,7 +31,7 @@ class Reference:
     estimate: ManySamples
     """By an effect's own shader, which lies beside those that it is the reference of."""
     inputs: tuple[str, ...]
-    """What it is given of Renderer.effect_inputs."""
+    """Its inputs, from Renderer.effect_inputs."""
     layers: Mapping[str, ReferenceLayer]
     """By name."""
 
@@ -51,21 +51,21 @@ class Reference:
 class Effect(ABC):
     """A stage of the frame: built once for its settings, then called whenever the frame is declared.
 
-    Each has a `__call__` of its own, which takes the graph and results of other stages, adds passes and returns
-    textures. What it can be asked to show, it offers there (`FrameGraph.offer`): AOVs by their names, views for
-    debugging as "debug.EFFECT.NAME", numbers of rays as "rays.PASS".
+    Each has its own `__call__`, which takes the graph and results of other stages, adds passes and returns
+    textures. It offers its outputs there (`FrameGraph.offer`): AOVs by their names, debug AOVs
+    as "debug.EFFECT.NAME", numbers of rays as "rays.PASS".
     """
 
     name: ClassVar[str]
-    """What settings, AOVs and the command line call it."""
+    """Its name in settings, AOVs and the command line."""
     aov_names: tuple[str, ...] = ()
     """AOVs that it offers."""
 
     def reset(self) -> None:  # noqa: B027 (most effects keep nothing on the host)
-        """Drop what it keeps on the host of earlier frames. The graph drops histories."""
+        """Discard state of earlier frames on the host. The graph discards histories."""
 
     def reference(self) -> Reference | None:
-        """What the newest frame's result is to be compared with; None: only whole pictures can be."""
+        """The ground truth of the newest frame's result; None: only whole pictures have one."""
         return None
 
 

@@ -1,4 +1,4 @@
-"""The G-buffer: what each pixel sees, as one block that shaders read."""
+"""The G-buffer: the visible surface of each pixel, as one block that shaders read."""
 
 from collections.abc import Collection, Mapping
 from typing import Any
@@ -27,10 +27,10 @@ class GBuffer:
         """Declare them. `optional`: "coats" and "lobes", where materials have such. `lifetime`: of all but shapes."""
         self.size, self._optional = size, frozenset(optional)
         self.shapes: History = graph.history("shapes", _SHAPES, size, usage=_USAGE)
-        made = {name: graph.texture(name, kind, size, lifetime=lifetime) for name, kind in _MATERIALS.items()}
+        materials = {name: graph.texture(name, kind, size, lifetime=lifetime) for name, kind in _MATERIALS.items()}
         for name, kind in _OPTIONAL.items():
-            made[name] = graph.texture(name, kind, size if name in optional else (1, 1), lifetime=lifetime)
-        self.textures: Mapping[str, Texture] = {**self.shapes.textures, **made}
+            materials[name] = graph.texture(name, kind, size if name in optional else (1, 1), lifetime=lifetime)
+        self.textures: Mapping[str, Texture] = {**self.shapes.textures, **materials}
         self.block: Block
         self._half: GBuffer | None = None
 
@@ -40,11 +40,11 @@ class GBuffer:
         self.block = graph.block("frame/gbuffer.slang", "gbuffer", **self.textures, **before)
 
     def written(self, *names: str) -> dict[str, Write]:
-        """Arguments for a pass that fills these textures, all where none are named."""
+        """Arguments for a pass that fills these textures, or all by default."""
         return {name: write(self.textures[name]) for name in names or self.textures}
 
     def at_half(self, graph: FrameGraph) -> "GBuffer":
-        """The same at half width and height, for passes with `graph.half_frame`; filled where first asked for."""
+        """The same at half width and height, for passes with `graph.half_frame`; filled at first use."""
         if self._half is None:
             with graph.scope("half_gbuffer"):
                 self._half = self._make_half(graph)

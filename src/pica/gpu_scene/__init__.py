@@ -1,1 +1,1 @@
-"""The retained copy of a scene on the GPU: uploads what changed, no more."""
+"""The retained copy of a scene on the GPU, updated incrementally."""

@@ -1,4 +1,4 @@
-"""Nodes that come to a scene's copy: all at once, for many small NumPy calls cost more than their arithmetic."""
+"""Adds nodes to a scene's GPU copy, in batches: many small NumPy calls cost more than their arithmetic."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
@@ -18,18 +18,18 @@ from pica.scene.node import all_instance_transforms
 
 
 class Arrivals:
-    """Gives nodes rows of the scene's tables, in two steps: objects need the structures that the first uploads."""
+    """Allocates table rows for nodes, in two steps: objects need the structures that the first one uploads."""
 
     def __init__(self, instances: HostTable, records: RecordSet, geometry: GeometryBuffers, rt_scene: RtScene) -> None:
-        """The tables that the nodes share."""
+        """The tables of the scene."""
         self._instances, self._records = instances, records
         self._geometry, self._rt_scene = geometry, rt_scene
         self.numbers: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
-        """Those that labels show, counted from 1 as nodes come; a node that comes back has the one it had."""
+        """Label numbers, counted from 1 in order of addition; a node that is added again keeps its number."""
         self._count = 0
 
     def place(self, recording: Recording, nodes: list[Node]) -> dict[Node, Placement]:
-        """Upload what nodes show, for those that show anything."""
+        """Upload the nodes' meshes and instances; returns placements of the nodes that show anything."""
         self._number(nodes)
         shown = [node for node in nodes if _shows_something(node)]
         transforms, counts = all_instance_transforms(shown)
@@ -47,7 +47,7 @@ class Arrivals:
         return placements
 
     def place_objects(self, placements: Iterable[Placement]) -> None:
-        """Let rays meet what was placed, once its structures are recorded."""
+        """Add objects to the top-level structure once their bottom levels are recorded."""
         for mesh, alike in _by_mesh(placements):
             records = rows_of_ranges(placement.records for placement in alike)
             objects = rows_of_ranges(placement.objects for placement in alike)
@@ -82,7 +82,7 @@ def _shows_something(node: Node) -> bool:
 
 
 def _by_mesh(placements: Iterable[Placement]) -> Iterator[tuple[GpuMesh, list[Placement]]]:
-    """Those that are shown in all views, together with others of the same mesh."""
+    """Placements shared by all views, grouped by mesh."""
     found: defaultdict[GpuMesh, list[Placement]] = defaultdict(list)
     for placement in placements:
         if placement.mesh is not None:

@@ -14,7 +14,7 @@ def object_box(positions: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDA
 
 
 def world_box(to_world: NDArray[np.floating], centers: NDArray[np.floating], extents: NDArray[np.floating]) -> Box:
-    """The box round (n,) boxes of `centers` and `extents` (n, 3), each under its own (3, 4) matrix."""
+    """The bounds of (n,) boxes with `centers` and `extents` (n, 3), each under its own (3, 4) matrix."""
     with np.errstate(over="ignore", invalid="ignore"):
         placed = np.einsum("nij,nj->ni", to_world[:, :, :3], centers) + to_world[:, :, 3]
         reach = np.einsum("nij,nj->ni", abs(to_world[:, :, :3]), extents)

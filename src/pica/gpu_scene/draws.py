@@ -1,4 +1,4 @@
-"""What the raster path draws: one list of indirect draws per kind of section."""
+"""The raster path's draws: one list of indirect draws for each kind of section."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -24,7 +24,7 @@ DRAW_SIZE = _ARGUMENTS.itemsize
 
 
 class Facing(Enum):
-    """Which faces the camera sees. A mirroring transform reverses the winding in the picture."""
+    """Face culling of a section. A mirroring transform reverses the winding on screen."""
 
     BOTH = "both"
     FRONT = "front"
@@ -52,7 +52,7 @@ FRONT = {
 
 @dataclass(frozen=True)
 class DrawKind:
-    """What decides about the pipeline of a draw."""
+    """The pipeline state of a draw."""
 
     opaque: bool
     facing: Facing
@@ -67,19 +67,19 @@ class DrawList:
     arguments: spy.Buffer
 
 
-# What of a section decides about its draws.
+# Properties of a section that determine its draws.
 DRAWN_SECTION = np.dtype(
     [("index_count", "u4"), ("instances", "u4"), ("boxes", "?"), ("opaque", "?"), ("double_sided", "?")]
 )
 NOT_DRAWN = -1
 _KINDS = [DrawKind(opaque, facing) for opaque in (True, False) for facing in Facing]
-"""Opaque ones first, so that they hide what is costlier to shade."""
+"""Opaque kinds first, so that they occlude those that are costlier to shade."""
 
 
 class DrawLists:
-    """The draws of some records, each in the list of its kind. Costs what came, went or became of another kind.
+    """The draws of a set of records, in one list for each kind. Updates cost only added, removed and changed records.
 
-    A draw that goes leaves a hole in its list, a draw of nothing, until another takes its place.
+    A removed draw leaves an empty draw in its list until the slot is reused.
     """
 
     def __init__(self, device: Device) -> None:
@@ -92,7 +92,7 @@ class DrawLists:
         """Nothing has been touched since the last `take_touched`."""
 
     def touch(self, records: NDArray[np.int64]) -> None:
-        """These may have come, gone or become of another kind."""
+        """Update the draws of records that were added, removed or changed kind."""
         count = int(records.max(initial=-1)) + 1
         if count > len(self._kinds):
             more = max(count, 2 * len(self._kinds)) - len(self._kinds)
@@ -123,13 +123,13 @@ class DrawLists:
         self._kinds[records] = kinds
 
     def lists(self, recording: Recording) -> list[DrawList]:
-        """Those that are not empty, opaque ones first; records the upload of what changed."""
-        found = []
+        """The lists that are not empty, opaque ones first; records the upload of changes."""
+        draw_lists = []
         for kind, draws in sorted(self._lists.items()):
             draws.table.flush(recording)
             if draws.used:
-                found.append(DrawList(_KINDS[kind], draws.end, draws.table.buffer))
-        return found
+                draw_lists.append(DrawList(_KINDS[kind], draws.end, draws.table.buffer))
+        return draw_lists
 
 
 class _Draws:
@@ -139,11 +139,11 @@ class _Draws:
         usage = spy.BufferUsage.indirect_argument | spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
         self.table = HostTable(device, "draws", _ARGUMENTS, usage)
         self.end = self.used = 0
-        """How many rows there are with the holes, and without them."""
+        """Number of rows with and without empty draws."""
         self._holes: list[int] = []
 
     def take(self, arguments: NDArray[np.void]) -> NDArray[np.int64]:
-        """The rows that these arguments take."""
+        """The rows for these arguments."""
         again = max(len(self._holes) - len(arguments), 0)
         holes, self._holes = self._holes[again:], self._holes[:again]
         end = self.end + len(arguments) - len(holes)
@@ -191,5 +191,5 @@ def draw_arguments(
 
 
 def is_mirrored(transforms: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """(n,) whether (n, 3, 4) transforms turn left hands into right ones."""
+    """(n,) whether (n, 3, 4) transforms flip handedness."""
     return np.asarray(np.linalg.det(transforms[:, :, :3].astype(np.float64)) < 0)

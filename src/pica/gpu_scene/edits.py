@@ -1,4 +1,4 @@
-"""What was written to meshes, their parts, materials and images that are shown, and what that makes outdated."""
+"""Tracks assignments to visible meshes, sections, materials and images, and the data that they invalidate."""
 
 from collections.abc import Iterable, Set
 from typing import TypeAlias
@@ -10,26 +10,26 @@ from pica.scene.material import Image, Material
 from pica.scene.model import Mesh, Node, Scene
 
 Edit: TypeAlias = Mesh | Material | Scene
-"""A mesh whose nodes are shown anew, a material whose row is packed again, or the scene with another environment."""
+"""A mesh to upload again, a material to pack again, or the scene, for its environment."""
 
 
 class Edits:
-    """Follows what is written to what nodes show, and takes it into the tables."""
+    """Subscribes to edits of the nodes' content, and applies them to the tables."""
 
     def __init__(self, changes: ChangeSet, materials: MaterialTable, geometry: GeometryBuffers) -> None:
         """`changes`: where it is noted."""
         self._changes, self._materials, self._geometry = changes, materials, geometry
 
     def follow(self, nodes: Iterable[Node]) -> None:
-        """These nodes show something from now on. Their images are followed by the table of materials."""
+        """Follow nodes that become visible. The material table follows their images."""
         for mesh in {node.mesh for node in nodes if node.mesh is not None}:
             self._follow_mesh(mesh)
 
     def needed(self, changes: Changes, scene: Scene) -> list[Edit]:
-        """What is to be done for what was written to.
+        """The updates that these changes require.
 
-        A material costs its row, unless draws, structures or programs depend on what was written: then all meshes that
-        have it are shown anew.
+        A material costs only its row, unless draws, structures or programs depend on the changed field: then all meshes
+        with that material are uploaded again.
         """
         if not changes.edited:
             return []
@@ -55,7 +55,7 @@ class Edits:
         return list(edits)
 
     def check(self, edits: list[Edit]) -> None:
-        """Raises SceneError or MaterialTypeError for what cannot be shown as it is now; programs know its types."""
+        """Raises SceneError or MaterialTypeError for invalid content; the programs have its types already."""
         for edit in edits:
             if not isinstance(edit, Material):
                 edit.check()
@@ -63,8 +63,8 @@ class Edits:
                 self._materials.check(material)
 
     def take(self, edits: list[Edit]) -> Set[Material]:
-        """Pack materials as they are now; nodes that show edited meshes are to be taken out and placed again. Returns
-        the materials that emit other light than before."""
+        """Pack the materials again. The caller removes and adds the nodes of edited meshes. Returns the materials whose
+        emission differs."""
         used = {material: None for edit in edits for material in _materials(edit) if self._materials.has(material)}
         meshes = {edit for edit in edits if isinstance(edit, Mesh)}
         if meshes:

@@ -41,7 +41,7 @@ class PlacedSection:
 
 @dataclass(frozen=True)
 class MeshPart:
-    """The sections of a mesh that share a bottom-level structure: they are culled alike and of one hit group."""
+    """The sections of a mesh in one bottom-level structure: same culling, same hit group."""
 
     geometry: RtGeometry
     first_section: int
@@ -65,12 +65,12 @@ class GpuMesh:
 
     @property
     def placed(self) -> list[PlacedSection | PlacedPrimitives]:
-        """What has a record each."""
+        """The parts with one record each."""
         return [*self.sections, *self.primitives]
 
     @cached_property
     def records(self) -> NDArray[np.void]:
-        """(placed,) RECORD rows as far as they say where what is placed lies and what is round it."""
+        """(placed,) RECORD rows, with the fields for geometry and bounds filled in."""
         records = np.zeros(len(self.placed), RECORD)
         for row, placed in zip(records, self.placed, strict=True):
             for name in ("first_index", "first_vertex", "first_previous"):
@@ -84,8 +84,8 @@ class GpuMesh:
 class GeometryBuffers:
     """Vertices and indices of every mesh. Indices count from their section's first vertex.
 
-    Whoever shows the same mesh shares it; what deforms has vertices and structures of its own. Where those were in the
-    frame before is for each view to know (previous_frame.py).
+    Nodes that show one mesh share it. Deforming meshes have vertices and structures of their own; their previous
+    positions belong to each view (previous_frame.py).
     """
 
     def __init__(self, device: Device) -> None:
@@ -97,10 +97,10 @@ class GeometryBuffers:
         """Numbers of previous positions that mean the same in all views."""
         self.primitives = PrimitiveBuffers(device)
         self.first_box_index = 0
-        """Of BOX_INDICES among the indices, where there are primitives."""
+        """Offset of BOX_INDICES among the indices, if there are primitives."""
         self._has_box_indices = False
         self._meshes: dict[int, GpuMesh] = {}
-        """Those that do not deform, by their Mesh."""
+        """Rigid meshes, by their Mesh."""
         self._unbuilt: list[RtGeometry] = []
 
     @property
@@ -119,20 +119,20 @@ class GeometryBuffers:
         return self._indices.buffer
 
     def acquire(self, encoder: spy.CommandEncoder, mesh: Mesh, previous: Runs | None = None) -> GpuMesh:
-        """A mesh that somebody shows from now on; recorded for upload unless somebody shows the same one already.
+        """The GPU copy of a mesh, with one more user; records the upload if it has none yet.
 
-        `previous`: for one that deforms, what numbers its previous positions: `self.previous`, or one view's own.
+        `previous`: for a deforming mesh, the allocator of its previous positions: `self.previous`, or that of a view.
         """
-        found = self._meshes.get(id(mesh)) if previous is None else None
-        if found is None:
-            found = self._upload(encoder, mesh, previous)
+        gpu_mesh = self._meshes.get(id(mesh)) if previous is None else None
+        if gpu_mesh is None:
+            gpu_mesh = self._upload(encoder, mesh, previous)
             if previous is None:
-                self._meshes[id(mesh)] = found
-        found.users += 1
-        return found
+                self._meshes[id(mesh)] = gpu_mesh
+        gpu_mesh.users += 1
+        return gpu_mesh
 
     def release(self, mesh: GpuMesh) -> None:
-        """Somebody shows it no more; it goes with the last."""
+        """Remove one user; the last one frees it."""
         mesh.users -= 1
         if mesh.users:
             return
@@ -153,13 +153,13 @@ class GeometryBuffers:
         self._unbuilt = [geometry for geometry in self._unbuilt if geometry not in gone]
 
     def retire(self, meshes: Container[Mesh], materials: Container[Material]) -> None:
-        """Who shows one of these meshes, or one with these materials, from now on gets it as it is now."""
-        for key, found in list(self._meshes.items()):
-            if found.mesh in meshes or any(placed.section.material in materials for placed in found.placed):
+        """Forget meshes among `meshes` or with one of `materials`, so that the next user uploads them again."""
+        for key, gpu_mesh in list(self._meshes.items()):
+            if gpu_mesh.mesh in meshes or any(placed.section.material in materials for placed in gpu_mesh.placed):
                 del self._meshes[key]
 
     def has(self, mesh: Mesh) -> bool:
-        """Whether somebody shows the mesh as it is, without deforming it."""
+        """Whether the mesh is uploaded as a rigid one."""
         return id(mesh) in self._meshes
 
     def build(self, encoder: spy.CommandEncoder) -> None:
@@ -188,7 +188,7 @@ class GeometryBuffers:
 
     def _upload_section(self, encoder: spy.CommandEncoder, section: Section, previous: Runs | None) -> PlacedSection:
         first_vertex = self._positions.take(encoder, section.positions)
-        assert self._vertices.take(encoder, _packed(section)) == first_vertex  # taken and given back alike
+        assert self._vertices.take(encoder, _packed(section)) == first_vertex  # both allocators are in step
         first_index = self._indices.take(encoder, section.indices)
         first_previous = NOT_DEFORMED
         if previous is not None:
@@ -232,7 +232,7 @@ class GeometryBuffers:
 
 
 def _ordered(mesh: Mesh) -> list[Section]:
-    """Copies of the sections that have triangles, those of one part together, so that each part is one run of
+    """The sections with triangles, grouped by part, so that each part has one run of
     records."""
     filled = [_without_unused(section) for section in mesh.sections if len(section.indices)]
     return sorted(filled, key=_part_key)
@@ -243,7 +243,7 @@ def _part_key(section: Section) -> tuple[bool, str]:
 
 
 def _without_unused(section: Section) -> Section:
-    """The section with the vertices that its triangles use; files often share one big array among sections."""
+    """The section reduced to the vertices that its triangles use; files often share one large array among sections."""
     used, indices = np.unique(section.indices, return_inverse=True)
     if len(used) == len(section.positions):
         return copy(section)
@@ -253,7 +253,7 @@ def _without_unused(section: Section) -> Section:
 def _packed(section: Section) -> NDArray[np.void]:
     vertices = np.zeros(len(section.positions), VERTEX)
     vertices["normal"] = octahedral(section.normals)
-    # The bitangent's sign takes the lowest bit, which costs the tangent 1/65536 of precision.
+    # The bitangent's sign is stored in the lowest bit, which costs the tangent 1/65536 of precision.
     vertices["tangent"] = octahedral(section.tangents[:, :3]) & ~np.uint32(1) | (section.tangents[:, 3] < 0)
     vertices["uv0"], vertices["uv1"] = section.uv0, section.uv1
     vertices["color"] = np.rint(np.clip(section.colors, 0, 1) * 65535)

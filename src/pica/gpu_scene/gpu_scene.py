@@ -1,4 +1,4 @@
-"""A scene's copy on a device: made once, shared by all views, and told what moved."""
+"""A scene's copy on a device: made once, shared by all views, and updated incrementally."""
 
 from collections.abc import Set
 from typing import TYPE_CHECKING
@@ -28,7 +28,7 @@ from pica.rhi.acceleration import RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.tables import HostTable, rows_of_ranges, rows_of_runs
-from pica.scene import leftovers
+from pica.scene import scene_gc
 from pica.scene.changes import Changes
 from pica.scene.dynamic_vertices import DynamicVertices
 from pica.scene.illumination import average_emission
@@ -44,10 +44,10 @@ _NOTHING = np.zeros(0, np.int64)
 
 
 class GpuScene:
-    """What all views of a scene have in common on a device: geometry, materials, lights, and where things are.
+    """The data that all views of a scene share on a device: geometry, materials, lights and transforms.
 
-    Nodes that come, go, move or deform cost what they are; those that stand still cost nothing. Nodes that follow the
-    camera have an instance here, and what shows them is each view's own. It goes with its last view.
+    Added, removed, moved and deformed nodes cost work; static ones cost nothing. Nodes that follow the camera have an
+    instance here, and geometry in each view. It is freed with its last view.
     """
 
     def __init__(self, device: Device, scene: Scene) -> None:
@@ -58,7 +58,7 @@ class GpuScene:
         self._changes = scene.subscribe()
         self._due: Changes | None = None
         self._moves: tuple[list[Node], NDArray[np.float32]] = [], np.zeros((0, 3, 4), np.float32)
-        """Of what is due: the nodes that have moved, and where their instances are now, node after node."""
+        """Of the pending changes: moved nodes, and their instances' new transforms, node by node."""
         self.geometry = GeometryBuffers(device)
         self.materials = MaterialTable(device, self._changes)
         self.instance_table = HostTable(device, "instances", INSTANCE)
@@ -69,7 +69,7 @@ class GpuScene:
         self.placements: dict[Node, Placement] = {}
         """Of all nodes that are shown."""
         self.deformations: dict[Node, Deformation] = {}
-        """Of those whose meshes deform for all views alike."""
+        """Of nodes whose meshes deform for all views alike."""
         nodes = list(scene.nodes())
         for node in nodes:
             check_deforming(node)
@@ -77,13 +77,13 @@ class GpuScene:
         self._edits = Edits(self._changes, self.materials, self.geometry)
         self._edits.follow(nodes)
         self.bounds = scene.bounds()
-        """Lowest and highest corner (3,) of a box round all that has been shown so far: it never shrinks."""
+        """Lowest and highest corner (3,) of the bounds of everything shown so far: they never shrink."""
         self.revision = 0
-        """Counts the updates that changed anything."""
+        """Counts updates that changed anything."""
         self.lights_revision = 0
-        """Counts those that changed what shines."""
+        """Counts updates that changed emitted or reflected light."""
         self.lights_made = self.lights_moved = 0
-        """Count how often `lights` was made anew, and how often only its rows were set."""
+        """Count rebuilds of `lights`, and updates of its rows alone."""
         self.placed_lights = PlacedLights()
         self._lights_for = (0, 0, 0)
         self._masked: set[Node] = set()
@@ -106,17 +106,17 @@ class GpuScene:
 
     @staticmethod
     def of(device: Device, scene: Scene) -> "GpuScene":
-        """The copy that the device has of a scene; made where there is none."""
+        """The device's copy of a scene; made if there is none."""
         copies = device.shared(_Copies).by_scene
         found = copies.get(id(scene))
         if found is None:
-            leftovers.collect()
-            leftovers.watch(scene)
-            found = copies[id(scene)] = GpuScene(device.part(), scene)
+            scene_gc.collect()
+            scene_gc.watch(scene)
+            found = copies[id(scene)] = GpuScene(device.memory_scope(), scene)
         return found
 
     def record_set(self) -> RecordSet:
-        """Records of the scene's for somebody to fill."""
+        """An empty set of records in the scene's table."""
         return RecordSet(self._device, self.record_table, self.instance_table, self.geometry, self.materials)
 
     @property
@@ -129,12 +129,12 @@ class GpuScene:
         """Whether some light does not reach some mesh, or shadow rays and surface rays differ about one."""
         return bool(self._masked)
 
-    def admit(self, wait: bool = True) -> None:
-        """Take in what changed, before a frame of some view begins. Without `wait`, nodes of new material types stay
-        out until their programs are made (pending_nodes.py).
+    def sync(self, wait: bool = True) -> None:
+        """Collect the scene's changes before a frame of some view begins. Without `wait`, nodes of new material types
+        stay hidden until their programs are compiled (pending_nodes.py).
 
-        Raises MaterialTypeError for a type with a fault; frames can go on without what has it. Raises SceneError for
-        what cannot be shown as it is now, before any of it is: each time, until it is mended or taken out.
+        Raises MaterialTypeError for a type with a fault; frames can continue without its nodes. Raises SceneError for
+        invalid content before any of it is uploaded: each time, until it is fixed or removed.
         """
         changes = self._changes.take()
         self._pending_nodes.forget(changes.removed)
@@ -142,7 +142,7 @@ class GpuScene:
         self._pending_nodes.expect_lights([node for node in changes.altered if node in self.source])
         self._edits.follow(changes.added)
         self._pending_nodes.expect_edits(self._edits.needed(changes, self.source))
-        if self._due is not None:  # a fault has kept these from their frame, or another view's frame has not begun
+        if self._due is not None:  # an error prevented their upload, or another view's frame has not begun
             changes = self._due.then(changes)
         self._due = changes
         self._check(changes)
@@ -158,15 +158,15 @@ class GpuScene:
             check_deforming(node)
 
     def update(self, recording: Recording) -> None:
-        """Record the upload of what changed since the last frame of any view. Admits it, unless `admit` did."""
+        """Record the upload of changes since the last frame of any view. Calls `sync` if that has not run yet."""
         if self._due is None:
-            self.admit()
+            self.sync()
         assert self._due is not None
         changes, self._due = self._due, None
         self._update(recording, changes)
 
     def _check(self, changes: Changes) -> None:
-        """Raises SceneError for what the device could not show. Nodes may have gone again since they changed."""
+        """Raises SceneError for invalid content. Nodes may have been removed again since they changed."""
         for node in (*changes.moved, *changes.altered):
             if node.light is not None and node in self.source:
                 node.check()
@@ -182,14 +182,14 @@ class GpuScene:
             mesh.check()
 
     def _shown_by(self, edits: list[Edit]) -> list[Node]:
-        """Who shows one of the meshes among these."""
+        """The nodes that show one of the meshes among these."""
         meshes = {edit for edit in edits if isinstance(edit, Mesh)}
         return [node for node in self.source.nodes() if node.mesh in meshes] if meshes else []
 
     def _moves_of(self, changes: Changes) -> tuple[list[Node], NDArray[np.float32]]:
         """Raises SceneError for a place that 32-bit floats do not hold."""
-        gone = set(changes.removed)
-        moved = [node for node in changes.moved if node in self.placements and node not in gone]
+        removed = set(changes.removed)
+        moved = [node for node in changes.moved if node in self.placements and node not in removed]
         if not moved:
             return [], np.zeros((0, 3, 4), np.float32)
         places = [node.instance_transforms()[:, :3] for node in moved]
@@ -201,13 +201,13 @@ class GpuScene:
         return moved, now
 
     def _update(self, recording: Recording, changes: Changes) -> None:
-        come, relit, edits, switched = self._pending_nodes.take()
+        ready, relit, edits, switched = self._pending_nodes.take()
         self._relight(self._edits.take(edits))
         waiting = set(self._pending_nodes.waiting)
-        again = [node for node in self._shown_by(edits) if node not in come and node not in waiting]
+        again = [node for node in self._shown_by(edits) if node not in ready and node not in waiting]
         for node in (*changes.removed, *again):
             self._remove(node)
-        added = self._add(recording, [*come, *again])
+        added = self._add(recording, [*ready, *again])
         self._grow_bounds(added)
         self.geometry.build(recording.encoder)
         moved, now = self._moves
@@ -215,7 +215,7 @@ class GpuScene:
         deformed = self._deform(recording, dict.fromkeys((*changes.deformed, *added)))
         self.arrivals.place_objects([self.placements[node] for node in added])
         masked = [node for node in changes.altered if self._mask(node)]
-        lights_moved = self._follow_lights(come, relit, changes)
+        lights_moved = self._follow_lights(ready, relit, changes)
         if self.source in edits:
             self.environment.replace(self.source.environment)
         lights_differ = self._lights_for != self._lights_source()
@@ -229,11 +229,11 @@ class GpuScene:
             self.revision += 1
             self.flush(recording)
         shines = any(_shines(node) for node in (*moved, *deformed))
-        # What surfaces reflect onto others is light too.
+        # Reflected light counts too.
         self.lights_revision += lights_differ or lights_moved or shines or bool(edits)
 
     def _relight(self, materials: Set[Material]) -> None:
-        """These emit other light than before."""
+        """Update emissive triangles after a change of these materials' emission."""
         if materials:
             for placement in self.placements.values():
                 if placement.mesh is not None:
@@ -247,28 +247,28 @@ class GpuScene:
             table.flush(recording)
 
     def _add(self, recording: Recording, nodes: list[Node]) -> list[Node]:
-        """Upload what nodes show; their objects follow once their structures are recorded. Those that show any."""
-        come = self.arrivals.place(recording, nodes)
-        if not come:
+        """Upload nodes; their objects follow once their structures are recorded. Returns those that show anything."""
+        placements = self.arrivals.place(recording, nodes)
+        if not placements:
             return []
-        self.placements.update(come)
-        for node, placement in come.items():
+        self.placements.update(placements)
+        for node, placement in placements.items():
             mesh = placement.mesh
             if mesh is not None and mesh.previous is not None:
                 self.deformations[node] = deformation_of(self._device, node, self.geometry, mesh)
-        bits = self.instance_table.rows["mask_and_channels"][[p.instances.start for p in come.values()]]
+        bits = self.instance_table.rows["mask_and_channels"][[p.instances.start for p in placements.values()]]
         masked = np.isin(bits, [each for each in np.unique(bits).tolist() if is_masked(each)])
-        self._masked.update(node for node, is_one in zip(come, masked.tolist(), strict=True) if is_one)
+        self._masked.update(node for node, is_one in zip(placements, masked.tolist(), strict=True) if is_one)
         for view in self.views:
-            view.come(come)
-        return list(come)
+            view.on_nodes_added(placements)
+        return list(placements)
 
     def _remove(self, node: Node) -> None:
         placement = self.placements.pop(node, None)
         if placement is None:
             return
         for view in self.views:
-            view.gone(node, placement)
+            view.on_node_removed(node, placement)
         self._masked.discard(node)
         self.instance_table.give_back(placement.instances.start, len(placement.instances))
         if placement.mesh is not None:
@@ -279,7 +279,7 @@ class GpuScene:
             self.geometry.release(placement.mesh)
 
     def _mask(self, node: Node) -> bool:
-        """Upload who sees a node and its lighting channels; False: they are as they were, or it shows nothing."""
+        """Upload a node's mask and lighting channels; False if they are unchanged or the node shows nothing."""
         placement = self.placements.get(node)
         if placement is None:
             return False
@@ -311,7 +311,7 @@ class GpuScene:
         before = to_world[instances]
         to_world[instances] = now
         identified = [
-            placement.instances.start + np.flatnonzero(placement.have_come(node))
+            placement.instances.start + np.flatnonzero(placement.take_replaced(node))
             for placement, node in zip(placements, nodes, strict=True)
             if placement.identities is not None or node.identities is not None
         ]
@@ -330,14 +330,14 @@ class GpuScene:
         self._tell(nodes)
 
     def _tell(self, nodes: list[Node]) -> None:
-        """Something about these is new; views show those that follow the camera."""
+        """Mark nodes that follow the camera as changed in all views."""
         followers = [node for node in nodes if self.placements[node].mesh is None]
         if followers:
             for view in self.views:
                 view.own.touch(followers)
 
     def _grow_bounds(self, nodes: list[Node]) -> None:
-        """Take in where these are now."""
+        """Extend the bounds by the nodes."""
         if not nodes:
             return
         placements = [self.placements[node] for node in nodes]
@@ -358,7 +358,7 @@ class GpuScene:
                     self.bounds = joined(self.bounds, box)
 
     def _deform(self, recording: Recording, nodes: dict[Node, None]) -> list[Node]:
-        """Write the vertices of those of the nodes that deform, and give these and those that views write."""
+        """Write the vertices of the deforming nodes; returns these and the nodes that views deform."""
         deformations = [self.deformations[node] for node in nodes if node in self.deformations]
         for view in self.views:
             view.positions.before_deforming(recording.encoder, [d.mesh for d in deformations])
@@ -372,28 +372,28 @@ class GpuScene:
         self._tell(followers)
         return [*(node for node in nodes if node in self.deformations), *followers]
 
-    def _follow_lights(self, come: list[Node], relit: list[Node], changes: Changes) -> bool:
-        """Take the nodes' lights as they are now; False: of those that stay, none has moved or was set."""
+    def _follow_lights(self, ready: list[Node], relit: list[Node], changes: Changes) -> bool:
+        """Update the nodes' lights; False if no remaining light has moved or was set."""
         for node in changes.removed:
             if node not in self.source:
                 self.placed_lights.remove(node)
-        told = *relit, *changes.moved, *changes.altered
-        stay = [node for node in told if self.placed_lights.has(node) or node.light]
-        shining = [node for node in come if node.light is not None]
-        held = self._pending_nodes.holds
-        for node in dict.fromkeys(node for node in (*shining, *stay) if not held(node)):
+        changed = *relit, *changes.moved, *changes.altered
+        stay = [node for node in changed if self.placed_lights.has(node) or node.light]
+        shining = [node for node in ready if node.light is not None]
+        awaits_programs = self._pending_nodes.awaits_programs
+        for node in dict.fromkeys(node for node in (*shining, *stay) if not awaits_programs(node)):
             self.placed_lights.follow(node)
         return bool(stay)
 
     def light_table(self, own: EmissiveTriangles | None = None) -> LightTable:
-        """All that shines, with the triangles that shine in one view after those of all views."""
+        """A table of all lights; emissive triangles of one view come after those of all views."""
         triangles = [self.records.emissive] if own is None else [self.records.emissive, own]
         low, high = self.bounds
         radius = float(np.linalg.norm(high - low)) / 2
         return LightTable(self._device, self.placed_lights, triangles, self.environment.source, radius)
 
     def _lights_source(self) -> tuple[int, int, int]:
-        """What the table of lights is made of."""
+        """Revisions of the light table's inputs."""
         return self.placed_lights.revision, self.records.emissive.revision, self.environment.revision
 
     def _make_lights(self) -> None:
@@ -404,7 +404,7 @@ class GpuScene:
 
 
 class _Copies:
-    """The copies that a device has, by the scene's id: a copy keeps its scene."""
+    """A device's copies of scenes, by the scene's id: a copy keeps its scene alive."""
 
     def __init__(self, device: Device) -> None:
         self.by_scene: WeakValueDictionary[int, GpuScene] = WeakValueDictionary()

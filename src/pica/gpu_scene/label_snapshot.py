@@ -1,4 +1,4 @@
-"""Whose the numbers in the AOVs instance and material are, written down for a frame."""
+"""The names behind the numbers of the AOVs instance and material, captured for a frame."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -15,11 +15,11 @@ _NOTHING: tuple[str | None, tuple[str, ...]] = (None, ())
 
 def snapshot(scene: Scene, numbers: Mapping[Node, int], materials: Iterable[tuple[int, Material]]) -> Labels:
     """The names of the nodes that have numbers, and of materials by row; later changes of the scene do not show."""
-    known = dict(numbers)  # a plain one answers in a tenth of a weak one's time
+    number_of = dict(numbers)  # a plain one answers in a tenth of a weak one's time
     meshes: dict[Mesh, tuple[str, tuple[str, ...]]] = {}
     rows: list[NodeRow] = []
     for node in scene.nodes():
-        number = known.get(node)
+        number = number_of.get(node)
         if number is None:
             continue
         mesh, shown = node.mesh, _NOTHING
@@ -27,7 +27,7 @@ def snapshot(scene: Scene, numbers: Mapping[Node, int], materials: Iterable[tupl
             if mesh not in meshes:
                 meshes[mesh] = mesh.name, _materials_of(mesh)
             shown = meshes[mesh]
-        above = 0 if node.parent is None else known.get(node.parent, 0)
+        above = 0 if node.parent is None else number_of.get(node.parent, 0)
         rows.append((number, node.name, above, *shown, _copied(node.extras) if node.extras else {}, ref(node)))
     return Labels(rows, [(row + 1, material.name, _copied(material.extras)) for row, material in materials])
 
@@ -38,7 +38,7 @@ def _materials_of(mesh: Mesh) -> tuple[str, ...]:
 
 
 def _copied(value: Any) -> Any:
-    """A copy of what files can hold; other things of a program's own stay the same objects."""
+    """A copy of values that JSON can hold; other objects are kept by reference."""
     if isinstance(value, dict):
         return {key: _copied(each) for key, each in value.items()}
     if isinstance(value, list):

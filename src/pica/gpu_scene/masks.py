@@ -16,7 +16,7 @@ def instance_mask(node: Node) -> int:
 
 
 def shadow_mask(channels: frozenset[int]) -> int:
-    """What shadow rays to a light of these channels may meet."""
+    """Mask of shadow rays to a light of these channels."""
     return channel_bits(channels) << FIRST_SHADOW_BIT
 
 
@@ -26,7 +26,7 @@ def mask_and_channels(node: Node) -> int:
 
 
 def is_masked(bits: int) -> bool:
-    """Whether some light does not reach the mesh with these `mask_and_channels`, or shadow rays and surface rays differ
-    about it."""
+    """Whether `mask_and_channels` exclude the mesh from some light, or have it hit by only one of shadow and surface
+    rays."""
     casts_shadows, seen_by_surfaces = bits >> FIRST_SHADOW_BIT & _ALL != 0, bits & SEEN_BY_SURFACES != 0
     return bits >> 8 != _ALL or casts_shadows != seen_by_surfaces

@@ -19,7 +19,7 @@ from pica.programs.material_types import (
     plain,
 )
 from pica.programs.preparation import prepare
-from pica.programs.scene_features import features_of, known_features, with_features
+from pica.programs.scene_features import features_of, supported_features, with_features
 from pica.programs.shape_types import shapes_of
 from pica.rhi.device import Device
 from pica.rhi.tables import HostTable
@@ -106,7 +106,7 @@ class _ImageOnGpu:
 
 @dataclass
 class _Packed:
-    """A material as its row has it: what was written to it since may differ."""
+    """A material as its row was packed; later edits are not included."""
 
     row: int
     type: str
@@ -117,14 +117,14 @@ class _Packed:
 
 
 class MaterialTable:
-    """The materials of what is shown; an image used twice is uploaded once, and goes with its last material."""
+    """The materials in use; an image used twice is uploaded once, and freed with its last material."""
 
     def __init__(self, device: Device, changes: ChangeSet) -> None:
         """`changes`: where images note that they were written to."""
         self._device, self._changes = device, changes
         self.table = HostTable(device, "materials", MATERIAL)
         self.transparent: set[int] = set()
-        """Rows of the materials that let light through."""
+        """Rows of transmissive materials."""
         self._materials: dict[Material, _Packed] = {}
         self._textures: dict[tuple[Image, bool], _ImageOnGpu] = {}
         self._samplers: dict[Sampler, spy.Sampler] = {}
@@ -133,38 +133,38 @@ class MaterialTable:
 
     @property
     def types(self) -> MaterialTypeSet:
-        """The material types that programs must know; a type's place is its number in shaders and its hit group.
+        """The material types in the programs; a type's position is its number in shaders and its hit group.
 
-        Among them what primitives have for hit groups (programs/shape_types.py), and features (scene_features.py)."""
+        They include hit groups of primitives (programs/shape_types.py) and features (scene_features.py)."""
         return self._types or STANDARD_ONLY
 
     @property
     def used_types(self) -> list[str]:
-        """The names of those that a material has now."""
-        return [known.name for known in self._types if self._type_users[known.name]]
+        """The names of types with materials in use."""
+        return [kind.name for kind in self._types if self._type_users[kind.name]]
 
     def type_number(self, name: str) -> int:
         """The place of a type in use, or of an entry "shape/type". Raises StopIteration for one that is not."""
         return next(number for number, source in enumerate(self._types) if source.name == name)
 
     def types_with(self, entries: Iterable[TypeEntry], features: Set[Feature] = frozenset()) -> MaterialTypeSet:
-        """The types in use and these. All keep their places; a newcomer takes one whose type nobody uses any more.
+        """The types in use, and these. All keep their positions; a new type replaces one without users.
 
-        Entries of shapes neither go nor take such a place, for records hold the numbers of shapes; nor do features.
+        Entries of shapes neither leave nor reuse a position, because records hold shape numbers; nor do features.
         """
         wanted = {entry.name: entry for entry in entries}
         materials = {name: entry for name, entry in wanted.items() if isinstance(entry, MaterialSource)}
         types = [
-            ShapeOn(known.shape, materials.get(known.material.name, known.material))
-            if isinstance(known, ShapeOn)
-            else wanted.get(known.name, known)
-            for known in self._types
+            ShapeOn(kind.shape, materials.get(kind.material.name, kind.material))
+            if isinstance(kind, ShapeOn)
+            else wanted.get(kind.name, kind)
+            for kind in self._types
         ]
-        known_names = {known.name for known in types}
+        known_names = {kind.name for kind in types}
         free = [
             number
-            for number, known in enumerate(types)
-            if known.name not in wanted and isinstance(known, MaterialSource) and not self._type_users[known.name]
+            for number, kind in enumerate(types)
+            if kind.name not in wanted and isinstance(kind, MaterialSource) and not self._type_users[kind.name]
         ]
         for newcomer in (entry for name, entry in wanted.items() if name not in known_names):
             if free and isinstance(newcomer, MaterialSource):
@@ -174,17 +174,17 @@ class MaterialTable:
         return with_features(tuple(types), features)
 
     def know(self, features: Set[Feature]) -> None:
-        """Let programs know these features, before any is made."""
+        """Add features to the programs, before any are made."""
         if features:
             self._types = with_features(self.types, features)
 
     def switch(self, types: MaterialTypeSet) -> None:
-        """Let programs know these types, in which all that are in use have kept their places.
+        """Switch to programs of these types, in which all types in use have kept their positions.
 
-        Raises MaterialTypeError, and changes nothing, when a type was replaced and its materials' parameters do not
-        fit the new one.
+        Raises MaterialTypeError, and changes nothing, if a type was replaced and its materials' parameters do not
+        fit the new version.
         """
-        replaced = {known.name: known for known in plain(types).values() if known not in self._types}
+        replaced = {kind.name: kind for kind in plain(types).values() if kind not in self._types}
         compiled = programs(self._device).material_types
         packed = {
             entry.row: compiled[replaced[entry.type]].packed(material.name, material.parameters)
@@ -197,18 +197,18 @@ class MaterialTable:
         self._types = types
 
     def make_programs(self) -> None:
-        """Make all programs that passes on the device have none of yet, before a first frame; perhaps such as know more
-        features than are in use."""
+        """Compile all missing programs of the device's passes before a first frame, perhaps with more features than are
+        in use."""
         types = prepare(self._device, self.types)
         if types != self.types:
             self._types = types
 
     def has(self, material: Material) -> bool:
-        """Whether somebody uses it."""
+        """Whether the material has users."""
         return material in self._materials
 
     def acquire(self, material: Material, users: int = 1) -> int:
-        """The row of a material that somebody starts to use, or several."""
+        """The row of a material, with one more user, or several."""
         entry = self._materials.get(material)
         if entry is None:
             entry = self._materials[material] = self._pack(material, self.table.take(1))
@@ -216,8 +216,10 @@ class MaterialTable:
         return entry.row
 
     def can_renew(self, material: Material) -> bool:
-        """Whether `renew` is enough for what was written to a material in use."""
-        return self._materials[material].kind == _kind(material) and features_of(material) <= known_features(self.types)
+        """Whether `renew` suffices for the edits of a material in use."""
+        return self._materials[material].kind == _kind(material) and features_of(material) <= supported_features(
+            self.types
+        )
 
     def renew(self, material: Material) -> bool:
         """Pack a material in use as it is now. Returns whether the light that it emits is other than before."""
@@ -229,7 +231,7 @@ class MaterialTable:
         return entry.emission != before.emission
 
     def check(self, material: Material) -> None:
-        """Raises MaterialTypeError when its parameters are not what its type, which programs know, wants."""
+        """Raises MaterialTypeError if its parameters do not match its type, which the programs have."""
         compiled = programs(self._device).material_types[material_source(material.type)]
         compiled.packed(material.name, material.parameters)
 
@@ -244,16 +246,16 @@ class MaterialTable:
         return ((entry.row, material) for material, entry in self._materials.items())
 
     def shape_number(self, hit_group: str) -> int:
-        """`SectionRecord.shape` of primitives with this entry "shape/type", whose material has been acquired."""
+        """`SectionRecord.shape` of primitives with the entry "shape/type", whose material has been acquired."""
         shape, material = hit_group.split("/")
-        if all(known.name != hit_group for known in self._types):
-            known = self._types[self.type_number(material)]
-            assert isinstance(known, MaterialSource)
-            self._types = self.types_with([ShapeOn(shape_source(shape), known)])
+        if all(kind.name != hit_group for kind in self._types):
+            kind = self._types[self.type_number(material)]
+            assert isinstance(kind, MaterialSource)
+            self._types = self.types_with([ShapeOn(shape_source(shape), kind)])
         return [source.name for source in shapes_of(self._types)].index(shape) + 1
 
     def release(self, material: Material) -> None:
-        """Somebody stops using it."""
+        """Remove one user."""
         entry = self._materials[material]
         entry.users -= 1
         if entry.users:
@@ -305,7 +307,7 @@ class MaterialTable:
             | _UNLIT * material.unlit
             | _THIN_WALLED * material.thin_walled
         )
-        source = next((known for known in plain(self._types).values() if known.name == material.type), None)
+        source = next((kind for kind in plain(self._types).values() if kind.name == material.type), None)
         if source is None:
             source = material_source(material.type)
             self._types = self.types_with([source])
@@ -327,13 +329,13 @@ class MaterialTable:
         return packed
 
     def _image(self, image: Image, srgb: bool) -> _ImageOnGpu:
-        """An image that somebody starts to use; uploaded unless somebody does already."""
+        """The texture of an image, with one more user; uploaded for the first."""
         if (image, srgb) not in self._textures:
             self._textures[image, srgb] = self._upload(image, srgb)
             image.follow(self._changes)
-        found = self._textures[image, srgb]
-        found.users += 1
-        return found
+        texture = self._textures[image, srgb]
+        texture.users += 1
+        return texture
 
     def _upload(self, image: Image, srgb: bool) -> _ImageOnGpu:
         height, width, _ = image.pixels.shape
@@ -345,7 +347,7 @@ class MaterialTable:
                 height=height,
                 mip_count=levels,
                 usage=spy.TextureUsage.shader_resource | spy.TextureUsage.render_target,
-                label=image.name.encode(errors="replace").decode(),  # files can name things by what is no text
+                label=image.name.encode(errors="replace").decode(),  # names in files may be invalid text
             )
         self._device.count_memory(texture.memory_usage.device)
         # SlangPy refuses read-only arrays.
@@ -360,7 +362,7 @@ class MaterialTable:
         on_gpu.users -= 1
         if not on_gpu.users:
             self._device.count_memory(-on_gpu.texture.memory_usage.device)
-            if self._textures.get((on_gpu.image, on_gpu.srgb)) is on_gpu:  # else its pixels were changed
+            if self._textures.get((on_gpu.image, on_gpu.srgb)) is on_gpu:  # otherwise its pixels were edited
                 del self._textures[on_gpu.image, on_gpu.srgb]
 
     def _sampler(self, sampler: Sampler) -> spy.Sampler:
@@ -377,7 +379,7 @@ class MaterialTable:
 
 
 def _kind(material: Material) -> tuple[object, ...]:
-    """What draws, structures and hit groups were made for."""
+    """The properties that draws, structures and hit groups depend on."""
     return material.type, material.double_sided, material.alpha_mode is AlphaMode.OPAQUE
 
 

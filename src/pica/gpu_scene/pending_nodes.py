@@ -1,5 +1,5 @@
-"""Nodes that come to a running renderer with new material types or shapes, and those that take on such: they wait until
-programs know them."""
+"""Nodes with new material types or shapes, added to a running renderer or edited, that wait until their programs are
+compiled."""
 
 from collections.abc import Iterable
 
@@ -15,7 +15,7 @@ from pica.programs.scene_features import (
     features_of_environment,
     features_of_light,
     features_of_mesh,
-    known_features,
+    supported_features,
 )
 from pica.rhi.device import Device
 from pica.rhi.profiler import FRAMES_IN_FLIGHT
@@ -26,24 +26,24 @@ from pica.scene.shape_registry import shape_source
 
 
 class PendingNodes:
-    """Who waits for which programs. One set of programs is under way at a time; who comes meanwhile is in the next."""
+    """Nodes and edits that wait for programs. One set of programs is compiled at a time; later ones wait for it."""
 
     def __init__(self, device: Device, materials: MaterialTable) -> None:
         self._device, self._materials = device, materials
         self._waiting: dict[Node, None] = {}
         self._ready: list[Node] = []
-        self._dark: dict[Node, None] = {}
-        """Who is shown, but waits for its new light."""
+        self._awaiting_lights: dict[Node, None] = {}
+        """Visible nodes whose new light waits for programs."""
         self._relit: list[Node] = []
         self._edits: dict[Edit, None] = {}
-        """What waits to be shown otherwise than now."""
+        """Edits that wait for programs."""
         self._ready_edits: list[Edit] = []
         self._round: ProgramRound | None = None
         self._refused: set[TypeEntry | str] = set()
-        """Types with a fault, and names that nobody registered."""
+        """Types that failed to compile, and names that are not registered."""
         self._registrations = registrations()
-        self._look = False
-        """Whether something has come up that may need another set of programs."""
+        self._needs_programs = False
+        """Whether another set of programs may be needed."""
         self._retired: list[tuple[MaterialTypeSet, int]] = []
         self._frame = 0
         self._switched = False
@@ -51,160 +51,160 @@ class PendingNodes:
     @property
     def pending(self) -> int:
         """How many programs are still to be made for types that are on their way."""
-        return self._round.left if self._round is not None else int(self._look)
+        return self._round.left if self._round is not None else int(self._needs_programs)
 
     @property
     def waiting(self) -> Iterable[Node]:
-        """Who cannot be shown yet."""
+        """Nodes that are not visible yet."""
         return self._waiting
 
     def expect(self, nodes: list[Node]) -> None:
-        """These have come."""
-        known = self._known(nodes)
+        """Queue added nodes."""
+        supported = self._supported(nodes)
         for node in nodes:
-            if node in known:
+            if node in supported:
                 self._ready.append(node)
             else:
                 self._waiting[node] = None
-                self._look = True
+                self._needs_programs = True
 
     def expect_lights(self, nodes: list[Node]) -> None:
-        """The lights of these have been set."""
-        known = self._known_features() if nodes else frozenset()
+        """Queue nodes whose lights were set."""
+        supported = self._supported_features() if nodes else frozenset()
         for node in nodes:
-            self._dark.pop(node, None)
-            if node not in self._waiting and not features_of_light(node.light) <= known:
-                self._dark[node] = None
-                self._look = True
+            self._awaiting_lights.pop(node, None)
+            if node not in self._waiting and not features_of_light(node.light) <= supported:
+                self._awaiting_lights[node] = None
+                self._needs_programs = True
 
     def expect_edits(self, edits: list[Edit]) -> None:
-        """These have been written to."""
+        """Queue edits of visible content."""
         for edit in edits:
-            if self._knows_edit(edit):
+            if self._supports_edit(edit):
                 self._edits.pop(edit, None)
                 if edit not in self._ready_edits:
                     self._ready_edits.append(edit)
             else:
                 self._edits[edit] = None
-                self._look = True
+                self._needs_programs = True
         if edits and self._waiting:  # perhaps for less than before
-            self._look = True
+            self._needs_programs = True
 
     @property
     def ready_edits(self) -> list[Edit]:
-        """What `take` will give of them."""
+        """The edits that `take` will return."""
         return self._ready_edits
 
     def forget(self, nodes: list[Node]) -> None:
-        """These have gone."""
+        """Drop removed nodes."""
         for node in nodes:
             self._waiting.pop(node, None)
-            self._dark.pop(node, None)
+            self._awaiting_lights.pop(node, None)
         if nodes and (self._ready or self._relit):
-            gone = set(nodes)
-            self._ready = [node for node in self._ready if node not in gone]
-            self._relit = [node for node in self._relit if node not in gone]
+            removed = set(nodes)
+            self._ready = [node for node in self._ready if node not in removed]
+            self._relit = [node for node in self._relit if node not in removed]
 
-    def holds(self, node: Node) -> bool:
+    def awaits_programs(self, node: Node) -> bool:
         """Whether the node's light, as it is now, must wait."""
-        return node in self._waiting or node in self._dark
+        return node in self._waiting or node in self._awaiting_lights
 
     def take(self) -> tuple[list[Node], list[Node], list[Edit], bool]:
-        """The nodes that can be shown from now on, those whose new lights can shine, what can be shown as it was
-        written, and whether the types in use have changed since the last call."""
-        taken = self._ready, self._relit, self._ready_edits, self._switched
+        """Take what is ready: nodes to show, nodes with new lights, edits to apply, and whether the types in use have
+        changed since the last call."""
+        result = self._ready, self._relit, self._ready_edits, self._switched
         self._ready, self._relit, self._ready_edits, self._switched = [], [], [], False
-        return taken
+        return result
 
     def step(self) -> None:
-        """A frame's share of the work: at most one program is made.
+        """Do one frame's part of the work: at most one program is compiled.
 
-        Raises MaterialTypeError or ShapeError for a fault: once, and what has it waits until the name is registered
-        anew. The next step goes on with the others.
+        Raises MaterialTypeError or ShapeError once for a fault; nodes with that type wait until its name is registered
+        again. The next step goes on with the others.
         """
-        self._hear()
+        self._poll()
         if self._round is not None:
-            self._step_round(self._round)
-        if self._round is None and self._look:
-            types = self._target()
-            self._look = False
+            self._advance_round(self._round)
+        if self._round is None and self._needs_programs:
+            types = self._target_types()
+            self._needs_programs = False
             if types != self._materials.types:
                 self._round = ProgramRound(self._device, self._materials.types, types)
             else:
-                self._let_in()
+                self._activate()
 
     def finish(self) -> None:
-        """Let everybody in now; programs that are not ready are compiled where they are used.
+        """Activate everything now; missing programs are compiled at first use.
 
         Raises MaterialTypeError or ShapeError for a fault, each time.
         """
-        self._hear()
-        if self._round is None and not self._look and not self._refused:
+        self._poll()
+        if self._round is None and not self._needs_programs and not self._refused:
             return
         if self._round is not None:
             self._round.cancel()
             self._round = None
         self._refused.clear()
-        self._look = True
-        types = self._target()
+        self._needs_programs = True
+        types = self._target_types()
         for entry in types:
             self._check(entry)
         self._switch(types)
-        self._look = False
+        self._needs_programs = False
 
-    def _hear(self) -> None:
-        """Follow the frames, and what is registered."""
+    def _poll(self) -> None:
+        """Count the frame, release retired programs, and note new registrations."""
         self._frame += 1
         if self._retired and self._retired[0][1] <= self._frame:
             programs(self._device).retire(self._retired.pop(0)[0])
         if self._registrations != registrations():
             self._registrations = registrations()
             self._refused = {refused for refused in self._refused if not isinstance(refused, str)}
-            self._look = True
+            self._needs_programs = True
 
-    def _known(self, nodes: Iterable[Node]) -> set[Node]:
-        """Those that the programs in use, and those that will follow them, know how to show."""
-        meshes = {mesh for mesh in {node.mesh for node in nodes} if self._knows(mesh)}
-        features = self._known_features()
+    def _supported(self, nodes: Iterable[Node]) -> set[Node]:
+        """The nodes that both current and pending programs support."""
+        meshes = {mesh for mesh in {node.mesh for node in nodes} if self._supports(mesh)}
+        features = self._supported_features()
         return {node for node in nodes if node.mesh in meshes and features_of_light(node.light) <= features}
 
-    def _knows(self, mesh: Mesh | None) -> bool:
+    def _supports(self, mesh: Mesh | None) -> bool:
         try:
             entries = {entry for section in _sections(mesh) for entry in _entries(section)}
         except PicaError:
             return False
-        known = all(entries.issubset(types) for types in self._used_types())
-        return known and features_of_mesh(mesh) <= self._known_features()
+        supported = all(entries.issubset(types) for types in self._used_types())
+        return supported and features_of_mesh(mesh) <= self._supported_features()
 
-    def _knows_edit(self, edit: Edit) -> bool:
+    def _supports_edit(self, edit: Edit) -> bool:
         if isinstance(edit, Mesh):
-            return self._knows(edit)
-        return not isinstance(edit, Scene) or features_of_environment(edit) <= self._known_features()
+            return self._supports(edit)
+        return not isinstance(edit, Scene) or features_of_environment(edit) <= self._supported_features()
 
-    def _known_features(self) -> Features:
-        return frozenset.intersection(*(known_features(types) for types in self._used_types()))
+    def _supported_features(self) -> Features:
+        return frozenset.intersection(*(supported_features(types) for types in self._used_types()))
 
     def _used_types(self) -> list[MaterialTypeSet]:
-        """Of the programs in use, and of those that will follow them."""
+        """Of the current programs, and of the pending ones."""
         return [self._materials.types] if self._round is None else [self._materials.types, self._round.types]
 
-    def _target(self) -> MaterialTypeSet:
-        """The types in use and those that are waited for, as they are registered now, but for those refused."""
+    def _target_types(self) -> MaterialTypeSet:
+        """The types in use and those required, as registered now, without refused ones."""
         wanted: list[TypeEntry] = []
         for name in self._materials.used_types:
             source = material_source(name)
             if source not in self._refused:
                 wanted.append(source)
         features: Features = frozenset()
-        for node in self._dark:
+        for node in self._awaiting_lights:
             features |= features_of_light(node.light)
-        comers = [*self._ready, *self._waiting]  # who is ready has no material in the table yet
-        for light in {node.light for node in comers}:
+        added = [*self._ready, *self._waiting]  # ready nodes have no material in the table yet
+        for light in {node.light for node in added}:
             features |= features_of_light(light)
         for edit in self._edits:
             features |= features_of_environment(edit) if isinstance(edit, Scene) else frozenset()
         edited = [edit for edit in self._edits if isinstance(edit, Mesh)]
-        for mesh in dict.fromkeys([*(node.mesh for node in comers), *edited]):
+        for mesh in dict.fromkeys([*(node.mesh for node in added), *edited]):
             features |= features_of_mesh(mesh)
             for section in _sections(mesh):
                 name = _name(section)
@@ -219,15 +219,15 @@ class PendingNodes:
                     wanted += entries
         return self._materials.types_with(wanted, features)
 
-    def _step_round(self, work: ProgramRound) -> None:
+    def _advance_round(self, work: ProgramRound) -> None:
         try:
             done = work.step()
         except PicaError:
             self._refused.update(work.entries)
-            self._round, self._look = None, True
+            self._round, self._needs_programs = None, True
             raise
         if done:
-            self._round, self._look = None, True
+            self._round, self._needs_programs = None, True
             self._switch(work.types)
 
     def _switch(self, types: MaterialTypeSet) -> None:
@@ -241,23 +241,23 @@ class PendingNodes:
                 raise
             self._switched = True
             self._retired.append((before, self._frame + FRAMES_IN_FLIGHT))
-        self._let_in()
+        self._activate()
 
-    def _let_in(self) -> None:
-        known = self._known(self._waiting)
-        for node in [node for node in self._waiting if node in known]:
+    def _activate(self) -> None:
+        supported = self._supported(self._waiting)
+        for node in [node for node in self._waiting if node in supported]:
             del self._waiting[node]
             for section in _sections(node.mesh):
                 material = section.material
                 compiled = programs(self._device).material_types[material_source(material.type)]
                 compiled.packed(material.name, material.parameters)
             self._ready.append(node)
-        for edit in [edit for edit in self._edits if self._knows_edit(edit)]:
+        for edit in [edit for edit in self._edits if self._supports_edit(edit)]:
             del self._edits[edit]
             self._ready_edits.append(edit)
-        features = self._known_features()
-        for node in [node for node in self._dark if features_of_light(node.light) <= features]:
-            del self._dark[node]
+        features = self._supported_features()
+        for node in [node for node in self._awaiting_lights if features_of_light(node.light) <= features]:
+            del self._awaiting_lights[node]
             self._relit.append(node)
 
     def _check(self, entry: TypeEntry) -> None:
@@ -277,7 +277,7 @@ def _name(section: Section | Primitives) -> str:
 
 
 def _entries(section: Section | Primitives) -> list[TypeEntry]:
-    """What programs must know to show it. Raises MaterialTypeError or ShapeError for a name that nobody registered."""
+    """The types that programs need for it. Raises MaterialTypeError or ShapeError for a name that is not registered."""
     material = material_source(section.material.type)
     if isinstance(section, Primitives):
         return [material, ShapeOn(shape_source(section.shape), material)]

@@ -1,4 +1,4 @@
-"""What a placed node has of the scene's tables."""
+"""A node's rows in the scene's tables."""
 
 from dataclasses import dataclass
 
@@ -17,12 +17,12 @@ class Placement:
     identities: NDArray[np.int64] | None
     """Of the instances as they were last placed."""
     mesh: GpuMesh | None = None
-    """None: each view shows it in its own way (view_geometry.py)."""
+    """None if each view has its own geometry for the node (view_geometry.py)."""
     records: range = range(0)
     objects: range = range(0)
 
-    def have_come(self, node: Node) -> NDArray[np.bool_]:
-        """(instances,) which of them show something else than before; asking again gives none."""
+    def take_replaced(self, node: Node) -> NDArray[np.bool_]:
+        """(instances,) which of them have a new identity since the last call."""
         before, self.identities = self.identities, node.identities
         if before is None or node.identities is None:
             return np.zeros(len(self.instances), bool)

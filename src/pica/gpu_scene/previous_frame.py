@@ -1,4 +1,4 @@
-"""Where things were in a view's own frame before, whatever other views have rendered in between."""
+"""Transforms and positions of a view's own previous frame, however often other views have rendered since."""
 
 from collections.abc import Iterable
 
@@ -16,12 +16,12 @@ PLACE = np.dtype([("rows", "f4", (3, 4))])
 
 
 class PreviousPlaces:
-    """The instances' transforms in the view's frame before. Costs what moved, in this frame of the view or the last."""
+    """The instances' transforms in the view's previous frame. Costs only instances that moved in it or since."""
 
     def __init__(self, device: Device) -> None:
         self._table = HostTable(device, "previous places", PLACE)
         self._moved = np.zeros(1, bool)
-        self._come = np.zeros(1, bool)
+        self._added = np.zeros(1, bool)
         self._shown: tuple[NDArray[np.int64], NDArray[np.float32]] | None = None
         """The instances that moved in the frame before, and where it showed them."""
         self._quiet = True
@@ -32,18 +32,18 @@ class PreviousPlaces:
         """PLACE rows, as the instances'."""
         return self._table.buffer
 
-    def note(self, moved: NDArray[np.int64], come: NDArray[np.int64]) -> None:
-        """Instances have other transforms since the view's last frame; those that have come were not there in it."""
-        highest = int(max(moved.max(initial=0), come.max(initial=0)))
+    def note(self, moved: NDArray[np.int64], added: NDArray[np.int64]) -> None:
+        """Mark instances with a new transform since the view's last frame, and added ones, which were not in it."""
+        highest = int(max(moved.max(initial=0), added.max(initial=0)))
         if highest >= len(self._moved):
             more = np.zeros(max(highest + 1, 2 * len(self._moved)) - len(self._moved), bool)
-            self._moved, self._come = (np.concatenate([marks, more]) for marks in (self._moved, self._come))
+            self._moved, self._added = (np.concatenate([marks, more]) for marks in (self._moved, self._added))
         self._moved[moved] = True
-        self._come[come] = True
+        self._added[added] = True
         self._quiet = False
 
     def update(self, recording: Recording, to_world: NDArray[np.float32]) -> None:
-        """Begin a frame of the view, whose instances are at `to_world` (instances, 3, 4)."""
+        """Begin a frame of the view; `to_world`: (instances, 3, 4)."""
         if self._quiet and self._shown is None:
             return
         self._quiet = True
@@ -53,49 +53,49 @@ class PreviousPlaces:
             places, transforms = self._shown
             rows[places] = transforms
             self._table.touch(places)
-        moved, come = np.flatnonzero(self._moved), np.flatnonzero(self._come)
-        rows[come] = to_world[come]
-        self._table.touch(come)
+        moved, added = np.flatnonzero(self._moved), np.flatnonzero(self._added)
+        rows[added] = to_world[added]
+        self._table.touch(added)
         self._shown = (moved, to_world[moved]) if len(moved) else None
-        self._moved[moved] = self._come[come] = False
+        self._moved[moved] = self._added[added] = False
         self._table.flush(recording)
 
 
 class PreviousPositions:
-    """The vertices, in the view's frame before, of the meshes that deform for all views.
+    """The vertices, in the view's previous frame, of meshes that deform for all views.
 
-    A mesh's are copied from the present ones just before those are written anew, unless they are the same already.
+    They are copied from the current ones just before those are overwritten, unless both are the same already.
     """
 
     def __init__(self, device: Device, geometry: GeometryBuffers) -> None:
         self._geometry = geometry
         self._rows = GrowingBuffer(device, "previous positions", 12)
         self._behind: dict[GpuMesh, None] = {}
-        """What deformed in the view's last frame, or came: the copy is older than that frame."""
+        """Meshes deformed in the view's last frame, or added: the copy is older than that frame."""
         self._new: set[GpuMesh] = set()
-        """Those of `_behind` which no frame of the view has shown yet."""
+        """Of `_behind`, those that no frame of the view has shown yet."""
         self._deformed: dict[GpuMesh, None] = {}
-        """What deformed since the view's last frame; the copy is of that frame."""
+        """Meshes deformed since the view's last frame; the copy is of that frame."""
 
     @property
     def buffer(self) -> spy.Buffer:
         """float32 (vertices, 3), by the numbers of GeometryBuffers.previous."""
         return self._rows.buffer
 
-    def come(self, meshes: Iterable[GpuMesh]) -> None:
+    def on_meshes_added(self, meshes: Iterable[GpuMesh]) -> None:
         """Meshes are shown from the view's next frame on."""
         for mesh in meshes:
             self._behind[mesh] = None
             self._new.add(mesh)
 
-    def gone(self, mesh: GpuMesh) -> None:
+    def on_mesh_removed(self, mesh: GpuMesh) -> None:
         """A mesh is shown no more."""
         self._behind.pop(mesh, None)
         self._deformed.pop(mesh, None)
         self._new.discard(mesh)
 
     def before_deforming(self, encoder: spy.CommandEncoder, meshes: Iterable[GpuMesh]) -> None:
-        """The vertices of these are about to be written: keep what is not kept yet."""
+        """Copy the vertices of these meshes before they are overwritten, unless that has been done."""
         shown = [mesh for mesh in meshes if mesh not in self._new]
         self._copy(encoder, [mesh for mesh in shown if self._behind.pop(mesh, self) is None])
         self._deformed.update(dict.fromkeys(shown))

@@ -33,7 +33,7 @@ class PlacedPrimitives:
     first_index: int
     """Of the parameters' numbers."""
     numbers: int
-    """How many there are."""
+    """Number of primitives."""
     first_previous: int = 0
 
     @property
@@ -62,11 +62,11 @@ class PrimitiveBuffers:
 
     @property
     def numbers(self) -> spy.Buffer:
-        """32-bit numbers: the parameters of one primitive after the other."""
+        """32-bit numbers: the parameters, primitive by primitive."""
         return self._numbers.buffer
 
     def upload(self, encoder: spy.CommandEncoder, primitives: Primitives) -> PlacedPrimitives:
-        """Record the upload. Raises ShapeError when the parameters are not what the shape wants."""
+        """Record the upload. Raises ShapeError if the parameters do not match the shape."""
         if max(primitives.material.emission) > 0:
             warnings.warn(
                 f"primitives of shape {primitives.shape!r} shine, but light is not sampled from them: "
@@ -78,7 +78,7 @@ class PrimitiveBuffers:
         return PlacedPrimitives(primitives, first_box, self._numbers.take(encoder, numbers), numbers.size)
 
     def give_back(self, placed: PlacedPrimitives) -> None:
-        """Free what they take."""
+        """Free their memory."""
         self._boxes.give_back(placed.first_vertex, len(placed.section))
         self._numbers.give_back(placed.first_index, placed.numbers)
 

@@ -1,4 +1,4 @@
-"""The records of what is shown: in all views, or in one of them. All lie in one table."""
+"""The records shown in all views, or in one view. All are in one table."""
 
 from collections.abc import Iterator, Sequence, Set
 from functools import cached_property
@@ -45,17 +45,17 @@ class RecordSet:
         self._records, self._instances = records, instances
         self._geometry, self._materials = geometry, materials
         self._sections = np.zeros(1, DRAWN_SECTION)
-        """By record; those of others have no indices."""
+        """By record; records of other sets have no indices."""
         self.emissive = EmissiveTriangles()
-        """Those of the records that shine and that rays for reflected light meet."""
+        """Triangles of the emissive records that reflection rays can hit."""
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of records."""
         return int(np.count_nonzero(self._sections["index_count"]))
 
     def add(self, mesh: GpuMesh, instances: Sequence[range]) -> list[range]:
-        """Records of a mesh for each of those who show it, by their instances: those of one after those of another."""
+        """Add records of a mesh for each of its nodes, given their instances; contiguous for each node."""
         each, sections = np.array([len(those) for those in instances]), len(mesh.placed)
         counts = each * sections
         firsts = self._records.take_runs(counts)
@@ -81,7 +81,7 @@ class RecordSet:
         return runs
 
     def remove(self, mesh: GpuMesh, records: range) -> None:
-        """Give back what `add` gave."""
+        """Free records from `add`."""
         self.emissive.remove(records.start)
         self._records.give_back(records.start, len(records))
         self._sections[records.start : records.stop] = 0
@@ -92,9 +92,9 @@ class RecordSet:
     def objects(
         self, mesh: GpuMesh, records: NDArray[np.int64], objects: NDArray[np.int64]
     ) -> Iterator[tuple[NDArray[np.int64], RtObject, NDArray[np.void]]]:
-        """What `place` of an RtScene wants, for each part of a mesh: slots, what is in them, and their rows.
+        """Arguments of RtScene.place for each part of a mesh: slots, content, and record rows.
 
-        All records of the mesh's instances, and their slots: those of one instance after those of another.
+        All records of the mesh's instances, and their slots, instance by instance.
         """
         if not mesh.parts:
             return
@@ -106,28 +106,28 @@ class RecordSet:
             yield slots, placed, rows_of(placed, first_records + part.first_section, instances["to_world"], masks)
 
     def renew(self, mesh: GpuMesh, records: range) -> None:
-        """Who sees these records, or whether they are mirrored, has changed."""
+        """Update records after a change of masks or mirroring."""
         self._touch(np.array(records, np.int64))
         if self.emissive.has(records.start) != self._seen_by_surfaces(records):
             self._shine(mesh, records)
 
     def relight(self, mesh: GpuMesh, records: range, materials: Set[Material]) -> None:
-        """Some of these materials emit other light than before."""
+        """Update emissive triangles after a change of these materials' emission."""
         if any(placed.section.material in materials for placed in mesh.sections):
             self._shine(mesh, records)
 
     def number_emissive(self, offset: int) -> None:
-        """Let the records that shine know where their triangles are, when those of others come before them."""
+        """Write the triangles' offsets into the emissive records; triangles of other sets come first in the table."""
         for records, first in self.emissive.starts():
             self._records.rows["first_emissive"][records] = first + offset
             self._records.touch(records)
 
     def draws(self, recording: Recording) -> list[DrawList]:
-        """What the camera's raster draws. Records the upload of what changed."""
+        """The draws of the camera's raster pass. Records the upload of changes."""
         return self._listed(recording, self._camera_draws, casters=False)
 
     def casters(self, recording: Recording) -> list[DrawList]:
-        """Triangles that may throw a shadow, whatever their masks: likewise."""
+        """Triangles that may cast shadows, whatever their masks; uploads as `draws`."""
         return self._listed(recording, self._shadow_draws, casters=True)
 
     @cached_property
@@ -145,7 +145,7 @@ class RecordSet:
 
     def _touch(self, records: NDArray[np.int64]) -> None:
         for name in ("_camera_draws", "_shadow_draws"):
-            if name in self.__dict__:  # somebody has asked for them
+            if name in self.__dict__:  # only if in use
                 getattr(self, name).touch(records)
 
     def _listed(self, recording: Recording, lists: DrawLists, casters: bool) -> list[DrawList]:
@@ -164,7 +164,7 @@ class RecordSet:
         return bool(instance["mask_and_channels"] & SEEN_BY_SURFACES)
 
     def _shine(self, mesh: GpuMesh, records: range) -> None:
-        """Put the triangles that shine among all that do, if rays for reflected light meet them, or take them out."""
+        """Add the emissive triangles to the table if reflection rays can hit them, else remove them."""
         self.emissive.remove(records.start)
         each = self._records.rows[records.start : records.stop].reshape(-1, len(mesh.placed))
         each["first_emissive"] = NOT_EMISSIVE

@@ -1,4 +1,4 @@
-"""A view of a scene: the scene's copy on the device, and what of it depends on who looks."""
+"""A view of a scene: the scene's copy on the device, and the data that depends on the view."""
 
 from weakref import finalize
 
@@ -26,23 +26,23 @@ from pica.settings import Settings
 
 
 class SceneView:
-    """What a renderer or a path tracer has of a scene, in one parameter block.
+    """A renderer's or path tracer's data of a scene, in one parameter block.
 
-    Most of it is the scene's one copy on the device, which all views share. A view's own is where things were in its
-    frame before, and what follows its camera: so views neither write into the user's scene nor see of each other.
+    Most of it is the scene's copy on the device, which all views share. A view has its own previous transforms and its
+    own camera-facing geometry, so views neither write into the user's scene nor affect each other.
     """
 
     def __init__(self, device: Device, scene: Scene, settings: Settings) -> None:
-        self._device = device = device.part()
+        self._device = device = device.memory_scope()
         self.scene = gpu = GpuScene.of(device, scene)
         self._transparent_shadows = settings.shadows.transparent
         self.own = ViewGeometry(device, gpu)
         self.places = PreviousPlaces(device)
         self.positions = PreviousPositions(device, gpu.geometry)
         self.revision = 0
-        """Counts the view's frames in which anything but the camera differed from the frame before."""
+        """Counts the view's frames in which anything but the camera changed."""
         self.lights_changed = True
-        """Whether what shines differs from the view's frame before, after `update`."""
+        """Whether light sources differ from the view's previous frame, after `update`."""
         self._seen = (-1, -1)
         self._lights_seen = (-1, 0)
         self._own_lights: LightTable | None = None
@@ -50,22 +50,22 @@ class SceneView:
         self._lights_moved = 0
         every = np.arange(gpu.instance_table.count)
         self.places.note(every[:0], every)
-        self.positions.come(deformation.mesh for deformation in gpu.deformations.values())
+        self.positions.on_meshes_added(deformation.mesh for deformation in gpu.deformations.values())
         self.block = device.parameter_block("gpu_scene/scene.slang", "scene")
         self._environment_revision = -1
         self._bind()
         gpu.views.add(self)
-        self._finalizer = finalize(self, device.turn.later, self.own.close)
+        self._finalizer = finalize(self, device.lock.defer, self.own.close)
         self._finalizer.atexit = False
 
     def close(self) -> None:
-        """Give back what the view has of the scene; it cannot be used any more."""
+        """Free the view's own data; the view cannot be used any more."""
         self.scene.views.discard(self)
         self._finalizer()
 
     @property
     def source(self) -> Scene:
-        """What it is a view of."""
+        """The scene."""
         return self.scene.source
 
     @property
@@ -75,7 +75,7 @@ class SceneView:
 
     @property
     def lights(self) -> LightTable:
-        """Everything that shines."""
+        """All lights, emissive triangles and the environment."""
         return self._own_lights or self.scene.lights
 
     @property
@@ -100,15 +100,15 @@ class SceneView:
 
     @property
     def rt_scene(self) -> RtView:
-        """What its rays meet."""
+        """The top-level structure for its rays."""
         return self.own.rt
 
     def draws(self, recording: Recording) -> list[DrawList]:
-        """What the camera's raster draws, opaque sections first. Records the upload of what changed."""
+        """Draws of the camera's raster pass, opaque sections first. Records the upload of changes."""
         return _opaque_first([*self.scene.records.draws(recording), *self.own.records.draws(recording)])
 
     def casters(self, recording: Recording) -> list[DrawList]:
-        """Triangles that may throw a shadow, whatever their masks: likewise."""
+        """Triangles that may cast shadows, whatever their masks; order and upload as `draws`."""
         return _opaque_first([*self.scene.records.casters(recording), *self.own.records.casters(recording)])
 
     @property
@@ -123,7 +123,7 @@ class SceneView:
 
     @property
     def transparent(self) -> bool:
-        """Whether shadow rays go on through some surfaces; otherwise they only ask whether something is there."""
+        """Whether shadow rays pass through some surfaces; otherwise they only test visibility."""
         return self._transparent_shadows and bool(self.scene.materials.transparent)
 
     def labels(self) -> NDArray[np.uint32]:
@@ -132,7 +132,7 @@ class SceneView:
         return np.stack([self.instances["node"][records["instance"]], records["material"] + 1], axis=1)
 
     def name_labels(self) -> Labels:
-        """Who bears the numbers that `labels` gives, as they are now."""
+        """The names behind the numbers of `labels`, as they are now."""
         return snapshot(self.source, self.scene.arrivals.numbers, self.scene.materials.numbered())
 
     def configure(self, settings: Settings) -> None:
@@ -141,17 +141,17 @@ class SceneView:
         self._bind()
 
     def make_programs(self) -> None:
-        """Before its first frame, once it is up to date: see MaterialTable.make_programs."""
+        """Compile missing programs before the first frame, once the view is up to date: MaterialTable.make_programs."""
         self.scene.materials.make_programs()
 
-    def admit(self, wait: bool = True) -> None:
-        """Take in what changed, before a frame begins; as GpuScene.admit."""
-        self.scene.admit(wait)
+    def sync(self, wait: bool = True) -> None:
+        """Collect the scene's changes before a frame begins; as GpuScene.sync."""
+        self.scene.sync(wait)
 
     def update(self, recording: Recording, camera: Camera) -> bool:
-        """Begin a frame: record the upload of what changed since any view's last, and what this view needs besides.
+        """Begin a frame: record the upload of changes since the last frame of any view, and of this view's own data.
 
-        True when anything but the camera differs from this view's frame before. Admits changes, unless `admit` did.
+        True if anything but the camera differs from this view's previous frame. Calls `sync` if that has not run yet.
         """
         self.scene.update(recording)
         self.own.update(recording, camera)
@@ -167,30 +167,30 @@ class SceneView:
         self.revision += changed
         return changed
 
-    def come(self, placements: dict[Node, Placement]) -> None:
+    def on_nodes_added(self, placements: dict[Node, Placement]) -> None:
         """Nodes are shown from now on."""
         instances = rows_of_ranges(placement.instances for placement in placements.values())
         self.places.note(instances[:0], instances)
         self.own.touch([node for node, placement in placements.items() if placement.mesh is None])
         meshes = (placement.mesh for placement in placements.values())
-        self.positions.come(mesh for mesh in meshes if mesh is not None and mesh.previous is not None)
+        self.positions.on_meshes_added(mesh for mesh in meshes if mesh is not None and mesh.previous is not None)
 
-    def gone(self, node: Node, placement: Placement) -> None:
+    def on_node_removed(self, node: Node, placement: Placement) -> None:
         """A node is shown no more."""
         if placement.mesh is None:
             self.own.touch([node])
         else:
-            self.positions.gone(placement.mesh)
+            self.positions.on_mesh_removed(placement.mesh)
 
     def _update_lights(self, recording: Recording) -> None:
-        """A table of the view's own where something shines that only this view shows so."""
+        """The view has a light table of its own if it has emissive camera-facing geometry."""
         scene, own = self.scene, self.own.records
         made = scene.lights_made, own.emissive.revision
         if made != self._lights_for:
             self._lights_for = made
             if self._own_lights is not None:
                 self._device.give_back(*self._own_lights.buffers())
-            # Those of all views come first, so that their records' numbers hold in every view.
+            # Triangles of all views come first, so that their records' numbers are valid in every view.
             self._own_lights = scene.light_table(own.emissive) if own.emissive else None
             own.number_emissive(len(scene.records.emissive.rows))
         elif self._own_lights is not None and scene.lights_moved != self._lights_moved:
@@ -198,7 +198,7 @@ class SceneView:
         self._lights_moved = scene.lights_moved
 
     def _bind(self) -> None:
-        """Let the block know where everything is now."""
+        """Bind the current buffers to the parameter block."""
         scene, geometry = self.scene, self.scene.geometry
         if self._environment_revision != scene.environment.revision:
             self._environment_revision = scene.environment.revision
@@ -222,5 +222,5 @@ class SceneView:
 
 
 def _opaque_first(draws: list[DrawList]) -> list[DrawList]:
-    """So that they hide what is costlier to shade."""
+    """Opaque draws first: they occlude those that are costlier to shade."""
     return sorted(draws, key=lambda drawn: not drawn.kind.opaque)

@@ -1,4 +1,4 @@
-"""What of a scene depends on a view's camera: quads and ribbons that face it, and the detail of landscapes."""
+"""The geometry that depends on a view's camera: facing quads and ribbons, and levels of detail of landscapes."""
 
 from collections import Counter
 from collections.abc import Set
@@ -49,61 +49,61 @@ class ViewGeometry:
         self._shown: dict[Node, _Shown] = {}
         self._touched = {node: None for node, placement in scene.placements.items() if placement.mesh is None}
         self._written: set[Node] = set()
-        """What was written in the frame before; where it stands still now, its previous place is its present one."""
+        """Nodes written in the previous frame; if static now, their previous positions equal the current ones."""
         self._levels: dict[Landscape, Levels] = {}
         self._patches: Counter[Landscape] = Counter()
         self.revision = 0
-        """Counts the frames in which anything was other than in the frame before."""
+        """Counts frames in which anything changed."""
         self.placed = 0
         """Counts how often nodes came or went, or took another mesh."""
 
     def touch(self, nodes: list[Node]) -> None:
-        """These have come, gone, moved, deformed or are seen by others than before."""
+        """Mark nodes that were added, removed, moved or deformed, or whose mask changed."""
         self._touched.update(dict.fromkeys(nodes))
 
     def relight(self, materials: Set[Material]) -> None:
-        """Some of these materials emit other light than before."""
+        """Update emissive triangles after a change of these materials' emission."""
         for shown in self._shown.values():
             self.records.relight(shown.mesh, shown.records, materials)
 
     def mesh(self, node: Node) -> GpuMesh:
-        """What the view shows a node by."""
+        """The view's mesh of a node."""
         return self._shown[node].mesh
 
     def update(self, recording: Recording, camera: Camera) -> None:
-        """Record a frame's share: what came, what another level shows, what has turned or changed."""
+        """Record a frame's updates: added nodes, new levels of detail, facing and changed geometry."""
         if not (self._shown or self._touched):
             self.rt.build(recording)
             return
         touched, self._touched = self._touched, {}
-        come = [*self._come(touched), *self._other_levels(camera)]
-        for node in come:
+        added = [*self._replaced(touched), *self._other_levels(camera)]
+        for node in added:
             self._add(recording, node, camera)
-        if come:
+        if added:
             self._scene.geometry.build(recording.encoder)
         written = self._write(recording, camera, touched)
-        self._place([node for node in dict.fromkeys((*touched, *come)) if node in self._shown])
-        self.revision += bool(touched or come or written)
+        self._place([node for node in dict.fromkeys((*touched, *added)) if node in self._shown])
+        self.revision += bool(touched or added or written)
         self.rt.build(recording)
 
     def close(self) -> None:
-        """Give back what the view has of the scene's tables."""
+        """Free the view's rows of the scene's tables."""
         for node in list(self._shown):
             self._remove(node)
 
-    def _come(self, touched: dict[Node, None]) -> list[Node]:
-        """Let go of what is shown no more; what is new."""
-        come = []
+    def _replaced(self, touched: dict[Node, None]) -> list[Node]:
+        """Remove nodes that are no longer shown; returns new ones."""
+        added = []
         for node in touched:
             placement = self._scene.placements.get(node)
             if node in self._shown and self._shown[node].placement is not placement:
                 self._remove(node)
             if placement is not None and node not in self._shown:
-                come.append(node)
-        return come
+                added.append(node)
+        return added
 
     def _other_levels(self, camera: Camera) -> list[Node]:
-        """Let go of the patches that have another level or border now."""
+        """Remove patches whose level or border has changed; returns them."""
         differing = []
         self._levels = {landscape: levels for landscape, levels in self._levels.items() if self._patches[landscape]}
         for landscape, before in self._levels.items():
@@ -148,7 +148,7 @@ class ViewGeometry:
         self.placed += 1
 
     def _write(self, recording: Recording, camera: Camera, touched: dict[Node, None]) -> bool:
-        """Turn what faces the camera, where it is not as it was; False: all is as in the frame before."""
+        """Rewrite camera-facing geometry where it changed; False if all is as in the previous frame."""
         again, self._written = self._written, set()
         turned, settled = [], []
         for node, shown in self._shown.items():
@@ -172,7 +172,7 @@ class ViewGeometry:
         return bool(turned)
 
     def _place(self, nodes: list[Node]) -> None:
-        """Put objects where their instances are, for those who may see them."""
+        """Place objects at their instances, with their masks."""
         table, rows = self._scene.instance_table.rows, self.rt.slots.rows
         for node in nodes:
             shown = self._shown[node]

@@ -1,6 +1,6 @@
-"""The frame graph: passes and what they read and write, declared once and replayed each frame.
+"""The frame graph: passes with the resources that they read and write, declared once and replayed each frame.
 
-A program adds passes of its own by `pica.Renderer.insert`, which hands it the `FrameGraph` (docs/guide/own-passes.md).
+A program adds its own passes by `pica.Renderer.insert`, which passes the `FrameGraph` (docs/guide/own-passes.md).
 """
 
 from pica.graph.description import GraphDescription, PassInfo, ResourceInfo

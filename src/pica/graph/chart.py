@@ -1,7 +1,7 @@
 """A chart of a compiled graph as an SVG picture.
 
-Passes go down, resources stand side by side: a bar from the first pass that uses a resource to the last, a mark where a
-pass reads or writes it. Resources that share memory stand in one frame.
+Passes are rows, resources columns: a bar from the first pass that uses a resource to the last, a mark where a
+pass reads or writes it. Resources that share memory have a common frame.
 """
 
 from collections.abc import Iterator, Mapping
@@ -34,13 +34,13 @@ class _Chart:
     def __init__(self, graph: "GraphDescription", title: str) -> None:
         self._graph, self._title = graph, title
         used = {key for each in graph.passes for key in _uses(each)}
-        # What touches nothing, such as a decision on the host, is no part of the picture.
+        # Nodes without resources, such as decisions of the host, are omitted.
         touching = (n for n, each in enumerate(graph.passes) if _uses(each) or each.milliseconds)
         self._rows = {number: row for row, number in enumerate(touching)}
         effects = dict.fromkeys([*(each.effect for each in graph.passes), *(each.effect for each in graph.resources)])
         self._colors = {name: _COLORS[number % len(_COLORS)] for number, name in enumerate(effects)}
-        shown = sorted((each for each in graph.resources if each.key in used), key=lambda each: each.lane)
-        self._lanes = [list(group) for _, group in groupby(shown, key=lambda each: each.lane)]
+        resources = sorted((each for each in graph.resources if each.key in used), key=lambda each: each.lane)
+        self._lanes = [list(group) for _, group in groupby(resources, key=lambda each: each.lane)]
         self._lanes.sort(key=lambda lane: (min(each.first for each in lane), lane[0].lane))
         self._x: dict[str, float] = {}
         right = float(_LEFT)
@@ -88,14 +88,14 @@ class _Chart:
 
     def _passes(self) -> Iterator[str]:
         slowest = max((each.milliseconds or 0 for each in self._graph.passes), default=0) or 1
-        shown = [(row, self._graph.passes[number]) for number, row in self._rows.items()]
-        for effect, group in groupby(shown, key=lambda item: item[1].effect):
+        passes = [(row, self._graph.passes[number]) for number, row in self._rows.items()]
+        for effect, group in groupby(passes, key=lambda item: item[1].effect):
             rows = [row for row, _ in group]
             top, color = _TOP + rows[0] * _ROW, self._colors[effect]
             yield _box(0, top, self._width, len(rows) * _ROW, color, 0.06)
             yield _box(0, top, 5, len(rows) * _ROW, color)
             yield _text(12, top + 13, effect.replace("_", " "), "e", color)
-        for row, each in shown:
+        for row, each in passes:
             y = _TOP + row * _ROW
             yield f'<path d="M0 {y}H{self._width:.0f}" stroke="#d8dee4" stroke-width=".5"/>'
             note = f"{each.name} of {each.effect}, {each.where}" + (", not in every frame" if each.conditional else "")
@@ -156,7 +156,7 @@ class _Chart:
 
 
 def _uses(each: "PassInfo") -> Mapping[str, str]:
-    """What a pass does with each resource, the most telling last."""
+    """How a pass uses each resource, the most important use last."""
     uses = dict.fromkeys(each.previous, "previous") | dict.fromkeys(each.reads, "read")
     return uses | {key: "update" if key in each.reads else "write" for key in each.writes}
 

@@ -1,4 +1,4 @@
-"""What a compiled graph is, in plain values: for programs, for tables and for charts."""
+"""A compiled graph as plain values: for programs, tables and charts."""
 
 from collections import defaultdict
 from collections.abc import Hashable, Mapping
@@ -24,7 +24,7 @@ class PassInfo:
     """File and line that added it."""
     reads: tuple[str, ...]
     previous: tuple[str, ...]
-    """Histories of which it reads what the frame before left."""
+    """Histories whose previous content it reads."""
     writes: tuple[str, ...]
     conditional: bool
     """Whether some frames leave it out."""
@@ -53,7 +53,7 @@ class ResourceInfo:
     """Number of the first pass that uses it, in `GraphDescription.passes`."""
     last: int
     lane: int
-    """Resources of one lane are the same memory, one after the other."""
+    """Resources of one lane share memory, one after the other."""
 
     @property
     def key(self) -> str:
@@ -63,13 +63,13 @@ class ResourceInfo:
 
 @dataclass(frozen=True)
 class GraphDescription:
-    """The passes of a frame in their order, and what they read and write."""
+    """The passes of a frame in order, and the resources that they read and write."""
 
     passes: tuple[PassInfo, ...]
     resources: tuple[ResourceInfo, ...]
     """In the order in which they were declared."""
     memory: Mapping[str, int]
-    """Bytes on the device by effect; "shared" is what effects use one after the other."""
+    """Bytes on the device by effect; "shared" is memory that effects use one after the other."""
 
     @property
     def milliseconds(self) -> dict[str, float]:
@@ -80,7 +80,7 @@ class GraphDescription:
         return dict(sums)
 
     def sharing(self, resource: ResourceInfo) -> list[ResourceInfo]:
-        """The others that have the same memory before or after it."""
+        """Other resources that use the same memory before or after it."""
         return [each for each in self.resources if each.lane == resource.lane and each is not resource]
 
     def as_dict(self) -> dict[str, Any]:
@@ -92,7 +92,7 @@ class GraphDescription:
         return svg(self, title)
 
     def save(self, path: str | Path, title: str = "Frame graph") -> None:
-        """Write the chart to an .svg. Raises PicaError for another suffix and for what cannot be written."""
+        """Write the chart to an .svg. Raises PicaError for another suffix, or if it cannot be written."""
         if Path(path).suffix.lower() != ".svg":
             raise PicaError(f"cannot write {path}: the name must end in .svg")
         text = self.svg(title)
@@ -101,7 +101,9 @@ class GraphDescription:
 
 def describe(plan: Plan, times: Mapping[Hashable, float]) -> GraphDescription:
     """`times`: milliseconds of a frame by PlanPart."""
-    taken = {part.node: time for part, time in times.items() if isinstance(part, PlanPart) and part.plan == plan.serial}
+    times_by_node = {
+        part.node: time for part, time in times.items() if isinstance(part, PlanPart) and part.plan == plan.serial
+    }
     nodes = [node for node in plan.nodes if not isinstance(node, BlockNode)]
     rows = {node.index: row for row, node in enumerate(nodes)}
     used: defaultdict[Resource, list[int]] = defaultdict(list)
@@ -117,7 +119,7 @@ def describe(plan: Plan, times: Mapping[Hashable, float]) -> GraphDescription:
             _keys(node.previous),
             _keys(node.writes),
             node.when is not None,
-            taken.get(node.index),
+            times_by_node.get(node.index),
         )
         for node in nodes
     )
@@ -135,9 +137,9 @@ def _memory_of(plan: Plan, resource: Texture | Buffer) -> Any:
 
 
 def _described(resource: Texture | Buffer, rows: list[int], lane: int) -> ResourceInfo:
-    made, texture = [resource.physical], resource if isinstance(resource, Texture) else None
+    objects, texture = [resource.physical], resource if isinstance(resource, Texture) else None
     if isinstance(resource, Texture) and resource.history is not None:
-        made = [textures[resource.part] for textures in resource.history.sets]
+        objects = [textures[resource.part] for textures in resource.history.sets]
     return ResourceInfo(
         resource.name,
         resource.scope,
@@ -145,7 +147,7 @@ def _described(resource: Texture | Buffer, rows: list[int], lane: int) -> Resour
         texture.format.name if texture else "",
         tuple(texture.size) if texture else (),
         texture.layers if texture else None,
-        sum(each.memory_usage.device for each in made),
+        sum(each.memory_usage.device for each in objects),
         resource.lifetime.value,
         min(rows),
         max(rows),
@@ -158,7 +160,7 @@ def _keys(resources: list[Any]) -> tuple[str, ...]:
 
 
 def times_by_effect(times: Mapping[Hashable, float]) -> dict[str, float]:
-    """Milliseconds by effect of times by PlanPart; what no graph has recorded is the scene's."""
+    """Milliseconds by effect, from times by PlanPart; passes outside of graphs belong to the scene."""
     sums: defaultdict[str, float] = defaultdict(float)
     for part, time in times.items():
         sums[part.effect if isinstance(part, PlanPart) else OUTSIDE] += time

@@ -1,4 +1,4 @@
-"""Declaring a frame: effects add passes in order, and say of each argument whether the pass reads or writes it.
+"""Declares a frame: effects add passes in order, and mark each argument as read or written.
 
 After O'Donnell, "FrameGraph: Extensible Rendering Architecture in Frostbite", GDC 2017. A graph is declared when the
 structure of the frame changes, compiled once (plan.py) and replayed each frame.
@@ -50,8 +50,8 @@ class FrameGraph:
         half_frame: ParameterBlock | None = None,
         requested: frozenset[str] = frozenset(),
     ) -> None:
-        """`size`: at which effects work; `output_size`: of the picture. `frame` and `half_frame`: the constants that
-        shaders read, of a frame and of one of half its size. `requested`: names of offers that somebody asks for."""
+        """`size`: of the effects; `output_size`: of the picture. `frame` and `half_frame`: the constants that
+        shaders read, of a frame and of one of half its size. `requested`: names of requested offers."""
         self.device: Device = memory.device
         self.memory = memory
         self.size, self.output_size = size, output_size
@@ -69,7 +69,7 @@ class FrameGraph:
 
     @contextmanager
     def when(self, condition: Condition) -> Iterator[None]:
-        """What is added within is left out in frames for which this is false, unless it has a `when` of its own."""
+        """Passes added within are skipped in frames for which this is false, unless they have a `when` of their own."""
         outer, self._when = self._when, condition
         try:
             yield
@@ -147,7 +147,7 @@ class FrameGraph:
         layers: int | None = None,
         usage: Mapping[str, spy.TextureUsage] | None = None,
     ) -> History:
-        """Declare textures of which the next frame still finds what this one writes, by the names that shaders have."""
+        """Declare textures whose content the next frame can read, by their names in shaders."""
         textures = {
             each: self.texture(
                 f"{name} {each}",
@@ -166,7 +166,7 @@ class FrameGraph:
         return history
 
     def nothing(self, texture_format: spy.Format, layers: int | None = None) -> Texture:
-        """A texel that stands in where a pass has an input that is not there; its content is undefined."""
+        """A texel in place of an optional input that is absent; its content is undefined."""
         name = f"{texture_format.name} {layers or ''}".strip()
         for resource in self.resources:
             if resource.key == ("nothing", name) and isinstance(resource, Texture):
@@ -207,7 +207,7 @@ class FrameGraph:
         self._add(PassNode(name, self._scope, _caller(), inputs, when or self._when, step=step, threads=threads))
 
     def record(self, name: str, call: Callable[..., None], /, *, when: Condition | Any = None, **inputs: Any) -> None:
-        """Add anything else: `call(frame, **inputs)` records it, with textures and buffers in place of resources."""
+        """Add any other work: `call(frame, **inputs)` records it, with textures and buffers in place of resources."""
         self._add(RecordNode(name, self._scope, _caller(), inputs, when or self._when, call=call))
 
     def clear(self, resource: Texture | Buffer, when: Condition | None = None) -> None:
@@ -229,17 +229,17 @@ class FrameGraph:
         prepare: Callable[[Any], Read] | None = None,
         on_request: bool = False,
     ) -> None:
-        """Something that can be looked at: `read` makes an array of what these resources hold here in the frame.
+        """Offer an AOV: `read` makes an array from the content of these resources at this point of the frame.
 
-        `prepare` takes the frame, which it then has in view, and gives `read`. `on_request`: only by its name.
+        `prepare` takes the frame, with its view's state, and returns `read`. `on_request`: only if requested by name.
         """
         assert (read is None) != (prepare is None)
         on_request = on_request or name in self.offers
         self.offers[name] = Offer(name, self._scope, sources, read, prepare, len(self.nodes) - 1, on_request)
 
     def wants(self, *names: str) -> bool:
-        """Whether somebody asks for one of these offers, which take passes of their own: these are added only then. All
-        the same they are offered; who asks later has the frame declared anew."""
+        """Whether one of these offers, which need passes of their own, is requested: the passes are added only then.
+        They are offered in any case; a later request has the frame declared again."""
         for name in names:
             self.offers[name] = Offer(name, self._scope, (), None, None, len(self.nodes) - 1, on_request=True)
         return not self.requested.isdisjoint(names)
@@ -270,12 +270,12 @@ class FrameGraph:
 
 
 def _alternatives(first: Node, second: Node) -> bool:
-    """Two passes that write the same, each under a condition of its own: at most one of them is for a frame."""
+    """Two passes that write the same resource, each under its own condition: at most one of them runs in a frame."""
     return first.when is not None and second.when is not None
 
 
 def _caller() -> str:
-    """File and line that declare something."""
+    """File and line of a declaration."""
     frame = sys._getframe(1)
     while frame.f_back is not None and frame.f_code.co_filename.startswith((_HERE, "<")):
         frame = frame.f_back

@@ -53,16 +53,16 @@ class HistoryState:
         self._newest = frame.index
 
     def previous(self, frame: Any, name: str) -> spy.Texture:
-        """What the frame before left."""
+        """The content of the previous frame."""
         return self.sets[self._swapped_in is frame][name]
 
     def reset(self) -> None:
-        """Forget."""
+        """Invalidate the content."""
         self.length, self._newest, self._swapped_in = 0, -1, None
 
 
 class Memory:
-    """What a view's graphs have on the device. Resources keep their content while key and description stay."""
+    """The device memory of a view's graphs. Resources keep their content while key and description stay."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -71,7 +71,7 @@ class Memory:
         self._shared: defaultdict[Any, list[Any]] = defaultdict(list)
         self._blocks: dict[tuple[str, str], ParameterBlock] = {}
         self.bytes: dict[str, int] = {}
-        """By effect; "shared" is what effects use one after the other."""
+        """By effect; "shared" is memory that effects use one after the other."""
 
     def history(self, scope: str, name: str) -> HistoryState:
         """The state of a history."""
@@ -85,30 +85,30 @@ class Memory:
         return self._blocks[key]
 
     def reset(self, scopes: Iterable[str] | None = None) -> None:
-        """Forget the histories of these effects; None: all."""
+        """Invalidate the histories of these effects; None: all."""
         names = None if scopes is None else set(scopes)
         for (scope, _), state in self._histories.items():
             if names is None or scope in names:
                 state.reset()
 
     def allocate(
-        self, kept: Iterable[Resource], histories: Iterable[History], places: Iterable[tuple[Resource, int]]
+        self, persistent: Iterable[Resource], histories: Iterable[History], places: Iterable[tuple[Resource, int]]
     ) -> None:
-        """Give each resource its memory, and let go of what none has any more.
+        """Assign memory to each resource, and free memory without resources.
 
-        `places`: resources that live within a frame; those of equal descriptions and numbers share memory.
+        `places`: resources that live within a frame; those with equal descriptions and numbers share memory.
         """
         self.bytes = {}
         before, self._kept = self._kept, {}
-        for resource in kept:
+        for resource in persistent:
             description = (type(resource), resource.description)  # type: ignore[attr-defined]
-            found = before.pop(resource.key, None)
-            if found is None or found[0] != description:
-                self._let_go(found)
-                found = description, self._make(resource, f"{resource.scope} {resource.name}")
-            self._kept[resource.key] = found
-            resource.physical = found[1]
-            self._book(resource.scope, found[1])
+            entry = before.pop(resource.key, None)
+            if entry is None or entry[0] != description:
+                self._let_go(entry)
+                entry = description, self._make(resource, f"{resource.scope} {resource.name}")
+            self._kept[resource.key] = entry
+            resource.physical = entry[1]
+            self._book(resource.scope, entry[1])
         for gone in before.values():
             self._let_go(gone)
         self._allocate_histories(list(histories))
@@ -136,21 +136,21 @@ class Memory:
                     self._book(each.scope, textures[name])
 
     def _share(self, places: list[tuple[Resource, int]]) -> None:
-        wanted: defaultdict[Any, int] = defaultdict(int)
+        counts: defaultdict[Any, int] = defaultdict(int)
         for resource, number in places:
             description = (type(resource), resource.description)  # type: ignore[attr-defined]
-            wanted[description] = max(wanted[description], number + 1)
-        for description, made in list(self._shared.items()):
-            for extra in made[wanted[description] :]:
+            counts[description] = max(counts[description], number + 1)
+        for description, pool in list(self._shared.items()):
+            for extra in pool[counts[description] :]:
                 self.device.give_back(extra)
-            del made[wanted[description] :]
+            del pool[counts[description] :]
         for resource, number in places:
-            made = self._shared[(type(resource), resource.description)]  # type: ignore[attr-defined]
-            while len(made) <= number:
-                made.append(self._make(resource, f"shared {len(made)}"))
-            resource.physical = made[number]
-        for made in self._shared.values():
-            for each in made:
+            pool = self._shared[(type(resource), resource.description)]  # type: ignore[attr-defined]
+            while len(pool) <= number:
+                pool.append(self._make(resource, f"shared {len(pool)}"))
+            resource.physical = pool[number]
+        for pool in self._shared.values():
+            for each in pool:
                 self._book("shared", each)
 
     def _drop(self, state: HistoryState) -> None:
@@ -159,12 +159,12 @@ class Memory:
         state.sets, state.description = [{}, {}], None
         state.reset()
 
-    def _let_go(self, found: tuple[Any, Any] | None) -> None:
-        if found is not None:
-            self.device.give_back(found[1])
+    def _let_go(self, entry: tuple[Any, Any] | None) -> None:
+        if entry is not None:
+            self.device.give_back(entry[1])
 
-    def _book(self, scope: str, made: spy.Texture | spy.Buffer) -> None:
-        self.bytes[scope] = self.bytes.get(scope, 0) + made.memory_usage.device
+    def _book(self, scope: str, physical: spy.Texture | spy.Buffer) -> None:
+        self.bytes[scope] = self.bytes.get(scope, 0) + physical.memory_usage.device
 
     def _make(self, resource: Resource, label: str) -> Any:
         if isinstance(resource, Texture):

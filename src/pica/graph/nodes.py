@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Frame(Recording, Protocol):
-    """What a graph asks of the frame that it is replayed for."""
+    """The input of a graph's replay for one frame."""
 
     @property
     def index(self) -> int:
@@ -22,12 +22,12 @@ class Frame(Recording, Protocol):
 
     @property
     def requested(self) -> frozenset[str]:
-        """Names of what is to be captured."""
+        """Names of the offers to capture."""
 
 
 Threads = tuple[int, ...]
 Condition = Callable[[Any], bool]
-"""Takes the frame; asked in each."""
+"""Function of the frame; called in each frame."""
 Step = Callable[..., None]
 """Takes the frame, threads and named values, and records a dispatch. `blocks`, where it has them: names of parameter
 blocks that it asks the graph for."""
@@ -47,15 +47,15 @@ class Node:
     writes: list[Resource] = field(default_factory=list)
     reads: list[Resource] = field(default_factory=list)
     previous: list[Texture] = field(default_factory=list)
-    """Histories of which it reads what the frame before left."""
+    """Histories whose previous content it reads."""
 
     def __post_init__(self) -> None:
         self.values: dict[str, Any] = {}
         self._each_frame: list[tuple[str, Callable[[Any], Any]]] = []
         for value in self.inputs.values():
             self._note(value)
-        found = {id(state): state for state in map(_history_of, self.inputs.values()) if state is not None}
-        self._states = list(found.values())
+        states = {id(state): state for state in map(_history_of, self.inputs.values()) if state is not None}
+        self._states = list(states.values())
 
     def __str__(self) -> str:
         return f"pass {self.name!r} of {self.scope} ({self.where})"
@@ -138,7 +138,7 @@ class PassNode(Node):
 
 @dataclass(eq=False)
 class RecordNode(Node):
-    """Anything else that is recorded, or done on the host, at this place of the frame."""
+    """Any other work, recorded or done on the host, at this point of the frame."""
 
     call: Callable[..., None] | None = None
 
@@ -150,7 +150,7 @@ class RecordNode(Node):
 
 @dataclass(eq=False)
 class BlockNode(Node):
-    """Lets a parameter block follow what its fields are in this frame."""
+    """Binds a parameter block's fields for this frame."""
 
     parameters: Any = None
 
@@ -160,9 +160,9 @@ class BlockNode(Node):
 
 
 def _block_of(value: Any) -> Block | None:
-    """Of a block itself, or of what has one."""
-    found = value if isinstance(value, Block) else getattr(value, "block", None)
-    return found if isinstance(found, Block) else None
+    """The block of an argument, or the argument itself if it is one."""
+    block = value if isinstance(value, Block) else getattr(value, "block", None)
+    return block if isinstance(block, Block) else None
 
 
 def _history_of(value: Any) -> "HistoryState | None":
@@ -186,7 +186,7 @@ def lives_in_frame(resource: Resource) -> bool:
     """Whether others may have its memory before and after."""
     if resource.lifetime is not Lifetime.FRAME:
         return False
-    # What no pass fills in some frames must still be there for those who read it then.
+    # Resources that no pass fills in some frames are still valid for passes that read them in others.
     fill = [node for node in resource.writers if resource not in node.reads]
     conditions = {id(node.when) if node.when else None for node in (*resource.writers, *resource.readers)}
     return resource.scratch or len(conditions) == 1 or any(node.when is None for node in fill)

@@ -1,4 +1,4 @@
-"""What can be looked at of a frame: AOVs, views for debugging, numbers of rays."""
+"""The available outputs of a frame: AOVs, debug AOVs, numbers of rays."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,13 +10,13 @@ from pica.graph.resources import Buffer, Texture
 
 Array = NDArray[Any]
 Read = Callable[..., Any]
-"""Takes an array for each source, (height, width[, channels]), with the layers of texture arrays in front; buffers as
+"""Function of one array per source, (height, width[, channels]), texture arrays with layers first; buffers as
 their bytes."""
 
 
 @dataclass(frozen=True)
 class Offer:
-    """What is captured while the frame is recorded, as soon as it is written, as memory may be another's later."""
+    """A capture within the frame, right after the write, because the memory may be reused later."""
 
     name: str
     scope: str
@@ -30,7 +30,7 @@ class Offer:
 
     @property
     def is_declared(self) -> bool:
-        """Whether the graph makes it; else the frame has to be declared anew for it."""
+        """Whether the graph produces it; otherwise the frame must be declared again."""
         return self.read is not None or self.prepare is not None
 
     @property

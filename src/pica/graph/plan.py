@@ -14,12 +14,12 @@ from pica.graph.snapshot import Snapshot
 
 Lazy = Callable[[], Array]
 OUTSIDE = "scene"
-"""Whose the passes are that no graph has: what follows the scene's changes before a frame."""
+"""The owner of passes outside of graphs: updates of the scene before a frame."""
 _numbers = count()
 
 
 class PlanPart(NamedTuple):
-    """A node of a plan, as whose the profiler counts passes."""
+    """A node of a plan, as the profiler's owner of passes."""
 
     plan: int
     """`Plan.serial`."""
@@ -36,10 +36,10 @@ class Plan:
     """The passes of a frame in their order, ready to be recorded."""
 
     def __init__(self, graph: FrameGraph) -> None:
-        """Raises GraphError for what is read and never written, for what is read before it is written, and for what
-        another graph has declared."""
+        """Raises GraphError for a resource that is never written, read before it is written, or declared by
+        another graph."""
         self.serial = next(_numbers)
-        """Tells it from all other plans."""
+        """Distinguishes it from all other plans."""
         self.nodes = graph.nodes
         self.resources = [resource for resource in graph.resources if resource.writers or resource.readers]
         self.offers = graph.offers
@@ -61,9 +61,9 @@ class Plan:
         self.memory = graph.memory
 
     def replay(self, frame: Frame, only: str | None = None) -> dict[str, Lazy]:
-        """Record the frame. Returns what waits for the device and fetches each offer that `frame.requested` names.
+        """Record the frame. Returns a function for each offer in `frame.requested`, which waits for the device.
 
-        `only`: nothing but the passes of this effect.
+        `only`: the passes of this effect alone.
         """
         captures = self._captures_of(frame.requested)
         fetched: dict[str, Lazy] = {}
@@ -79,7 +79,7 @@ class Plan:
         return fetched
 
     def names(self, scope: str, wanted: Collection[str] | None) -> set[str]:
-        """AOVs of one effect: those wanted, None for all that are not on request."""
+        """AOVs of one effect: those wanted, or None for all that are not on request."""
         return {each.name for each in self._wanted(wanted, debug=False) if each.scope == scope}
 
     def names_but(self, scope: str, wanted: Collection[str] | None, debug: bool) -> set[str]:
@@ -87,7 +87,7 @@ class Plan:
         return {each.name for each in self._wanted(wanted, debug) if each.scope != scope}
 
     def lacks(self, names: Collection[str]) -> frozenset[str]:
-        """Of these offers, those that take passes for which the frame has to be declared anew."""
+        """Of these offers, those whose passes require a new declaration of the frame."""
         return frozenset(name for name in names if name in self.offers and not self.offers[name].is_declared)
 
     def names_of(self, kind: str) -> frozenset[str]:
@@ -111,11 +111,11 @@ class Plan:
 
     def _captures_of(self, names: frozenset[str]) -> dict[int, list[str]]:
         if names not in self._captures:
-            found: defaultdict[int, list[str]] = defaultdict(list)
+            names_after: defaultdict[int, list[str]] = defaultdict(list)
             for name, offer in self.offers.items():  # in the order of the frame
                 if name in names:
-                    found[offer.after].append(name)
-            self._captures = {names: dict(found)}  # of the newest question alone
+                    names_after[offer.after].append(name)
+            self._captures = {names: dict(names_after)}  # of the newest question alone
         return self._captures[names]
 
     def _capture(self, frame: Frame, name: str) -> Lazy:
@@ -125,7 +125,7 @@ class Plan:
         parts = [Snapshot(device, frame.encoder, newest(source)) for source in offer.sources]
 
         def fetch() -> Array:
-            with device.turn:
+            with device.lock:
                 device.handle.wait_for_idle()
                 return read(*(part.array() for part in parts))
 
@@ -143,10 +143,10 @@ class Plan:
         return spans
 
     def _place(self) -> dict[Resource, int]:
-        """Textures and buffers that are alike share memory where they are not in use at the same time."""
+        """Equal textures and buffers share memory if they are not in use at the same time."""
         places: dict[Resource, int] = {}
         free: defaultdict[Any, list[int]] = defaultdict(list)
-        made: defaultdict[Any, int] = defaultdict(int)
+        counts: defaultdict[Any, int] = defaultdict(int)
         ends: list[tuple[int, Resource]] = []
         for resource, (first, last) in sorted(self.spans.items(), key=lambda item: item[1]):
             for end, done in [entry for entry in ends if entry[0] < first]:
@@ -156,14 +156,14 @@ class Plan:
             if free[kind]:
                 places[resource] = free[kind].pop()
             else:
-                places[resource] = made[kind]
-                made[kind] += 1
+                places[resource] = counts[kind]
+                counts[kind] += 1
             ends.append((last, resource))
         return places
 
 
 def newest(resource: Texture | Buffer) -> Any:
-    """What holds it on the device at this moment."""
+    """Its current object on the device."""
     if isinstance(resource, Texture) and resource.history is not None:
         return resource.history.sets[0][resource.part]
     return resource.physical

@@ -1,4 +1,4 @@
-"""What passes read and write: textures and buffers that effects declare and that the graph allocates."""
+"""Resources of passes: textures and buffers that effects declare and the graph allocates."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,19 +19,19 @@ TEXTURE_USAGE = spy.TextureUsage.shader_resource | spy.TextureUsage.unordered_ac
 
 
 class Lifetime(Enum):
-    """How long content lasts, which decides what may share memory."""
+    """Lifetime of content, which determines what may share memory."""
 
     FRAME = "frame"
     """From its writer to its last reader in the same frame; then the memory is another resource's."""
     HISTORY = "history"
     """Until the next frame has been written too: two textures that swap."""
     KEPT = "kept"
-    """Until a pass overwrites it, in whatever frame."""
+    """Until a pass overwrites it, in any frame."""
 
 
 @dataclass(eq=False)
 class Resource:
-    """A declared resource. The graph sets what it refers to on the device."""
+    """A declared resource. The graph sets its object on the device."""
 
     name: str
     scope: str
@@ -40,11 +40,11 @@ class Resource:
     """File and line of the declaration."""
     lifetime: Lifetime
     scratch: bool = False
-    """Whether no pass reads it in frames in which none has filled it, although conditions do not tell."""
+    """Whether no pass reads it in frames in which none has filled it, even if conditions do not imply that."""
     writers: "list[Node]" = field(default_factory=list, repr=False)
     readers: "list[Node]" = field(default_factory=list, repr=False)
     physical: Any = field(default=None, repr=False)
-    """The texture or buffer on the device, once the graph is compiled; of histories see HistoryState."""
+    """The texture or buffer on the device, once the graph is compiled; for histories see HistoryState."""
 
     @property
     def key(self) -> tuple[str, str]:
@@ -69,12 +69,12 @@ class Texture(Resource):
 
     @property
     def description(self) -> tuple[Any, ...]:
-        """Textures of equal descriptions may share memory."""
+        """Textures with equal descriptions may share memory."""
         return self.format, self.size, self.layers, self.usage
 
     @property
     def previous(self) -> "Previous":
-        """As an argument of a pass: what the frame before left in it. For histories alone."""
+        """As an argument of a pass: the content of the previous frame. For histories only."""
         assert self.history is not None, f"{self} is no history"
         return Previous(self)
 
@@ -89,13 +89,13 @@ class Buffer(Resource):
 
     @property
     def description(self) -> tuple[Any, ...]:
-        """Buffers of equal descriptions may share memory."""
+        """Buffers with equal descriptions may share memory."""
         return self.bytes, self.struct_size
 
 
 @dataclass(frozen=True, eq=False)
 class Write:
-    """An argument that the pass fills anew."""
+    """An argument that the pass overwrites."""
 
     resource: Resource
 
@@ -115,12 +115,12 @@ class Previous:
 
 
 def write(resource: Resource) -> Write:
-    """Passed to a pass in place of the resource: the pass is its only writer, or the first before those that update."""
+    """Passed to a pass in place of the resource: the pass is its only writer, or the first before updates."""
     return Write(resource)
 
 
 def update(resource: Resource) -> Update:
-    """Passed to a pass in place of the resource: the pass changes what earlier ones left in it."""
+    """Passed to a pass in place of the resource: the pass modifies existing content."""
     return Update(resource)
 
 
@@ -138,7 +138,7 @@ class History:
         return {**{name: write(each) for name, each in self.textures.items()}, **previous}
 
     def known(self, _frame: Any) -> int:
-        """As an argument of the pass that writes it: whether the frame before left anything, 1 or 0."""
+        """As an argument of the pass that writes it: whether the previous frame's content is valid, 1 or 0."""
         return int(not self.state.empty)
 
     def __getitem__(self, name: str) -> Texture:

@@ -1,4 +1,4 @@
-"""What a texture or buffer holds at one point of a recording, whatever later frames do."""
+"""The content of a texture or buffer at one point of a recording, preserved from later frames."""
 
 from typing import Any
 
@@ -14,10 +14,10 @@ _USAGE = spy.BufferUsage.copy_destination | spy.BufferUsage.copy_source | spy.Bu
 
 
 class Snapshot:
-    """A copy, made when the device comes to this point of a recording."""
+    """A copy, made when the device reaches this point of a recording."""
 
     def __init__(self, device: Device, encoder: spy.CommandEncoder, source: spy.Texture | spy.Buffer) -> None:
-        """Record the copy. It is a buffer, which costs the host a tenth of what a texture does."""
+        """Record the copy. It goes to a buffer, which costs the host a tenth of a texture."""
         self._device = device
         self._layered = False
         if isinstance(source, spy.Buffer):

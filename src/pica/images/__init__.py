@@ -1,1 +1,1 @@
-"""Picture files, films and what a render gives."""
+"""Picture files, films, and rendered frames."""

@@ -1,4 +1,4 @@
-"""What each AOV holds: its unit, its channels, what it has where nothing is seen, and of which frame it is."""
+"""The content of each AOV: its unit, its channels, its value at the background, and its frame."""
 
 from dataclasses import dataclass
 from math import inf, nan
@@ -7,7 +7,7 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class AovInfo:
-    """What an AOV holds."""
+    """The content of an AOV."""
 
     name: str
     meaning: str = ""
@@ -16,9 +16,9 @@ class AovInfo:
     channels: int | None = None
     """1: the array is (height, width); None: not the same for all scenes."""
     background: float | None = None
-    """What each channel is where nothing is seen but the surroundings; None: it differs."""
+    """The channels' value at the background; None: it varies."""
     frame: Literal["first", "last"] = "last"
-    """Which of the frames that one call of `render` makes it is of. All of them share the last frame's picture."""
+    """Which frame of a `render` call it is from. All have the last frame's picture."""
     on_request: bool = False
     """Whether only `render(aovs=[...])` with its name makes it."""
 
@@ -53,9 +53,9 @@ AOVS = _table(
         "environment", "what is seen of the surroundings themselves, linear Rec. 709", "nits", 3, None, on_request=True
     ),
 )
-"""All but debug views and those of effects that a program adds, by name."""
+"""All but debug AOVs and those of inserted effects, by name."""
 
 
 def aov_info(name: str) -> AovInfo:
-    """Of one AOV; of those that are not in the table, that they are of the last frame."""
+    """Of one AOV; those that are not in the table are from the last frame."""
     return AOVS.get(name) or AovInfo(name)

@@ -17,15 +17,15 @@ from pica.images.saving import write_whole
 SLOWEST, FASTEST = 0.001, 1000.0
 """Pictures a second."""
 QUALITY = "18"
-"""x264's constant rate factor: 0 is lossless, 23 its default; at 18 few people see a difference."""
+"""x264's constant rate factor: 0 is lossless, 23 its default; 18 is nearly transparent."""
 
 
 def write_video(path: str | Path, pictures: Iterable[NDArray[np.uint8]], fps: float) -> None:
     """Write (height, width, 3) uint8 sRGB pictures as H.264 with 4:2:0 chroma in .mp4, which plays everywhere.
 
-    `pictures` may be a generator: one is held at a time. Raises PicaError when there are none, when their width or
-    height is odd or differs, when there are too many or few a second (`SLOWEST`, `FASTEST`), or when the file cannot
-    be written; what was at `path` then stays.
+    `pictures` may be a generator: one is held at a time. Raises PicaError if there are none, if their width or
+    height is odd or differs, if there are too many or few a second (`SLOWEST`, `FASTEST`), or if the file cannot
+    be written; an existing file at `path` then stays.
     """
     path = Path(path)
     if not SLOWEST <= fps <= FASTEST:
@@ -48,7 +48,7 @@ def describe(path: str | Path) -> tuple[int, int, int]:
 def _encode(temporary: Path, path: Path, pictures: Iterable[NDArray[np.uint8]], fps: float) -> None:
     stream: VideoStream | None = None
     try:
-        # The index goes in front, so that the film plays while it is still being fetched.
+        # The index goes in front, so that the film plays during download.
         with av.open(temporary, "w", format="mp4", options={"movflags": "+faststart"}) as container:
             for number, picture in enumerate(pictures):
                 height, width = picture.shape[:2]
@@ -77,7 +77,7 @@ def _set_format(stream: VideoStream, width: int, height: int) -> None:
     stream.width, stream.height = width, height
     stream.pix_fmt = "yuv420p"
     stream.options = {"crf": QUALITY}
-    # Tells players which colours these are: Rec. 709 primaries and matrix, the transfer curve of sRGB.
+    # Colour metadata for players: Rec. 709 primaries and matrix, the transfer curve of sRGB.
     context = stream.codec_context
     context.colorspace = Colorspace.ITU709
     context.color_primaries = ColorPrimaries.BT709

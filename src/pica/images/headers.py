@@ -1,4 +1,4 @@
-"""What picture files say of themselves: how large they are, before memory is taken for their pixels."""
+"""Headers of picture files: sizes, checked before memory is allocated for pixels."""
 
 import re
 import struct
@@ -16,15 +16,15 @@ _MOST_ATTRIBUTES = 1000
 _LONGEST_HEADER = 1 << 20
 """Bytes of a .hdr header; they hold a few hundred."""
 _MOST_SCANS = 100
-"""Scans of a progressive JPEG picture, each of which takes as long as a whole one: encoders write about ten."""
+"""Maximum number of scans of a progressive JPEG picture, each as slow as a whole one: encoders write about ten."""
 _TRIES = 16
-"""How often what may be the beginning of the last line is looked at."""
+"""Maximum number of candidates for the start of the last line."""
 _SCAN = b"\xff\xda"
 
 
 @dataclass(frozen=True)
 class PictureSize:
-    """How large a picture is, and how many bytes a pixel takes while it becomes radiance, 12 of them in the end."""
+    """A picture's size, and the bytes per pixel during its conversion to radiance, which has 12 in the end."""
 
     width: int
     height: int
@@ -37,10 +37,10 @@ class PictureSize:
 
 
 def radiance_size(file: BinaryIO) -> PictureSize:
-    """The size of a .hdr, .exr, .png or .jpg picture, by what its content begins with.
+    """The size of a .hdr, .exr, .png or .jpg picture, recognized by its content.
 
-    Raises SceneError for any other, for a broken header, and for a .hdr picture that lacks pixels: its reader gives
-    whatever is in memory for them. For broken .png and .jpg pictures raises what Pillow does.
+    Raises SceneError for any other, for a broken header, and for a .hdr picture that lacks pixels, for which its reader
+    returns uninitialized memory. For broken .png and .jpg pictures raises Pillow's errors.
     """
     file.seek(0)
     start = file.read(8)
@@ -60,7 +60,7 @@ def radiance_size(file: BinaryIO) -> PictureSize:
 
 
 def check_scans(content: bytes) -> None:
-    """Raise SceneError for a JPEG picture that is to be gone through so often that it would take minutes."""
+    """Raises SceneError for a JPEG picture with so many scans that decoding would take minutes."""
     if content.startswith(_JPEG) and content.count(_SCAN) > _MOST_SCANS:
         raise SceneError(f"{content.count(_SCAN)} scans are too many for a JPEG picture")
 
@@ -79,7 +79,7 @@ def _exr_size(file: BinaryIO) -> PictureSize:
             raise SceneError(f"truncated in its header, at {length} bytes of an attribute")
         attributes[name] = file.read(length)
     left, top, right, bottom = struct.unpack("<4i", attributes.get(b"dataWindow", b""))
-    # one channel after the other: its name, a NUL, 16 bytes
+    # each channel: its name, a NUL, 16 bytes
     channels = len(re.findall(rb"[^\0]+\0.{16}", attributes.get(b"channels", b""), re.DOTALL))
     width, height = right - left + 1, bottom - top + 1
     if min(width, height, channels) < 1:
@@ -129,7 +129,7 @@ def _has_all_lines(content: bytes, start: int, width: int, height: int) -> bool:
         end = _end_of_line(content, at + len(mark), width)
         if end is not None and (at == last or end > last):
             return True
-        at = content.rfind(mark, start, at + len(mark) - 1)  # that one may have been among the values of a line
+        at = content.rfind(mark, start, at + len(mark) - 1)  # the mark may have been part of a line's values
         if at < 0:
             break
     return False
@@ -142,7 +142,7 @@ def _end_of_line(content: bytes, at: int, width: int) -> int | None:
         while left > 0:
             if at >= len(content) or content[at] == 0:
                 return None
-            count = content[at]  # over 128: so many times one value, less 128; else so many values
+            count = content[at]  # over 128: a run of one value, of this length less 128; otherwise so many values
             left -= count - 128 if count > 128 else count
             at += 2 if count > 128 else count + 1
         if left < 0:

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from pica.scene.node import Node
 
 NUMBERED = frozenset({"instance", "material"})
-"""The AOVs that hold numbers of these."""
+"""The AOVs with such numbers."""
 BACKGROUND = 0
-"""The number where nothing is seen but the surroundings, in `instance`, `material` and semantic labels."""
+"""The number of the background in `instance`, `material` and semantic labels."""
 NO_CLASS = "background"
-"""What semantic labels call 0."""
+"""The name of 0 in semantic labels."""
 
 NodeRow = tuple[int, str, int, str | None, tuple[str, ...], dict[str, object], "ref[Node] | None"]
 """Of a node: its number, its name, its parent's number or 0, the names of its mesh and of the mesh's materials, its
@@ -40,7 +40,7 @@ class NodeLabel:
     """In the AOV `instance`, from 1."""
     name: str
     parent: "NodeLabel | None" = field(repr=False)
-    """The node above it; None: it stands in the scene itself."""
+    """The parent; None for a root node."""
     mesh: str | None
     """The name of its mesh; None: it has none, and no pixel has its number."""
     materials: tuple[str, ...]
@@ -59,7 +59,7 @@ class NodeLabel:
 
     @property
     def step(self) -> str:
-        """What paths call it."""
+        """Its name in paths."""
         return self.name or f"#{self.number}"
 
     def matches(self, path: str) -> bool:
@@ -89,7 +89,7 @@ class MaterialLabel:
 
 
 class Semantic(NamedTuple):
-    """Classes of what is seen."""
+    """Semantic classes of pixels."""
 
     labels: NDArray[np.int32]
     """(height, width) the number of each pixel's class; 0: of none."""
@@ -111,10 +111,10 @@ class Labels:
     @cached_property
     def nodes(self) -> dict[int, NodeLabel]:
         """By number, parents before children."""
-        found: dict[int, NodeLabel] = {}
+        by_number: dict[int, NodeLabel] = {}
         for number, name, above, mesh, materials, extras, _ in self._rows:
-            found[number] = NodeLabel(number, name, found.get(above), mesh, materials, extras)
-        return found
+            by_number[number] = NodeLabel(number, name, by_number.get(above), mesh, materials, extras)
+        return by_number
 
     @cached_property
     def materials(self) -> dict[int, MaterialLabel]:
@@ -151,12 +151,12 @@ class Labels:
                 name = of_nodes.get(label.parent.number)
             if name is not None:
                 of_nodes[number] = name
-        known = (NO_CLASS, *(sorted({*of_nodes.values()} - {NO_CLASS}) if names is None else _checked(names)))
-        if missing := sorted(set(of_nodes.values()) - set(known)):
+        class_names = (NO_CLASS, *(sorted({*of_nodes.values()} - {NO_CLASS}) if names is None else _checked(names)))
+        if missing := sorted(set(of_nodes.values()) - set(class_names)):
             raise PicaError(f"semantic: names lack {_listed(missing)}, which nodes have")
-        numbers = {name: number for number, name in enumerate(known)}
+        numbers = {name: number for number, name in enumerate(class_names)}
         values = {number: numbers[name] for number, name in of_nodes.items()}
-        return Semantic(_looked_up(values, instance, np.int32), known)
+        return Semantic(_looked_up(values, instance, np.int32), class_names)
 
     def _warn_of_missing(self, key: str) -> None:
         keys = dict.fromkeys(key for label in self.nodes.values() for key in label.extras)
@@ -184,7 +184,7 @@ class Labels:
 
 
 def _looked_up(values: dict[int, Any], instance: NDArray[np.uint32], dtype: type[np.generic]) -> NDArray[Any]:
-    """What each number in a picture stands for; 0 for those that are not there."""
+    """Maps the numbers in a picture; 0 for missing ones."""
     table = np.zeros(max(int(instance.max(initial=0)), *values, 0) + 1, dtype)
     table[list(values)] = list(values.values())
     return table[instance]
@@ -208,6 +208,6 @@ def _checked(names: Sequence[str]) -> list[str]:
 
 
 def _listed(names: Iterable[str]) -> str:
-    found = [shown(name) for name in names]
-    more = f" and {len(found) - _MOST_NAMES} more" if len(found) > _MOST_NAMES else ""
-    return ", ".join(found[:_MOST_NAMES]) + more
+    quoted = [shown(name) for name in names]
+    more = f" and {len(quoted) - _MOST_NAMES} more" if len(quoted) > _MOST_NAMES else ""
+    return ", ".join(quoted[:_MOST_NAMES]) + more

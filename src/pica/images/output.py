@@ -1,4 +1,4 @@
-"""What a render gives: the picture, what lies under it, and what it cost."""
+"""A rendered frame: the picture, its AOVs, and its cost."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 Lazy = Callable[[], NDArray[Any]]
 
 _VECTORS = ("normal", "geometric_normal", "tangent", "position", "motion")
-"""AOVs whose channels are X, Y and Z."""
+"""AOVs with channels X, Y and Z."""
 
 
 class Frame:
     """A rendered picture with its arbitrary output variables (AOVs): the G-buffer and the buffers of the effects.
 
-    Arrays are fetched from the device when first asked for, once; do not write into them. A frame can be pickled, which
-    fetches all of them, and shows itself in notebooks.
+    Arrays are fetched from the device at first use, once; do not write into them. A frame can be pickled, which
+    fetches all of them, and has a preview in notebooks.
     """
 
     BACKGROUND: ClassVar[int] = BACKGROUND
-    """The number in `instance`, `material` and semantic labels where nothing is seen but the surroundings."""
+    """The number of the background in `instance`, `material` and semantic labels."""
 
     def __init__(
         self,
@@ -43,14 +43,14 @@ class Frame:
         labels: Labels | None = None,
         device: str = "",
     ) -> None:
-        """Take functions that give (height, width, 3) float32 radiance and (height, width, 3) uint8 to show, None
-        without a picture; one (height, width) or (height, width, channels) array for each AOV; what the numbers in the
-        AOVs instance and material stand for; the rest as below.
+        """Take functions that return (height, width, 3) float32 radiance and (height, width, 3) uint8 for display, None
+        without a picture; one (height, width) or (height, width, channels) array for each AOV; the names of the numbers
+        in the AOVs instance and material; the rest as below.
         """
         self.size = size
         """(width, height) in pixels."""
         self.device = device
-        """The name of what rendered it."""
+        """The name of the device."""
         self.timings: dict[str, float] = dict(timings)
         """GPU milliseconds of every pass, by name."""
         pictures = {"/color": color, "/display": display}
@@ -72,19 +72,19 @@ class Frame:
 
     @property
     def aov_names(self) -> tuple[str, ...]:
-        """What `aov` can give, in the order of the frame."""
+        """The names for `aov`, in the order of the frame."""
         return self._aov_names
 
     def aov(self, name: str) -> NDArray[Any]:
         """One buffer: (height, width) for scalars and ids, (height, width, channels) for vectors and colours.
 
-        Raises PicaError for an unknown name, listing those there are.
+        Raises PicaError for an unknown name, with the available ones.
         """
         self._check_aov(name)
         return self._array(name)
 
     def aov_info(self, name: str) -> AovInfo:
-        """What a buffer holds: unit, channels, what it has where nothing is seen, and of which frame it is.
+        """The content of a buffer: unit, channels, its value at the background, and its frame.
 
         Raises PicaError as `aov` does.
         """
@@ -99,27 +99,27 @@ class Frame:
 
     @property
     def material_ids(self) -> dict[int, MaterialLabel]:
-        """The materials by their number in the AOV `material`, likewise."""
+        """The materials by their number in the AOV `material`."""
         return self._known_labels().materials
 
     def mask(self, node: "str | Node | NodeLabel") -> NDArray[np.bool_]:
-        """(height, width) where a node is seen, or one below it.
+        """(height, width) where a node or one of its descendants is visible.
 
-        `node`: one of the scene's, a value of `ids`, or a name or the end of a path: "hand" and "arm/hand" mean
-        "robot/arm/hand", and all others that end so; "/robot" means that of the scene itself alone. Raises PicaError,
-        listing near names, where there is none.
+        `node`: one of the scene's, a value of `ids`, or a name or the end of a path: "hand" and "arm/hand" match
+        "robot/arm/hand", and all others that end so; "/robot" matches root nodes only. Raises PicaError,
+        with near names, if there is none.
         """
         return self._known_labels().mask(self.aov("instance"), node)
 
     def semantic(
         self, classes: "str | Callable[[NodeLabel], str | None]", names: Sequence[str] | None = None
     ) -> Semantic:
-        """The class of what each pixel shows: `labels`, (height, width) int32, and `names`, their table.
+        """The semantic class of each pixel: `labels`, (height, width) int32, and `names`, their table.
 
-        `classes`: the key of `extras` that names a node's class, or a function that gives it for a value of `ids`.
-        Nodes without one (None) have that of the node above. 0 is "background": nothing is seen, or what has no
+        `classes`: the key of a node's class in `extras`, or a function from a value of `ids` to its class.
+        Nodes without one (None) inherit that of their parent. 0 is "background", without a surface or a
         class; a key that no node has is a warning. `names`: the table, from 1 on, which keeps numbers the same in all
-        scenes; None sorts the classes of the scene's nodes. Raises PicaError for a class that `names` lacks, or that is
+        scenes; None sorts the classes of the scene's nodes. Raises PicaError for a class that is not in `names`, or is
         neither text nor a whole number.
         """
         return self._known_labels().semantic(self.aov("instance"), classes, names)
@@ -220,11 +220,11 @@ def _channels(name: str, values: NDArray[Any]) -> dict[str, NDArray[Any]]:
 
 
 def preview(name: str, array: NDArray[Any]) -> NDArray[np.uint8]:
-    """An AOV as a picture for the eye, (height, width, 3) uint8.
+    """An AOV as a picture for viewing, (height, width, 3) uint8.
 
     Integers: a colour for each id. Directions: -1 to 1 becomes black to white. Motion: grey is none, full colour the
-    largest, or a pixel where all is less. Depth: near is light. Places: black to white along each axis, over all that
-    is seen. Texture coordinates: again from 0 at each whole number. Other scalars: black to white. Colours: sRGB,
+    largest, or a pixel if all is less. Depth: near is light. Positions: black to white along each axis, over all
+    visible surfaces. Texture coordinates: modulo 1. Other scalars: black to white. Colours: sRGB,
     divided by their largest value above 1.
     """
     values = array[..., None] if array.ndim == 2 else array
@@ -259,6 +259,6 @@ def preview(name: str, array: NDArray[Any]) -> NDArray[np.uint8]:
 
 
 def _range_of(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """The lowest and the highest value of each channel, of those that are numbers."""
+    """The lowest and the highest value of each channel, without NaN."""
     seen = values[np.isfinite(values).all(axis=-1)]
     return seen.min(axis=0, initial=np.inf), seen.max(axis=0, initial=-np.inf)

@@ -20,11 +20,11 @@ from pica.images.saving import write_whole
 from pica.text import first_line, printable
 
 MAX_PIXELS, MAX_SIDE = 16384 * 8192, 16384
-"""Pictures larger than this are refused: a small broken file can claim any size, and not every device takes more."""
+"""Larger pictures are rejected: a small broken file can claim any size, and not every device supports more."""
 
 Admit = Callable[[int, int], object]
-"""Called with the pixels of a picture and the bytes that it takes, before it takes them; raises SceneError, which need
-not name the picture, if that is too much."""
+"""Called with a picture's number of pixels and of bytes, before these are allocated; raises SceneError, with or
+without the picture's name, if that is too much."""
 
 _TEXTURE_FORMATS = ("PNG", "JPEG", "WEBP")
 _HIGHEST = {".png": (1 << 16) - 1, ".exr": (1 << 32) - 1}
@@ -42,8 +42,8 @@ def _admit_all(*_: int) -> None:
 def read_image(data: bytes | memoryview | Path, name: str, admit: Admit = _admit_all) -> NDArray[np.uint8]:
     """Decode a PNG, JPEG or WebP picture to (height, width, 4) uint8, row 0 on top.
 
-    Colour profiles are ignored, as glTF asks (glTF 2.0, 3.8). `name` is what errors call the picture.
-    Raises SceneError when the picture is missing, broken or too large.
+    Colour profiles are ignored, as glTF requires (glTF 2.0, 3.8). `name` is the picture's name in errors.
+    Raises SceneError if the picture is missing, broken or too large.
     """
     content = read_file(data, name) if isinstance(data, Path) else bytes(data)
     with _faults_named(name):
@@ -57,10 +57,10 @@ def read_image(data: bytes | memoryview | Path, name: str, admit: Admit = _admit
 def read_radiance(
     path: str | Path, admit: Admit = _admit_all, admit_file: Callable[[int], object] = _admit_all
 ) -> NDArray[np.float32]:
-    """Read .hdr, .exr, .png or .jpg as linear radiance, (height, width, 3); eight-bit pictures are taken as sRGB.
+    """Read .hdr, .exr, .png or .jpg as linear radiance, (height, width, 3); eight-bit pictures are decoded as sRGB.
 
     `admit_file` is called before `admit`, with the bytes of the file, and may raise likewise.
-    Raises SceneError when the file is missing, broken, too large or of another kind.
+    Raises SceneError if the file is missing, broken, too large or of another kind.
     """
     bitmap = _open_bitmap(path, admit, admit_file)
     rgb, float32 = slangpy.Bitmap.PixelFormat.rgb, slangpy.Bitmap.ComponentType.float32
@@ -83,14 +83,14 @@ def whole_size(path: Path) -> tuple[int, int]:
         return width, height
     name = printable(path)
     with open_file(path, name) as file, _faults_named(name), PIL.Image.open(file, formats=("PNG",)) as image:
-        image.verify()  # all chunks by their checksums, which takes less time than to decode them
+        image.verify()  # all chunks by their checksums, which is faster than to decode them
         return image.size
 
 
 def read_exr(
     path: str | Path, admit: Admit = _admit_all, admit_file: Callable[[int], object] = _admit_all
 ) -> dict[str, NDArray[Any]]:
-    """The channels of an OpenEXR file by name, (height, width) each, of the type that the file has.
+    """The channels of an OpenEXR file by name, (height, width) each, with the file's types.
 
     `admit` and `admit_file` as read_radiance's. Raises SceneError likewise.
     """
@@ -135,7 +135,7 @@ def write_labels(path: str | Path, labels: NDArray[Any]) -> None:
     """Write a mask or labels, (height, width) truth values or whole numbers, without any loss.
 
     .png: grey, 8 bits for masks (0 and 255) and for uint8, else 16 bits. .exr: a channel Y of 32-bit whole numbers.
-    .npy: the array as it is, of whatever shape and type. Raises PicaError for what the file cannot hold.
+    .npy: the array as it is, of any shape and type. Raises PicaError for values that the file cannot hold.
     """
     path, array = Path(path), np.asarray(labels)
     suffix = path.suffix.lower()
@@ -173,7 +173,7 @@ def _check_size(width: int, height: int) -> None:
 
 
 def _eight_bits(image: PIL.Image.Image) -> NDArray[np.uint8]:
-    """(height, width, 4), in strips: copies of the whole picture take several times its memory."""
+    """(height, width, 4), in strips: copies of the whole picture would need several times its memory."""
     pixels = np.empty((image.height, image.width, 4), np.uint8)
     rows = max(_STRIP // image.width, 1)
     for top in range(0, image.height, rows):
@@ -199,7 +199,7 @@ def _open_bitmap(path: str | Path, admit: Admit, admit_file: Callable[[int], obj
 
 @contextmanager
 def _faults_named(name: str) -> Iterator[None]:
-    """Makes one line, with the name, of whatever the libraries that read pictures raise for broken ones."""
+    """Converts all errors of the picture libraries into one line with the name."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)
@@ -212,5 +212,5 @@ def _faults_named(name: str) -> Iterator[None]:
         raise SceneError(f"{name}: too many pixels ({error})") from None
     except MemoryError:
         raise SceneError(f"{name}: takes more memory than there is") from None
-    except Exception as error:  # they say nowhere which ones: struct.error, SyntaxError and EOFError are among them
+    except Exception as error:  # undocumented: struct.error, SyntaxError and EOFError are among them
         raise SceneError(f"{name}: not a readable picture ({first_line(error)[:_LONGEST]})") from None

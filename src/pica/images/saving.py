@@ -18,8 +18,8 @@ _TEMPORARY = re.compile(r"\..*\.pica-[0-9a-f]{8}(\.[^.]*)?", re.DOTALL)
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Have `write` make the file beside `path`, then rename it, so that a killed run leaves no half file.
 
-    A link stays, what it points to is replaced. What runs that were killed while they wrote have left in the folder is
-    removed, whichever files it was for. Raises PicaError when the file cannot be written.
+    A link stays, and its target is replaced. Temporary files of killed runs in the folder are
+    removed, for any target. Raises PicaError if the file cannot be written.
     """
     with _told(path):
         target = _regular(path)
@@ -29,14 +29,14 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def check_writable(path: Path) -> None:
-    """Raise now the PicaError of a later `write_whole`, where its folder or what is there already is to blame."""
+    """Raises the PicaError of a later `write_whole` now, if its folder or an existing file is the cause."""
     with _told(path), _beside(_regular(path)):
         pass
 
 
 @contextmanager
 def _told(path: Path) -> Iterator[None]:
-    """Turns errors of the system and of the libraries that write into a PicaError that names the file."""
+    """Turns errors of the system and of libraries into a PicaError with the file's name."""
     try:
         yield
     except (OSError, RuntimeError, ValueError) as error:
@@ -45,7 +45,7 @@ def _told(path: Path) -> Iterator[None]:
 
 
 def _regular(path: Path) -> Path:
-    """Where a link leads in the end. Raises PicaError for what no picture can replace: a folder, a device, a pipe."""
+    """The final target of a link. Raises PicaError if no picture can replace it: a folder, a device, a pipe."""
     target = Path(os.path.realpath(path))
     if target.is_dir():
         raise PicaError(f"cannot write {path}: it is a folder")
@@ -58,14 +58,14 @@ def _regular(path: Path) -> Path:
 
 @contextmanager
 def _beside(target: Path) -> Iterator[Path]:
-    """An empty file beside the target for the length of the block, locked where that can be done."""
+    """An empty file beside the target for the length of the block, locked if possible."""
     _remove_abandoned(target.parent)
     while True:
         temporary = target.with_name(f".{target.stem}.pica-{uuid4().hex[:8]}{target.suffix}")
         file = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         try:
             with _locked(file):
-                if temporary.exists():  # else another process has taken it for abandoned before it was locked
+                if temporary.exists():  # otherwise another process removed it as abandoned before it was locked
                     yield temporary
                     return
         finally:
@@ -87,7 +87,7 @@ if sys.platform == "win32":
 
     @contextmanager
     def _locked(file: int) -> Iterator[bool]:
-        """Close an open file, which could not be renamed there, and tell nothing about other processes."""
+        """Close the file, because Windows cannot rename open ones; without a lock, other processes are unknown."""
         os.close(file)
         yield False
 
@@ -96,9 +96,9 @@ else:
 
     @contextmanager
     def _locked(file: int) -> Iterator[bool]:
-        """Hold an open file for this process, then close it; False where another holds it or there are no locks.
+        """Lock an open file for this process, then close it; False if another process has it or there are no locks.
 
-        The system lets go however a process ends, and knows processes of other containers, unlike numbers in names.
+        The system releases locks however a process ends, and they work across containers, unlike process ids in names.
         """
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

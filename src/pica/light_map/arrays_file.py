@@ -1,4 +1,4 @@
-"""Named arrays in a file as NumPy's .npz: a ZIP archive of .npy members. Nothing in it is run or taken unchecked."""
+"""Named arrays in a file as NumPy's .npz: a ZIP archive of .npy members. Content is validated and never executed."""
 
 import math
 import re
@@ -20,20 +20,20 @@ _MAGIC = b"\x93NUMPY\x01\x00"
 _HEADER = re.compile(
     rb"\{'descr': '([^'\\]{1,8})', 'fortran_order': False, 'shape': \(((?:[0-9]{1,18}, ?)*(?:[0-9]{1,18})?)\), \} *\n"
 )
-"""As NumPy writes the headers of plain arrays. NumPy's own reader takes it for Python, and raises whatever that may."""
+"""The format of NumPy's headers of plain arrays. NumPy's own reader parses them as Python, and may raise anything."""
 _LONGEST_HEADER = 1 << 12
 _MOST_RATIO, _RATIO_FROM = 1 << 10, 1 << 10
 """Bytes that a compressed byte may become, in all beyond the first kB; zlib's own limit is 1032."""
 _WAYS = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED
 _WHEN = (1980, 1, 1, 0, 0, 0)
-"""The same arrays give the same file."""
+"""Equal arrays give equal files."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """An array that a file must have: lengths, -1 for any, and what its elements are.
+    """A required array of a file: lengths, -1 for any, and the type of its elements.
 
-    `stored`: it is not compressed, so that a file is about as large as what it takes to read it.
+    `stored`: it is not compressed, so the file's size bounds the memory to read it.
     """
 
     shape: tuple[int, ...]
@@ -62,22 +62,22 @@ def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], wanted: Mapping
 
 
 def read_arrays(path: Path, wanted: Mapping[str, Wanted], check: Callable[[Lengths], None]) -> dict[str, NDArray[Any]]:
-    """Those arrays of a file by name. Raises PicaError, which names the file, where one is missing or does not fit.
+    """The arrays of a file by name. Raises PicaError, with the file's name, if one is missing or invalid.
 
-    `check` is asked before any array is read, and raises ValueError for lengths that do not fit together.
+    `check` is called before any array is read, and raises ValueError for inconsistent lengths.
     """
     with open_file(path, str(path)) as file:
         try:
             return _arrays(file, wanted, check)
         except _UnfitError as error:
             raise PicaError(f"{path}: {error}") from None
-        except Exception as error:  # zipfile and zlib raise of forged numbers whatever comes of them
+        except Exception as error:  # zipfile and zlib raise anything for forged numbers
             fault = str(error) or type(error).__name__
             raise PicaError(f"{path}: is damaged, or not such a file ({fault})") from None
 
 
 class _UnfitError(Exception):
-    """What is not as it is wanted."""
+    """The fault of an array, compared with its requirements."""
 
 
 def _arrays(file: IO[bytes], wanted: Mapping[str, Wanted], check: Callable[[Lengths], None]) -> dict[str, NDArray[Any]]:
@@ -106,14 +106,14 @@ def _check_member(name: str, info: zipfile.ZipInfo, kind: Wanted) -> None:
 
 
 def _header(array: NDArray[Any]) -> bytes:
-    """Of one whose elements lie one after the other, the last index fastest."""
+    """Strides of a contiguous array, last index fastest."""
     header = BytesIO()
     np.lib.format.write_array_header_1_0(header, np.lib.format.header_data_from_array_1_0(array))
     return header.getvalue()
 
 
 def _shape(member: IO[bytes], name: str, expected: Wanted, size: int) -> tuple[int, ...]:
-    """What the header of a member says, once it is all as it must be; the array comes next."""
+    """The array's type and shape from a member's header, once it is valid; the data follows."""
     begin = member.read(len(_MAGIC) + 2)
     length = int.from_bytes(begin[len(_MAGIC) :], "little")
     if not begin.startswith(_MAGIC) or length > _LONGEST_HEADER:

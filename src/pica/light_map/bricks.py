@@ -19,8 +19,8 @@ NOWHERE = 0xFFFFFFFF
 CORNERS = CELLS + 1
 """Along a brick's side, a probe at each."""
 _MARGIN = np.array([0.37, 0.31, 0.43])
-"""In finest spacings below the scene's lowest corner: walls tend to stand at round numbers, and neither should a probe
-be in their plane nor a diagonal of cells meet their edge."""
+"""In finest spacings below the scene's lowest corner: walls tend to have round coordinates, and neither should probes
+be in their plane nor diagonals of cells meet their edges."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Bricks:
 
     @cached_property
     def _numbered(self) -> tuple[NDArray[np.int64], NDArray[np.uint32]]:
-        """Bricks that touch share probes, whatever their levels."""
+        """Adjacent bricks share probes, at all levels."""
         steps = np.indices((CORNERS,) * 3).reshape(3, -1)[::-1]
         scale = CELLS ** self.places[:, 3].astype(np.int64)
         first = self.places[:, :3].astype(np.int64) * CELLS
@@ -68,12 +68,12 @@ class Bricks:
     def finest_at(self) -> NDArray[np.uint32]:
         """(z, y, x) of each finest brick's place: 4 times the number of the finest brick that covers it, plus that
         one's level; NOWHERE for none."""
-        found = np.full(self.size[::-1], NOWHERE, np.uint32)
+        table = np.full(self.size[::-1], NOWHERE, np.uint32)
         for number in np.argsort(-self.places[:, 3], kind="stable"):
             x, y, z, level = self.places[number]
             side = CELLS**level
-            found[z : z + side, y : y + side, x : x + side] = number << 2 | level
-        return found
+            table[z : z + side, y : y + side, x : x + side] = number << 2 | level
+        return table
 
 
 def bricks_around(
@@ -83,8 +83,8 @@ def bricks_around(
     occupied: NDArray[np.bool_],
     detailed: NDArray[np.bool_],
 ) -> Bricks:
-    """Bricks for the box (3,) low to high: the finest where `detailed`, of the shape that `box_of` says, is true, those
-    of the next level where `occupied` is, and the coarsest everywhere else.
+    """Bricks for the box (3,) low to high: the finest where `detailed`, of the shape from `box_of`, is true, those
+    of the next level where `occupied` is, and the coarsest elsewhere.
     """
     origin, size = box_of(low, high, spacing)
     places, wanted = [_at(detailed, 0)], detailed
@@ -92,7 +92,7 @@ def bricks_around(
         finer, inside = _blocks(wanted), _blocks(np.ones_like(wanted))
         covered = (finer | ~inside).all((1, 3, 5))
         wanted = np.ones(covered.shape, bool) if level == LEVELS - 1 else np.asarray(_blocks(occupied).any((1, 3, 5)))
-        # Where finer ones are everywhere, nobody would ask a coarser one.
+        # Coarser bricks that finer ones cover entirely would never be sampled.
         places.append(_at(wanted & ~covered, level))
     return Bricks(origin, spacing, size, np.concatenate(places).astype(np.int32))
 

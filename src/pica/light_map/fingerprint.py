@@ -1,4 +1,4 @@
-"""Tells scenes apart: what is in them, and where it stands."""
+"""Digests of scenes: of their content, and of its placement."""
 
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -14,39 +14,39 @@ _LENGTH = 16
 
 
 def content_of(scene: Scene) -> str:
-    """A digest of all meshes, materials, lights and surroundings, in their order; not of where anything stands."""
-    known: dict[int, bytes] = {}
-    parts = [_digest(scene.environment, known)]
+    """A digest of all meshes, materials, lights and surroundings, in order; independent of their transforms."""
+    digests: dict[int, bytes] = {}
+    parts = [_digest(scene.environment, digests)]
     for node in scene.nodes():
         copies = 1 if node.instances is None else len(node.instances)
-        parts.append(_digest([node.mesh, node.light, copies, node.casts_shadows, node.visible_to_reflections], known))
+        parts.append(_digest([node.mesh, node.light, copies, node.casts_shadows, node.visible_to_reflections], digests))
     return _hash(*parts).hex()
 
 
 def layout_of(scene: Scene) -> str:
-    """A digest of where all of it stands."""
+    """A digest of all transforms."""
     places = [node.instance_transforms().astype(np.float32).tobytes() for node in scene.nodes()]
     return _hash(*places).hex()
 
 
-def _digest(value: Any, known: dict[int, bytes]) -> bytes:
-    """Of what scenes are made of; meshes, materials and pictures that several share are looked at once."""
+def _digest(value: Any, digests: dict[int, bytes]) -> bytes:
+    """The digest of a value; shared meshes, materials and pictures are hashed once."""
     if isinstance(value, np.ndarray):
         return _hash(str((value.dtype.str, value.shape)).encode(), np.ascontiguousarray(value).tobytes())
     if isinstance(value, Enum):
         return _hash(value.name.encode())
     if isinstance(value, list | tuple):
-        return _hash(*(_digest(each, known) for each in value))
+        return _hash(*(_digest(each, digests) for each in value))
     if isinstance(value, set | frozenset):
-        return _hash(*sorted(_digest(each, known) for each in value))
+        return _hash(*sorted(_digest(each, digests) for each in value))
     if isinstance(value, dict):
-        return _hash(*(_digest([name, value[name]], known) for name in sorted(value)))
+        return _hash(*(_digest([name, value[name]], digests) for name in sorted(value)))
     if not is_dataclass(value):
         return _hash(repr(value).encode())
-    if id(value) not in known:
-        named = ((field.name.encode(), _digest(getattr(value, field.name), known)) for field in fields(value))
-        known[id(value)] = _hash(type(value).__name__.encode(), *(part for pair in named for part in pair))
-    return known[id(value)]
+    if id(value) not in digests:
+        named = ((field.name.encode(), _digest(getattr(value, field.name), digests)) for field in fields(value))
+        digests[id(value)] = _hash(type(value).__name__.encode(), *(part for pair in named for part in pair))
+    return digests[id(value)]
 
 
 def _hash(*parts: bytes) -> bytes:

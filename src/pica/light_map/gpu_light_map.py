@@ -12,7 +12,7 @@ _WORDS = 14
 
 
 class GpuLightMap:
-    """What shaders read of a light map, as the block `lightMap` of light_map.slang."""
+    """The light map for shaders, as the block `lightMap` of light_map.slang."""
 
     def __init__(self, device: Device, light_map: LightMap) -> None:
         bricks = light_map.bricks
@@ -35,5 +35,5 @@ class GpuLightMap:
 
 
 def light_map_cache(light_map: GpuLightMap) -> IndirectCache:
-    """The map as what effects ask off the picture."""
+    """The map as a cache of indirect light for positions outside the picture."""
     return IndirectCache("light_map/light_map_cache.slang", {"lightMap": light_map})

@@ -23,11 +23,11 @@ PARTS = 4
 """light_map.slang: PARTS, along a cell's side."""
 SEEN_PER_BRICK = (CELLS * PARTS) ** 3
 MOST_BRICKS = 1 << 17
-"""A brick takes 5 to 12 kB on a device."""
+"""A brick needs 5 to 12 kB on a device."""
 HIDDEN, INSIDE = 1e-12, 1e-24
 """light_map.slang: HIDDEN, INSIDE."""
 _BRIGHTEST = BRIGHTEST / 16
-"""Of one coefficient: what all of them bring towards a direction is less than 16 times the largest."""
+"""Of one coefficient: their sum in any direction is less than 16 times the largest."""
 _FARTHEST = LARGEST / 2**40
 """Metres: places that are found from spacing and size are finite too."""
 _NEAREST = 1 / _FARTHEST
@@ -58,11 +58,11 @@ class LightMap:
     harmonics: NDArray[np.float16]
     """(probes, 9, 3) irradiance over pi as spherical harmonics, red, green and blue."""
     in_the_open: NDArray[np.bool_]
-    """(probes,) False for those inside of something, which have the light of their neighbours."""
+    """(probes,) False inside objects; such probes have the light of their neighbours."""
     seen: NDArray[np.uint8]
-    """(bricks, 4096) of each part of each cell, x fastest: a bit for each of the cell's 8 corners that it sees."""
+    """(bricks, 4096) of each part of each cell, x fastest: visibility of the cell's 8 corners, a bit each."""
     content: str
-    """Digest of what it was baked for (fingerprint.py)."""
+    """Digest of the scene's content (fingerprint.py)."""
     layout: str
     """And of where that stood."""
 
@@ -86,21 +86,23 @@ class LightMap:
 
     @staticmethod
     def load(path: str | PathLike[str]) -> "LightMap":
-        """Read a file, which may come from anybody. Raises PicaError for one that is damaged or none.
+        """Read a file, which need not be trusted. Raises PicaError if it is damaged or no light map.
 
-        It takes a few times the memory that the file says its arrays have, which is looked at first.
+        It needs a few times the memory of the arrays that the file declares, which is checked first.
         """
-        found = read_arrays(Path(path), _FILE, _check_lengths)
-        if found["format"] != _FORMAT:
-            raise PicaError(f"{path}: is a light map of format {found['format']}; this is for {_FORMAT}: bake it again")
-        bricks = Bricks(found["origin"], float(found["spacing"]), found["size"], found["places"])
+        arrays = read_arrays(Path(path), _FILE, _check_lengths)
+        if arrays["format"] != _FORMAT:
+            raise PicaError(
+                f"{path}: is a light map of format {arrays['format']}; this is for {_FORMAT}: bake it again"
+            )
+        bricks = Bricks(arrays["origin"], float(arrays["spacing"]), arrays["size"], arrays["places"])
         try:
             _check_bricks(bricks)
-            _check_light(bricks, float(found["scale"]), found["harmonics"], found["in_the_open"])
-            content, layout = _digest(found["content"]), _digest(found["layout"])
+            _check_light(bricks, float(arrays["scale"]), arrays["harmonics"], arrays["in_the_open"])
+            content, layout = _digest(arrays["content"]), _digest(arrays["layout"])
         except ValueError as error:
             raise PicaError(f"{path}: is damaged: {error}") from None
-        light = float(found["scale"]), found["harmonics"], found["in_the_open"], found["seen"]
+        light = float(arrays["scale"]), arrays["harmonics"], arrays["in_the_open"], arrays["seen"]
         return LightMap(bricks, *light, content, layout)
 
     def check_scene(self, scene: Scene) -> None:
@@ -115,11 +117,11 @@ class LightMap:
 
 
 def _check_lengths(lengths: Lengths) -> None:
-    """Raises ValueError for what cannot be, before anything is read."""
+    """Raises ValueError for impossible lengths, before anything is read."""
     bricks, probes = lengths["places"], lengths["harmonics"]
     if not 0 < bricks <= MOST_BRICKS:
         raise ValueError(f"it has {bricks} bricks")
-    # Bricks of a level share no more than the probes of their faces.
+    # Bricks of a level share no probes but those of their faces.
     if not CELLS**3 * bricks <= LEVELS * probes <= LEVELS * CORNERS**3 * bricks:
         raise ValueError(f"it has light of {probes} probes for {bricks} bricks")
     if lengths["in_the_open"] != probes or lengths["seen"] != bricks:
@@ -127,7 +129,7 @@ def _check_lengths(lengths: Lengths) -> None:
 
 
 def _check_bricks(bricks: Bricks) -> None:
-    """Raises ValueError for what does not fit together, before anything is made from it."""
+    """Raises ValueError for inconsistent arrays, before anything is made from them."""
     size, places = bricks.size.tolist(), bricks.places.astype(np.int64)
     if not (
         np.abs(bricks.origin).max() <= _FARTHEST and _NEAREST <= bricks.spacing <= _FARTHEST
@@ -160,8 +162,8 @@ def _check_light(bricks: Bricks, scale: float, harmonics: NDArray[np.float16], i
 
 
 def _digest(text: NDArray[np.str_]) -> str:
-    """Raises ValueError for what is none."""
-    digest = str(text)  # NumPy raises one too, of what is no character
+    """Raises ValueError if it is no digest."""
+    digest = str(text)  # NumPy raises one too, for invalid characters
     if not _DIGEST.fullmatch(digest):
         raise ValueError("it does not say what it was baked for")
     return digest

@@ -1,4 +1,4 @@
-"""Draws the samples of the light slots, once a frame for all who read them."""
+"""Draws the samples of the light slots, once per frame for all passes that read them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ from pica.rhi.device import Device
 _PRESAMPLED = 1 << 14
 """Points of lights that are drawn ahead for all pixels, 32 bytes each."""
 _PRESAMPLED_AT_HITS = 1 << 12
-"""The same for what rays meet."""
+"""The same for hits of rays."""
 _LEAST_ROUGHNESS = 0.3
-"""Of what rays meet, in the light of lamps: a narrower highlight there is a rare spike (light_at_hits.slang)."""
+"""For hits of rays, lit by punctual lights: narrower highlights are rare spikes (light_at_hits.slang)."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class LightSamples:
     weights: Texture
     """(width, height, denoised slots, r16_float) their weights in the filtered visibility of their slot."""
     pool: Buffer | None
-    """Points on all emitters, for the hits of rays; None where nobody asks for it."""
+    """Points on all emitters, for the hits of rays; None if no pass reads them."""
 
     def at_hits(self, regularized: bool) -> dict[str, Any]:
         """Arguments of ray effects that light their hits. `regularized`: with highlights wider than surfaces have."""
@@ -54,9 +54,9 @@ class LightSampler:
         self._sample: dict[bool, MaterialPass] = {}
         self._asks_at_hits = False
 
-    def expect_hits(self, wanted: bool) -> None:
+    def expect_hits(self, enabled: bool) -> None:
         """Whether some effect lights the hits of its rays."""
-        self._asks_at_hits = wanted
+        self._asks_at_hits = enabled
 
     def __call__(self, graph: FrameGraph, slots: LightSlots) -> LightSamples:
         """Draw this frame's samples."""
@@ -106,7 +106,7 @@ class LightSampler:
         pool: Buffer,
         lights: Callable[[], range],
     ) -> None:
-        """Draw this frame's points (presampled_lights.slang), of these entries of the light table."""
+        """Draw this frame's points (presampled_lights.slang) from these entries of the light table."""
         graph.add(
             self._presample[number],
             (entries, 1, 1),

@@ -18,8 +18,8 @@ _UNTRACED = 8
 class LightSlots:
     """A slot for each of a few lights, and one for all others, the emissive triangles and the environment.
 
-    Of the single lights those with filtered shadows come first, first those with the filter "svgf"; last those that
-    would be filtered too if they were not too many.
+    Single lights with filtered shadows come first, of these those with the filter "svgf"; last the lights without a
+    filtered slot because there are too many.
     """
 
     def __init__(self, device: Device, settings: Settings) -> None:
@@ -32,30 +32,30 @@ class LightSlots:
         self.denoised: list[Node] = []
         """The lights of the first slots, whose shadows are filtered."""
         self.svgf = 0
-        """How many of them by SVGF; the others by the anisotropic filter."""
+        """Number of them with SVGF; the others have the anisotropic filter."""
         self.noisy = 0
-        """How many slots, the last, bring noisy light that is filtered together."""
+        """Number of slots, at the end, with noisy light that is filtered together."""
         self.shared_lights = range(0)
-        """Of the light table, those that share the last slot."""
+        """Entries of the light table in the last slot."""
         self.every = 0
-        """Entries of the light table that light what rays meet: the first ones."""
+        """Entries of the light table that light the hits of rays: the first ones."""
         self.first_sampled = 0
         """Slots before this one need no samples."""
         self.block = device.parameter_block("light_sampling/light_slots.slang", "lightSlots")
 
     @property
     def by_ratio(self) -> bool:
-        """Whether filtered shadows are shares of what surfaces reflect."""
+        """Whether filtered shadows multiply analytic direct light (ratio estimator)."""
         return self._settings.lighting.area_shadows == "ratio_estimator"
 
     @property
     def has_shared(self) -> bool:
-        """Whether many lights share the last slot."""
+        """Whether several lights share the last slot."""
         return len(self.shared_lights) > 0
 
     @property
     def layout(self) -> tuple[int, ...]:
-        """What decides which passes and how many layers the slots take."""
+        """The properties that determine the passes and the number of layers."""
         return self.count, len(self.denoised), self.svgf, self.noisy, self.first_sampled, self.has_shared
 
     def update(self, lights: LightTable) -> None:
@@ -64,11 +64,11 @@ class LightSlots:
         maps = self._settings.shadow_maps.max_lights
         own = max(maps, _UNTRACED) if mapped else self._settings.shadows.max_lights
         single = min(lights.light_count, own)
-        shown = [node.light for node in lights.nodes[:single]]
-        if lights is self._lights and all(map(operator.is_, shown, self._shown)):
+        single_lights = [node.light for node in lights.nodes[:single]]
+        if lights is self._lights and all(map(operator.is_, single_lights, self._shown)):
             return
-        self._lights, self._shown = lights, shown
-        chosen = {number: self._denoiser(light) for number, light in enumerate(shown)}
+        self._lights, self._shown = lights, single_lights
+        chosen = {number: self._denoiser(light) for number, light in enumerate(single_lights)}
         denoised = [light for light in chosen if chosen[light] != "off"][: self._settings.shadows.denoised_lights]
         if mapped:
             denoised = list(chosen)[: maps if self._settings.shadows.mode != "off" else 0]
@@ -86,7 +86,7 @@ class LightSlots:
         # The triangles' one entry and that of the environment follow the lights.
         others = lights.light_count + (triangles > 0)
         self.shared_lights = range(single, others + environment)
-        # What is filtered ahead knows nothing of what is in its way: what rays meet is lit by samples in any case.
+        # Prefiltered light is unshadowed: hits of rays are always lit by samples.
         self.every = others + (has_environment and self._settings.lighting.environment != "off")
         if self.has_shared:
             ranges.append((single, len(self.shared_lights)))

@@ -30,7 +30,7 @@ from pica.rendering.arguments import (
     checked_size,
 )
 from pica.rendering.black_pictures import BlackPictures
-from pica.rendering.closing import Closing, alone
+from pica.rendering.closing import Closing, synchronized
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -66,12 +66,12 @@ class PathTracer(Closing):
         size = checked_size(size)
         super().__init__(open_device(device), scene, size)
         expect_programs(self.device)
-        device = self.device.part()
+        device = self.device.memory_scope()
         check_traces(device, "path tracing")
         self._settings = runnable(device, settings or Settings())
         self._max_depth = max_depth or NO_LIMIT
         self._black_pictures = BlackPictures()
-        with device.turn:
+        with device.lock:
             self.view = SceneView(device, scene, self.settings)
             tracer = choose_tracer(device, self.settings.rays, self.view)
             self._frames = FrameSequence(device, self.size, self.settings.seed)
@@ -95,7 +95,7 @@ class PathTracer(Closing):
         """The adapter that renders."""
         return self.device.name
 
-    @alone
+    @synchronized
     def render(
         self,
         samples: int = 1024,
@@ -107,8 +107,8 @@ class PathTracer(Closing):
     ) -> Frame:
         """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each.
 
-        `denoise`: Open Image Denoise takes out the noise that is left, less well and in an eighth of the time with
-        "fast"; PicaError where it is not installed. `aovs`: as Renderer's, of the G-buffer; they are the first
+        `denoise`: Open Image Denoise removes the remaining noise, with "fast" less well and in an eighth of the time;
+        PicaError if it is not installed. `aovs`: as Renderer's, of the G-buffer; they are the first
         sample's, through the pixels' centres.
         """
         samples = checked_count("render: samples", samples)
@@ -120,41 +120,41 @@ class PathTracer(Closing):
         camera = checked_camera("render", camera)
         self._frames.rewind()
         plan: Plan | None = None
-        found: dict[str, Lazy] = {}
+        images: dict[str, Lazy] = {}
         labels: Labels | None = None
         timings: dict[str, float] = {}
         for done in range(1, samples + 1):
             self._first, self._last = done == 1, done == samples
-            with self.device.turn:
+            with self.device.lock:
                 frame = self._begin(camera)
                 plan = plan or self._declare(denoiser, wanted)
                 captured = plan.names("gbuffer", wanted) if self._first else set()
                 if self._last:
                     captured |= {"color", "display"} | ({"alpha"} if self._transparent else set())
                 frame.requested = frozenset(captured)
-                found |= plan.replay(frame)
+                images |= plan.replay(frame)
                 self._frames.end(frame)
-                if done == 1 and found.keys() & NUMBERED:
+                if done == 1 and images.keys() & NUMBERED:
                     labels = self.view.name_labels()
                 if done == samples:
                     timings = self.device.profiler.flush()
-                    if denoiser is not None:  # what it needs goes with the picture
+                    if denoiser is not None:  # the denoiser's inputs belong to the picture
                         self._declare()
             if progress is not None:
                 progress(done, samples)
-        color, display = self._black_pictures.watched(found, self.scene, self.settings)
-        pixels = {name: fetch for name, fetch in found.items() if name not in ("color", "display")}
+        color, display = self._black_pictures.watched(images, self.scene, self.settings)
+        pixels = {name: fetch for name, fetch in images.items() if name not in ("color", "display")}
         return Frame(self.size, color, display, pixels, timings, labels, self.device_name)
 
     def _begin(self, camera: Camera) -> FrameContext:
-        self.check_open()  # what is called after each sample may close it
-        self.view.admit()
+        self.check_open()  # the callback after a sample may have closed it
+        self.view.sync()
         frame = self._frames.begin(camera, jittered=False)
         self.view.update(frame, frame.camera)
         return frame
 
     def _declare(self, denoiser: Denoiser | None = None, wanted: frozenset[str] | None = None) -> Plan:
-        """A sample, and what only the first and the last of a picture do."""
+        """A sample; the first and the last of a picture do more."""
         while True:
             types, graph = self.view.material_types, self._graph(wanted or frozenset())
             with graph.when(lambda frame: self._first):
@@ -171,7 +171,7 @@ class PathTracer(Closing):
             assert gbuffer is not None
             plan = Plan(graph)
             self.view.make_programs()
-            if self.view.material_types == types:  # else some were found that are made for more features
+            if self.view.material_types == types:  # otherwise cached programs with more features were chosen
                 return plan
 
     def _graph(self, requested: frozenset[str]) -> FrameGraph:

@@ -1,1 +1,1 @@
-"""What programs are made of: recipes, material and shape types, features, and the processes that compile them."""
+"""Shader programs: recipes, material and shape types, features, and the processes that compile them."""

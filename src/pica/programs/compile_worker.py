@@ -1,4 +1,4 @@
-"""The other end of compiler.Compiler: makes the programs that it is told to, so that the shader cache has them."""
+"""The worker process of compiler.Compiler: compiles programs, to fill the shader cache."""
 
 import ctypes
 import os
@@ -18,14 +18,14 @@ _PR_SET_PDEATHSIG = 1
 
 
 def main(parent: int, beside_frames: bool) -> None:
-    """Read what an adapter is called, then answer each (recipe, types) with the fault, or None; all of it pickled.
+    """Read the adapter's name, then answer each (recipe, types) with the fault, or None; all of it pickled.
 
-    `parent`: the process that asks. Where it ends, whatever ends it, so does this one: on Linux at once, elsewhere
-    after the program under way.
+    `parent`: the process that owns the worker. When it ends for any reason, so does this one: on Linux at once,
+    elsewhere after the current program.
     """
     end_with_parent(parent)
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # whatever a library prints is no answer
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # output of libraries must not mix with answers
     if beside_frames and hasattr(os, "nice"):
         os.nice(10)  # they go first
     serve(sys.stdin.buffer, answers)
@@ -43,9 +43,9 @@ def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
     """Until the input ends."""
     adapter = pickle.load(tasks)
     device: Device | None = None
-    with suppress(PicaError, RuntimeError):  # each task is told of it
+    with suppress(PicaError, RuntimeError):  # each task reports it
         device = Device(adapter)
-    # Slang-RHI remembers layouts by address, which another program's may take once one is freed; then it crashes.
+    # Slang-RHI caches layouts by address, which another program may get once one is freed; then it crashes.
     linked: list[Any] = []
     while True:
         try:
@@ -58,8 +58,8 @@ def serve(tasks: BinaryIO, answers: BinaryIO) -> None:
             linked.append(recipe.link(device, types))
             made = recipe.make(device, linked[-1])
             make_machine_code(device, made)
-            # What Slang-RHI captures of a ray tracing pipeline lacks whatever NVIDIA's driver shares with another that
-            # lives: the renderer could not make its own from that and would compile for seconds
+            # Slang-RHI's capture of a ray tracing pipeline lacks parts that NVIDIA's driver shares with another live
+            # one: the renderer could not make its own from that and would compile for seconds
             # (docs/how-it-works/architecture.md).
             del made
         except (MaterialTypeError, ShapeError, ShaderError) as error:

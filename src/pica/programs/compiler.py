@@ -1,8 +1,8 @@
 """Worker processes that compile programs: one beside a running renderer, or one a core before a first frame.
 
 SlangPy holds Python's lock while it compiles, so threads would stall frames and each other. A worker process makes the
-same programs from the same recipes on a device of its own: what it finds lies in the caches on disk, from which this
-process then takes it (program_round.py, preparation.py).
+same programs from the same recipes on its own device: its results are stored in the caches on disk, from which this
+process then reads them (program_round.py, preparation.py).
 """
 
 import os
@@ -42,8 +42,8 @@ class Task:
 
 
 class Compiler:
-    """A worker process of a device; it starts with `start`, and goes with `close`, when it meets None among its tasks,
-    or with this process. The thread that serves it starts it: Linux ends it with that thread."""
+    """A worker process of a device; it starts with `start`, and ends with `close`, with None among its tasks,
+    or with this process. Its thread here starts it: Linux ends it with that thread."""
 
     def __init__(
         self,
@@ -52,8 +52,8 @@ class Compiler:
         tasks: "SimpleQueue[Task | None] | None" = None,
         heard: Callable[[Task], None] | None = None,
     ) -> None:
-        """`tasks`: of several workers; one by itself runs beside frames, which go first. `heard` is told of each task
-        that is done, in a thread of the worker's."""
+        """`tasks`: shared by several workers; a single one runs beside frames, which have priority. `heard` is called
+        for each finished task, in a thread of the worker's."""
         self._adapter, self._cache = adapter, cache
         self._call = f"main({os.getpid()}, beside_frames={tasks is None})"
         # The same modules under the same cache, and nothing of the script that runs here.
@@ -70,15 +70,15 @@ class Compiler:
         self.failure = ""
         """Why the worker cannot start, once it could not; programs are then compiled where they are used."""
         self.warned = False
-        """Whether the user has been told."""
+        """Whether the user has been warned."""
 
     def submit(self, task: Task) -> None:
-        """Let the worker see to a task, after those before."""
+        """Queue a task for the worker."""
         self._tasks.put(task)
         self.start()
 
     def start(self) -> None:
-        """Start the process, which makes itself ready and then sees to the tasks there are, and to those that come."""
+        """Start the process, which initializes and then works on the queued tasks, and on later ones."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._serve, name="pica shader compiler", daemon=True)
             self._thread.start()
@@ -140,7 +140,7 @@ class Compiler:
         return process
 
     def _end(self, seconds: float) -> None:
-        """`seconds`: that it may take to bring what it has compiled to the caches."""
+        """`seconds`: time to store its results in the caches."""
         process, self.process = self.process, None
         if process is None:
             return
@@ -152,12 +152,12 @@ class Compiler:
         process.wait()
         for pipe in (process.stdin, process.stdout):
             assert pipe is not None
-            with suppress(OSError):  # what was written last can no longer be flushed
+            with suppress(OSError):  # unflushed output is lost
                 pipe.close()
 
 
 class Workers:
-    """Several workers that share tasks, for all programs of a first frame."""
+    """Several workers with one queue, for all programs of a first frame."""
 
     def __init__(self, adapter: str, cache: "Path | None", count: int) -> None:
         self.heard: SimpleQueue[Task] = SimpleQueue()
@@ -171,7 +171,7 @@ class Workers:
             worker.start()
 
     def give(self, tasks: Sequence[Task]) -> None:
-        """Let them do these, in this order, and then end."""
+        """Queue these tasks, in this order, then the end."""
         for task in (*tasks, *(None for _ in self._all)):
             self._tasks.put(task)
 

@@ -1,4 +1,4 @@
-"""What a device has of material types and shapes, and the passes whose programs follow them."""
+"""A device's material types and shapes, and the passes whose programs depend on them."""
 
 import weakref
 from functools import cached_property, partial
@@ -12,7 +12,7 @@ from pica.caches.places import COMPILED
 from pica.programs.compiler import Compiler, Workers
 from pica.programs.material_types import STANDARD_ONLY, Feature, MaterialTypes, MaterialTypeSet
 from pica.programs.recipes import ForTypes, ForTypesRecipe, MaterialPass
-from pica.programs.scene_features import known_features
+from pica.programs.scene_features import supported_features
 from pica.programs.shape_types import ShapeTypes
 from pica.rhi.device import PACKAGE, Device
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
@@ -21,7 +21,7 @@ from pica.rhi.slang_files import Source, stem
 
 
 class ProgramLibrary:
-    """The material types and shapes that a device has compiled, and who uses them; one a device (`programs`)."""
+    """The compiled material types and shapes of a device, with their users; one per device (`programs`)."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -30,27 +30,27 @@ class ProgramLibrary:
         self.for_types: weakref.WeakKeyDictionary[ForTypes[Any, Any], None] = weakref.WeakKeyDictionary()
         """The passes on this device that follow the material types in use, in the order in which they were made."""
         self.first_workers: Workers | None = None
-        """Started for programs of which it is not known yet what they are made from (preparation.py)."""
+        """Workers started before the required programs are known (preparation.py)."""
         self._for_features: weakref.WeakKeyDictionary[ComputePass, tuple[Feature, ComputeRecipe]] = (
             weakref.WeakKeyDictionary()
         )
 
     @cached_property
     def compiler(self) -> Compiler:
-        """The process that compiles what comes to a running renderer."""
+        """The process that compiles new types beside a running renderer."""
         compiler = Compiler(self.device.name, self.device.cache)
         self.device.at_close(compiler.close)
         return compiler
 
     @cached_property
     def compiled(self) -> CompiledPrograms:
-        """What the caches have for this device."""
+        """Programs in the caches for this device."""
         device = self.device
         file = None if device.cache is None else device.cache / COMPILED
         return CompiledPrograms(file, PACKAGE, f"{device.name} {device.info.driver}")
 
     def retire(self, types: MaterialTypeSet) -> None:
-        """Forget the programs for these types, unless a pass still uses them."""
+        """Release the programs for these types, unless a pass still uses them."""
         if types != STANDARD_ONLY and not any(types == user.types for user in self.for_types):
             self.device.forget(types)
 
@@ -59,27 +59,27 @@ class ProgramLibrary:
     ) -> MaterialPass:
         """A compute pass that evaluates materials.
 
-        `name`: what the profiler calls the pass; `features`: what it knows besides.
+        `name`: in the profiler; `features`: additional features that it is compiled with.
         """
         return MaterialPass(self, ForTypesRecipe(ComputeRecipe(module, entry), features), name or stem(module))
 
     def compute_with(self, feature: Feature, module: str) -> ComputePass:
         """As Device.compute, for a pass that only frames of scenes with this feature run."""
         recipe = ComputeRecipe(module)
-        made = ComputePass(self.device.handle, Path(module).stem, partial(self.device.kept, recipe), module)
+        made = ComputePass(self.device.handle, Path(module).stem, partial(self.device.product, recipe), module)
         self._for_features[made] = feature, recipe
         return made
 
     def planned_for(self, types: MaterialTypeSet) -> list[ComputeRecipe]:
-        """What passes `compute_with` features among these types are to be made from, and nobody has made."""
-        known = known_features(types)
+        """Recipes of passes with `compute_with` features among these types that are not made yet."""
+        known = supported_features(types)
         wanted = dict.fromkeys(recipe for feature, recipe in self._for_features.values() if feature in known)
         return [recipe for recipe in wanted if not self.device.has(recipe)]
 
     def raster(
         self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None
     ) -> ForTypes[tuple[spy.ShaderProgram, spy.RenderPipeline], RasterPass]:
-        """A raster pass that evaluates materials: `of` gives it for the types in use."""
+        """A raster pass that evaluates materials: `of` returns it for the types in use."""
         handle, label = self.device.handle, name or Path(module).stem
         recipe = ForTypesRecipe(RasterRecipe(module, entries, state))
         return ForTypes(self, recipe, lambda made: RasterPass(handle, label, lambda: made))

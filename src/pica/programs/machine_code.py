@@ -10,10 +10,10 @@ from pica.rhi.device import Device
 
 
 def make_machine_code(device: Device, made: Any) -> None:
-    """Run what a recipe has made over no threads: lavapipe compiles to machine code at the first run, and caches that.
+    """Dispatch a program over no threads: lavapipe generates machine code at the first dispatch, and caches it.
 
-    Does nothing on hardware, whose pipelines are machine code, and nothing for draws: one without vertices compiles
-    nothing, and one with some needs a scene. Nor where validation is asked for, which does not like no threads.
+    Does nothing on hardware, whose pipelines are machine code already, and nothing for draws: one without vertices
+    compiles nothing, and one with vertices needs a scene. Nor with validation, which rejects empty dispatches.
     """
     if not device.is_software or validation.asked():
         return

@@ -1,6 +1,6 @@
-"""Material types as Slang modules: one alias for each, and one module that stands for all that a scene uses.
+"""Material types as Slang modules: an alias module for each, and one that combines those of a scene.
 
-The file of a type is compiled as it is; what is generated round it only says its name (materials/material_types.slang).
+The file of a type is compiled unchanged; generated modules only refer to its struct (materials/material_types.slang).
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ Made = TypeVar("Made")
 
 @dataclass(frozen=True)
 class ShapeOn:
-    """What primitives have for a hit group: a shape with a material type on it (programs/shape_types.py)."""
+    """A hit group of primitives: a shape with a material type (programs/shape_types.py)."""
 
     shape: MaterialSource
     material: MaterialSource
@@ -36,7 +36,7 @@ class ShapeOn:
 
 @dataclass(frozen=True)
 class Feature:
-    """Something that programs leave out unless they are told of it (programs/scene_features.py)."""
+    """A feature that programs omit unless it is linked (programs/scene_features.py)."""
 
     word: str
     module: str
@@ -46,20 +46,20 @@ class Feature:
 
 @dataclass(frozen=True)
 class Bundle:
-    """The features that programs know: one of scene_features.BUNDLES."""
+    """The features of the programs: one of scene_features.BUNDLES."""
 
     features: tuple[Feature, ...]
 
     @property
     def name(self) -> str:
-        """What no type is called."""
+        """A name that no type can have."""
         return "features/"
 
 
 TypeEntry = MaterialSource | ShapeOn | Bundle
 MaterialTypeSet = tuple[TypeEntry, ...]
-"""The types that a program knows, by the number that materials carry (`Material.type` in shaders), and among them the
-shapes that materials of these types are on, one hit group each, and the features, if any. The first is a type."""
+"""The types of a program, by the number in materials (`Material.type` in shaders), with the
+shapes that use them, one hit group each, and the features, if any. The first entry is a type."""
 STANDARD_ONLY: MaterialTypeSet = (STANDARD_SOURCE,)
 MAX_PARAMETERS = 16
 """32-bit numbers of a material's own; table_rows.slang: MATERIAL_PARAMETERS."""
@@ -119,17 +119,17 @@ class MaterialType(CompiledType):
 
     @property
     def struct(self) -> str:
-        """What the alias module calls it."""
+        """Its name in the alias module."""
         return f"material_struct_{self.name}"
 
     def packed(self, what: str, values: dict[str, Any]) -> NDArray[np.uint32]:
         """Parameters as (MAX_PARAMETERS,) numbers. Raises MaterialTypeError for a name or a shape that does not fit."""
         expected = self.parameters.names or ()
-        given, known = set(values), set(expected)
-        if given != known:
-            fault = f"lacks {_listed(known - given)}" if known - given else f"has no {_listed(given - known)}"
+        given, names = set(values), set(expected)
+        if given != names:
+            fault = f"lacks {_listed(names - given)}" if names - given else f"has no {_listed(given - names)}"
             raise MaterialTypeError(
-                f"material {what!r} of type {self.name!r} {fault}; its parameters are {_listed(known) or 'none'}"
+                f"material {what!r} of type {self.name!r} {fault}; its parameters are {_listed(names) or 'none'}"
             )
         row = np.zeros((), self.parameters)
         for name in expected:
@@ -146,7 +146,7 @@ class MaterialType(CompiledType):
 
 
 class MaterialTypes:
-    """The material types of one device, compiled when first asked for."""
+    """The material types of one device, compiled at first use."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -163,7 +163,7 @@ class MaterialTypes:
         return self._types[source]
 
     def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
-        """What to link with a program so that it knows these types."""
+        """The modules to link a program with for these types."""
         if plain(types) == {0: STANDARD_SOURCE}:
             return []
         if types not in self._modules:
@@ -213,24 +213,24 @@ def plain(types: MaterialTypeSet) -> dict[int, MaterialSource]:
 
 
 def made(device: Device, recipe: Recipe[Made], types: MaterialTypeSet) -> Made:
-    """As Device.kept, but what Slang finds out late (recursion, generics without an end) is a fault of the user's type
-    or shape among these. Raises MaterialTypeError or ShapeError."""
+    """As Device.product, but errors that Slang finds late (recursion, unbounded generics) are reported as faults of the
+    user's types or shapes among these. Raises MaterialTypeError or ShapeError."""
     try:
-        return device.kept(recipe, types)
+        return device.product(recipe, types)
     except (DeviceError, RuntimeError) as error:
         raise fault_of(types, error) or error from None
 
 
 def fault_of(types: MaterialTypeSet, error: Exception) -> PicaError | None:
-    """The fault of a file of the user's that made a program of these types fail; None where there are no such files."""
+    """The error for the user's files among these types that made a program fail; None without such files."""
     text = str(error.__cause__ or error)
-    found = [source for entry in types for source in _sources(entry) if source != STANDARD_SOURCE]
-    for source in found:
+    sources = [source for entry in types for source in _sources(entry) if source != STANDARD_SOURCE]
+    for source in sources:
         path = marked(source.path, source.text)
         if str(path) in text:
             return source.fault(first_error(source.path, text.replace(str(path), str(source.path))))
-    names = " or ".join(repr(source.name) for source in dict.fromkeys(found))
-    return MaterialTypeError(f"material type {names}: {' '.join(text.split())}") if found else None
+    names = " or ".join(repr(source.name) for source in dict.fromkeys(sources))
+    return MaterialTypeError(f"material type {names}: {' '.join(text.split())}") if sources else None
 
 
 def _sources(entry: TypeEntry) -> list[MaterialSource]:
@@ -244,9 +244,9 @@ def _sources(entry: TypeEntry) -> list[MaterialSource]:
 
 
 def compiled(device: Device, source: MaterialSource) -> tuple[str, np.dtype[Any]]:
-    """Compile a registered file: the module that says its name, and what its `struct Parameters` has.
+    """Compile a registered file: the module with its struct's alias, and the fields of its `struct Parameters`.
 
-    Raises the source's own error when the file has a fault.
+    Raises the source's own error if the file has a fault.
     """
     unique = f"{source.name}_{digest(source.text)}"
     module, alias = f"{source.word}_{unique}", f"{source.word}_alias_{unique}"
@@ -274,27 +274,27 @@ def compiled(device: Device, source: MaterialSource) -> tuple[str, np.dtype[Any]
 
 
 def _implementation(source: MaterialSource, loaded: spy.SlangModule) -> tuple[str, str]:
-    """The name of the one struct that implements an interface, and of what is to be used."""
+    """The name of the one struct that implements an interface."""
     layout = loaded.layout
     interfaces = {name: layout.find_type_by_name(name) for name in source.interfaces}
     structs: Any = loaded.module_decl.children_of_kind(spy.DeclReflection.Kind.struct)
-    found = [
+    matches = [
         (struct.name, source.interfaces[name].format(struct.name))
         for struct in structs
         for name, interface in interfaces.items()
         if interface is not None and layout.is_sub_type(layout.find_type_by_name(struct.name), interface)
     ]
-    if len(found) != 1:
+    if len(matches) != 1:
         wanted = f"{' or '.join(interfaces)} ({source.interface_file})"
-        what = f"{len(found)} structs implement {wanted}, not one" if found else f"no struct implements {wanted}"
+        what = f"{len(matches)} structs implement {wanted}, not one" if matches else f"no struct implements {wanted}"
         raise source.fault(f"{source.path}: {what}")
-    return found[0]
+    return matches[0]
 
 
 def _parameters(source: MaterialSource, struct: spy.TypeReflection | None) -> np.dtype[Any]:
     fields = []
-    known: Any = struct.fields if struct is not None else []
-    for field in known:
+    struct_fields: Any = struct.fields if struct is not None else []
+    for field in struct_fields:
         kind = field.type.kind
         plain = kind in (spy.TypeReflection.Kind.scalar, spy.TypeReflection.Kind.vector)
         if not plain or field.type.scalar_type not in _SCALARS:

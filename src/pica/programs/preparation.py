@@ -1,7 +1,7 @@
-"""All programs that a first frame needs, made before it: those that no cache has by a process for each core.
+"""Makes all programs that a first frame needs: those that no cache has are compiled by a process per core.
 
-Workers (compiler.py) leave what they compile in the caches on disk. This process then links and makes each from there,
-and compiles what they have not.
+Workers (compiler.py) store their results in the caches on disk. This process then links and makes each from there,
+and compiles the rest.
 """
 
 import os
@@ -14,22 +14,22 @@ from pica.programs.compiler import Task, Workers
 from pica.programs.library import programs
 from pica.programs.machine_code import make_machine_code
 from pica.programs.material_types import MaterialTypeSet, made
-from pica.programs.scene_features import BUNDLES, known_features, with_features
+from pica.programs.scene_features import BUNDLES, supported_features, with_features
 from pica.rhi.device import Device
 from pica.rhi.recipes import Recipe
 
 Program = tuple[Recipe[Any], MaterialTypeSet]
-"""A recipe and its variant, as `Device.kept` takes them."""
+"""A recipe and its variant, the arguments of `Device.product`."""
 _MOST_WORKERS = 8
 """More would only wait for the longest program, with some 300 MB each."""
 
 
 def prepare(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
-    """Make the programs of all passes on this device that have none yet; `types`: of those that follow material types.
+    """Make the missing programs of all passes on this device; `types`: for passes that depend on material types.
 
-    Returns the types that these know: with features added where the caches have all programs for those, and not for
-    `types`. `compiling.listening` hears of those that no cache has, or the log. Raises DeviceError for one that does
-    not compile.
+    Returns the types that they were made for: with more features if the caches have all programs for those, and not for
+    `types`. Programs that no cache has are reported to `compiling.listening`, or logged. Raises DeviceError for one
+    that does not compile.
     """
     compiled = programs(device).compiled
     types = _covering(device, types)
@@ -45,7 +45,7 @@ def prepare(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
 def _covering(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
     compiled = programs(device).compiled
     for bundle in BUNDLES:
-        if known_features(types).issubset(bundle.features):
+        if supported_features(types).issubset(bundle.features):
             more = with_features(types, frozenset(bundle.features))
             if all(map(compiled.has, _wanted(device, more))):
                 return more
@@ -53,7 +53,7 @@ def _covering(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
 
 
 def _wanted(device: Device, types: MaterialTypeSet) -> list[Program]:
-    """The longest to compile first, or one process would be left with it: what comes late in a frame sums up most."""
+    """The slowest to compile first, for balance: programs late in a frame are the largest."""
     following = [user.recipe for user in programs(device).for_types if not user.types]
     wanted: list[Program] = [(recipe, types) for recipe in reversed(following)]
     wanted += [(recipe, ()) for recipe in (*programs(device).planned_for(types), *device.planned)]
@@ -61,8 +61,8 @@ def _wanted(device: Device, types: MaterialTypeSet) -> list[Program]:
 
 
 def expect(device: Device) -> None:
-    """Where no cache has anything yet, start the workers of the first `prepare`: it takes them as long to be ready as
-    this process to set up the stages."""
+    """If the caches are empty, start the workers of the first `prepare`: their start takes as long as this process's
+    setup of the stages."""
     library = programs(device)
     if library.compiled.empty and library.first_workers is None and device.cache is not None and cores() > 1:
         library.first_workers = workers = Workers(device.name, device.cache, min(cores(), _MOST_WORKERS))
@@ -71,28 +71,28 @@ def expect(device: Device) -> None:
 
 
 def _compile(device: Device, missing: Sequence[Program]) -> None:
-    """Compile these: by workers, and here what they have not."""
+    """Compile these by workers, and the rest here."""
     compiled, compilation = programs(device).compiled, compiling.Compilation(len(missing))
     left = set(missing)
 
-    def found(program: Program) -> None:
+    def on_compiled(program: Program) -> None:
         compiled.add([program])
         left.discard(program)
         compilation.tell(len(missing) - len(left))
 
-    _compile_beside(device, missing, found, compilation.log_once)
+    _compile_beside(device, missing, on_compiled, compilation.log_once)
     for program in missing:
         if program in left:
             make_machine_code(device, made(device, *program))
-            found(program)
+            on_compiled(program)
 
 
 def _compile_beside(
-    device: Device, missing: Sequence[Program], found: Callable[[Program], None], late: Callable[[], None]
+    device: Device, missing: Sequence[Program], on_compiled: Callable[[Program], None], late: Callable[[], None]
 ) -> None:
-    """Have workers compile these; `found` is told of each that the caches have now. A worker's fault is no obstacle.
+    """Have workers compile these, ignoring their faults; `on_compiled` is called for each that the caches have now.
 
-    `late` is called where one takes long.
+    `late` is called if one is slow.
     """
     library, count = programs(device), min(cores(), len(missing), _MOST_WORKERS)
     workers, library.first_workers = library.first_workers, None
@@ -106,7 +106,7 @@ def _compile_beside(
         for _ in missing:
             task = _next(workers, late)
             if task.answered and task.fault is None:
-                found((task.recipe, task.types))
+                on_compiled((task.recipe, task.types))
     except BaseException:
         workers.close()
         raise

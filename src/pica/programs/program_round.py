@@ -19,7 +19,7 @@ class ProgramRound:
     def __init__(self, device: Device, before: MaterialTypeSet, types: MaterialTypeSet) -> None:
         self.types = types
         self.entries = [entry for entry in types if entry not in before]
-        """What is new among the types."""
+        """The new types."""
         self._device = device
         self._compiler = programs(device).compiler
         recipes: list[Recipe[Any]] = [TypeRecipe(entry) for entry in self.entries]
@@ -35,9 +35,9 @@ class ProgramRound:
         return len(self._tasks)
 
     def step(self) -> bool:
-        """Link a program that the worker has compiled, or make the rest of one that is linked; True when all are made.
+        """Link a program that the worker has compiled, or finish a linked one; True when all are made.
 
-        Raises MaterialTypeError or ShapeError for a fault in what is new: in `entries`, and the round is over.
+        Raises MaterialTypeError or ShapeError for a fault in a new type: in `entries`, and the round is over.
         """
         if self._compiler.failure and not self._compiler.warned:
             self._compiler.warned = True
@@ -51,7 +51,7 @@ class ProgramRound:
                 if task.fault is not None:
                     raise task.fault
                 if task.linked:
-                    self._device.kept(task.recipe, task.types)
+                    self._device.product(task.recipe, task.types)
                     self._tasks.popleft()
                 else:
                     self._device.link(task.recipe, task.types)
@@ -62,13 +62,13 @@ class ProgramRound:
         return not self._tasks
 
     def cancel(self) -> None:
-        """Nobody waits for these programs any more."""
+        """Stop compiling these programs."""
         for task in self._tasks:
             task.cancelled = True
 
     def _fail(self, recipe: Recipe[Any], error: Exception) -> None:
         self.cancel()
-        programs(self._device).retire(self.types)  # what was made for them so far is of no use to the next round
+        programs(self._device).retire(self.types)  # the next round cannot use these programs
         if isinstance(recipe, TypeRecipe):
             self.entries = [recipe.entry]
         if isinstance(error, MaterialTypeError | ShapeError):

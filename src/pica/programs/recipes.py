@@ -35,7 +35,7 @@ class ForTypesRecipe:
 
     plain: ComputeRecipe | RasterRecipe
     features: tuple[Feature, ...] = ()
-    """What it knows besides, whatever the types are."""
+    """Additional features, independent of the types."""
 
     def link(self, device: Device, variant: MaterialTypeSet) -> spy.ShaderProgram:
         """`variant`: the types. Raises DeviceError when the file does not compile."""
@@ -48,7 +48,7 @@ class ForTypesRecipe:
 
 @dataclass(frozen=True)
 class TypeRecipe:
-    """A material type, a shape or a bundle by itself: whatever can be said of its file without any program."""
+    """A material type, a shape or a bundle by itself: checks its file without any program."""
 
     entry: TypeEntry
 
@@ -61,22 +61,22 @@ class TypeRecipe:
         return device.shared(MaterialTypes)[self.entry]
 
     def make(self, device: Device, linked: MaterialType | ShapeType | Bundle) -> MaterialType | ShapeType | Bundle:
-        """What was loaded."""
+        """The loaded modules."""
         return linked
 
 
 class ForTypes(Generic[Made, Pass]):
-    """A pass whose program knows the material types in use, and is another when they change."""
+    """A pass whose program is compiled for the material types in use, and replaced when they change."""
 
     def __init__(self, library: "ProgramLibrary", recipe: Recipe[Made], use: Callable[[Made], Pass]) -> None:
-        """`use` makes the pass from what the recipe makes."""
+        """`use` makes the pass from the recipe's program."""
         self._library, self.recipe, self._use = library, recipe, use
         self.types: MaterialTypeSet = ()
-        """Those of the newest call."""
+        """The types of the newest call."""
         library.for_types[self] = None
 
     def of(self, types: MaterialTypeSet) -> Pass:
-        """The pass that goes with these types; made here and now where nobody has made its program ahead."""
+        """The pass for these types; compiled now unless its program was prepared."""
         if types is not self.types:
             if types != self.types:
                 self._pass = self._use(made(self._library.device, self.recipe, types))
@@ -88,7 +88,7 @@ class MaterialPass(ForTypes[tuple[spy.ShaderProgram, spy.ComputePipeline], Compu
     """A compute pass that evaluates materials, of the types that the scene among its arguments has."""
 
     def __init__(self, library: "ProgramLibrary", recipe: ForTypesRecipe, name: str) -> None:
-        """`name`: what the profiler calls it."""
+        """`name`: in the profiler."""
         handle = library.device.handle
         super().__init__(library, recipe, lambda made: ComputePass(handle, name, lambda: made))
         self.name = name

@@ -1,8 +1,8 @@
-"""What programs leave out where a scene does not have it: each feature is a constant of Slang's, false unless a module
-is linked that says otherwise.
+"""Optional features of programs: each is a Slang constant, false unless a module
+is linked that sets it.
 
-A bundle of them stands among the material types in use, since the same holds for both: what is added to a running
-renderer waits until programs that know it are compiled beside the frames, and nothing goes.
+A bundle of features is an entry among the material types in use, because both behave alike: additions to a running
+renderer wait until programs with them are compiled beside the frames, and none is removed.
 """
 
 from collections.abc import Set
@@ -25,24 +25,24 @@ TUBES = Feature("tubes", _LIGHTS_MODULE, "TUBES_IN_USE")
 ENVIRONMENT = Feature("environment", "gpu_scene.scene", "ENVIRONMENT_IN_USE")
 TEXTURES = Feature("textures", "materials.material", "TEXTURES_IN_USE")
 EMISSIVE_TEXTURES = Feature("emissive_textures", "materials.material_type", "EMISSIVE_TEXTURES_IN_USE")
-"""These alone are read for light too, where an emissive triangle is sampled."""
+"""Only these textures are also read for emitted light, when an emissive triangle is sampled."""
 ALPHA = Feature("alpha", "materials.material_types", "ALPHA_IN_USE")
 TRANSMISSION = Feature("transmission", "gpu_scene.scene", "TRANSMISSION_IN_USE")
 COATS = Feature("coats", "shaders.coats", "COATS_IN_USE")
 LOBES = Feature("lobes", "shaders.brdf_parameters", "LOBES_IN_USE")
-"""Room for what follows, each of which comes with it."""
+"""Support code of the following lobes, each of which requires it."""
 FILMS = Feature("films", "shaders.thin_film", "FILMS_IN_USE")
 ANISOTROPY = Feature("anisotropy", "shaders.anisotropy", "ANISOTROPY_IN_USE")
 SHEEN = Feature("sheen", "shaders.sheen", "SHEEN_IN_USE")
 
 SPLIT_SUM_ONLY = Feature("split_sum_only", "light_sampling.slot_samples", "SPLIT_SUM_ONLY")
-"""Not of scenes, but of settings: `lighting.area_shadows` asks for no ratio."""
+"""Not of scenes, but of settings: set unless `lighting.area_shadows` is ratio."""
 
 _LIT = LIGHTS, FLAT_LIGHTS
 _TEXTURED = TEXTURES, EMISSIVE_TEXTURES, ALPHA
 _MOST = ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION
 _DEAR = (COATS,), (LOBES, FILMS), (LOBES, ANISOTROPY), (LOBES, SHEEN)
-"""What each takes long to compile, and longer beside the others."""
+"""Lobes that take long to compile, and longer together."""
 _BUNDLED = (
     (),
     (ENVIRONMENT, *_LIT),
@@ -51,7 +51,7 @@ _BUNDLED = (
     *((*_MOST, *chain(*some)) for count in range(len(_DEAR) + 1) for some in combinations(_DEAR, count)),
 )
 BUNDLES = tuple(Bundle(tuple(dict.fromkeys(features))) for features in _BUNDLED)
-"""What comes together, the smaller first: few, so that scenes have programs in common."""
+"""Combinations of features, smaller ones first: few, so that scenes share programs."""
 
 Features = frozenset[Feature]
 _NONE: Features = frozenset()
@@ -65,27 +65,27 @@ export public static const bool {constant} = true;
 
 
 def features_of(material: Material) -> Features:
-    """What programs must know to show it."""
-    values = vars(material)  # half of the time that checked fields take, for each section of each node that comes
-    found = _NONE
+    """The features that a material requires."""
+    values = vars(material)  # twice as fast as checked fields, for each section of each added node
+    features = _NONE
     if any([values[slot] is not None for slot in _SLOTS]):
-        found |= {TEXTURES}
+        features |= {TEXTURES}
     if values["emissive_texture"] is not None:
-        found |= {EMISSIVE_TEXTURES}
+        features |= {EMISSIVE_TEXTURES}
     if values["alpha_mode"] is not AlphaMode.OPAQUE:
-        found |= {ALPHA}
+        features |= {ALPHA}
     if values["transmission"] > 0:
-        found |= {TRANSMISSION}
+        features |= {TRANSMISSION}
     if values["coats"]:
-        found |= {COATS}
+        features |= {COATS}
     for lobe, feature in _LOBES:
         if values[lobe] is not None:
-            found |= {LOBES, feature}
-    return found
+            features |= {LOBES, feature}
+    return features
 
 
 def features_of_light(light: Light | None) -> Features:
-    """What programs must know to let it shine."""
+    """The features that a light requires."""
     match light:
         case None:
             return _NONE
@@ -112,23 +112,23 @@ def features_of_scene(scene: Scene) -> Features:
     return features_of_environment(scene).union(*(features_of_light(node.light) for node in scene.nodes()))
 
 
-def known_features(types: MaterialTypeSet) -> Features:
-    """What programs for these types know."""
+def supported_features(types: MaterialTypeSet) -> Features:
+    """The features of programs for these types."""
     return frozenset(feature for entry in types if isinstance(entry, Bundle) for feature in entry.features)
 
 
 def with_features(types: MaterialTypeSet, features: Set[Feature]) -> MaterialTypeSet:
-    """The types with the smallest bundle that has these too."""
-    known = known_features(types)
-    if features <= known:
+    """The types with the smallest bundle that includes these features too."""
+    supported = supported_features(types)
+    if features <= supported:
         return types
-    bundle = next(bundle for bundle in BUNDLES if known.union(features).issubset(bundle.features))
+    bundle = next(bundle for bundle in BUNDLES if supported.union(features).issubset(bundle.features))
     others = [bundle if isinstance(entry, Bundle) else entry for entry in types]
     return tuple(others if bundle in others else [*others, bundle])
 
 
 def feature_modules(device: Device, types: MaterialTypeSet) -> list[spy.SlangModule]:
-    """What to link with a program so that it knows the features among these types."""
+    """The module to link a program with for the features among these types."""
     return [_module(device, feature) for entry in types if isinstance(entry, Bundle) for feature in entry.features]
 
 

@@ -1,7 +1,7 @@
-"""Shapes as Slang modules: one alias for each, one module that stands for all that a scene uses.
+"""Shapes as Slang modules: an alias module for each, and one that combines those of a scene.
 
-A program knows shapes by entries ShapeOn in its MaterialTypeSet: each is a hit group whose intersection shader is
-the shape's and whose other shaders are the material type's. So a scene without shapes has the programs it always had.
+Shapes are ShapeOn entries in a program's MaterialTypeSet: each is a hit group with the shape's intersection shader
+and the material type's other shaders. So scenes without shapes have the same programs as before.
 """
 
 import numpy as np
@@ -53,7 +53,7 @@ class ShapeType(CompiledType):
 
     @property
     def struct(self) -> str:
-        """What the alias module calls it."""
+        """Its name in the alias module."""
         return f"shape_struct_{self.name}"
 
     def packed(self, primitives: Primitives) -> NDArray[np.uint32]:
@@ -80,7 +80,7 @@ def shapes_of(types: MaterialTypeSet) -> list[MaterialSource]:
 
 
 class ShapeTypes:
-    """The shapes of one device, compiled when first asked for."""
+    """The shapes of one device, compiled at first use."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -94,7 +94,7 @@ class ShapeTypes:
         return self._types[source]
 
     def linked(self, types: MaterialTypeSet) -> list[spy.SlangModule]:
-        """What to link with a program so that it knows the shapes among these types."""
+        """The modules to link a program with for the shapes among these types."""
         shapes = tuple(shapes_of(types))
         if not shapes:
             return []
@@ -121,6 +121,6 @@ class ShapeTypes:
 
 
 def modules_for(device: Device, types: MaterialTypeSet) -> list[spy.SlangModule]:
-    """What to link with a program so that it knows these material types, and the shapes and features among them."""
+    """The modules to link a program with for these material types, and the shapes and features among them."""
     shared = device.shared(MaterialTypes).linked(types), device.shared(ShapeTypes).linked(types)
     return [*shared[0], *shared[1], *feature_modules(device, types)]

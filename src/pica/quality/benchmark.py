@@ -12,7 +12,7 @@ from pica.scene.camera import Camera
 from pica.tracing.fallbacks import traces
 
 _HARDWARE, _SOFTWARE = (200, 50), (20, 3)
-"""Frames and frames of warm-up; on the processor, where a frame can take seconds, as few as a median needs."""
+"""Frames and frames of warm-up; on the processor, where a frame can take seconds, as few as a median allows."""
 _HARDWARE_SAMPLES, _SOFTWARE_SAMPLES = 20, 3
 """Path traced samples a pixel that are measured."""
 
@@ -79,7 +79,7 @@ def path_traced_sample(
     camera: Camera | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any] | None:
-    """What a path traced sample a pixel of the same picture costs, with all light; None where nothing traces rays.
+    """The cost of a path traced sample per pixel of the same picture, with all light; None without ray tracing.
 
     `frame_ms`: of the renderer's frame. `progress(done, samples)` is called after each sample.
     samples: how many were measured; sample_ms: GPU milliseconds, their median; frame_over_sample: the frame's over it.

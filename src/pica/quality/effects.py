@@ -1,4 +1,4 @@
-"""One effect's buffer against what it should be (Effect.reference), frame by frame of a sequence."""
+"""Compares one effect's buffer with its ground truth (Effect.reference), frame by frame of a sequence."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from pica.renderer import Renderer
 from pica.scene.camera import Camera
 
 Layers = dict[str, NDArray[np.float32]]
-"""(height, width), or of light (height, width, 3), by name; NaN where there is nothing to compare."""
+"""(height, width), or of light (height, width, 3), by name; NaN where undefined."""
 
 
 class MeasuredEffect:
@@ -33,16 +33,16 @@ class MeasuredEffect:
 
     @property
     def is_light(self) -> bool:
-        """Whether it gives light, in nits."""
+        """Whether it is light, in nits."""
         return self._reference().is_light
 
     def result(self) -> Layers:
-        """What the effect gave in the newest frame."""
+        """The effect's result in the newest frame."""
         captured = self._renderer.captured
         return {name: captured[layer.offer]() for name, layer in self._reference().layers.items()}
 
     def offers(self) -> frozenset[str]:
-        """What a frame has to capture for `result`; asked once it is known what the frame consists of."""
+        """The captures that `result` needs; called once the frame's structure is known."""
         reference = self._effect.reference()
         return frozenset(layer.offer for layer in reference.layers.values()) if reference else frozenset()
 
@@ -70,7 +70,7 @@ class EffectErrors:
     change: list[float] = field(default_factory=list)
     """Mean absolute difference to the frame before, from the second frame on."""
     newest: tuple[Layers, Layers] = field(default=({}, {}), repr=False)
-    """What the effect gave in the last frame, and its reference."""
+    """The effect's result in the last frame, and its reference."""
 
     def numbers(self) -> dict[str, Any]:
         """For JSON: means over the frames, and each frame."""
@@ -147,7 +147,7 @@ def _mean_change(before: Layers, now: Layers, expected: Layers) -> float:
 
 
 def error_sheet(errors: EffectErrors) -> NDArray[np.uint8]:
-    """The last frame to look at, a row a layer: the effect, its reference, the error five times as strong."""
+    """The last frame for viewing, a row a layer: the effect, its reference, the error five times as strong."""
     result, expected = errors.newest
     rows = []
     for name, reference in expected.items():

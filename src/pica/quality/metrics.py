@@ -14,7 +14,7 @@ Picture = NDArray[np.floating[Any]]
 def flip(reference: Picture, test: Picture) -> tuple[float, NDArray[np.float32]]:
     """The mean of LDR-FLIP, 0 (same) to 1, and its map (height, width).
 
-    Both pictures are sRGB values, 0 to 1, seen at FLIP's usual 67 pixels per degree
+    Both pictures are sRGB values, 0 to 1, viewed at FLIP's usual 67 pixels per degree
     (Andersson et al., FLIP: A Difference Evaluator for Alternating Images, HPG 2020).
     """
     import flip_evaluator

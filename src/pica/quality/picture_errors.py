@@ -21,7 +21,7 @@ class Errors:
     relmse: float
     """Relative mean squared error, of the linear pictures."""
     exposure: float = field(repr=False)
-    """What both linear pictures were multiplied by before FLIP and PSNR."""
+    """The factor on both linear pictures before FLIP and PSNR."""
     flip_map: NDArray[np.float32] = field(repr=False, compare=False)
     """(height, width) FLIP of every pixel."""
 
@@ -33,7 +33,7 @@ class Errors:
 def compare(reference: Picture, test: Picture, exposure: float | None = None) -> Errors:
     """Errors of `test` against `reference`, both (height, width, 3) linear.
 
-    FLIP and PSNR see both as a display would show them: `exposed` with `exposure`, or `exposure_for(reference)` when
+    FLIP and PSNR compare both as displayed: `exposed` with `exposure`, or `exposure_for(reference)` when
     None. Raises PicaError when sizes differ or values are not finite.
     """
     check(reference, test)
@@ -44,15 +44,15 @@ def compare(reference: Picture, test: Picture, exposure: float | None = None) ->
 
 
 def exposed(picture: Picture, exposure: float) -> NDArray[np.float32]:
-    """What FLIP and PSNR see of a linear picture: times `exposure`, sRGB encoded, 0 to 1."""
+    """A linear picture as displayed, for FLIP and PSNR: times `exposure`, sRGB encoded, 0 to 1."""
     return srgb_encode(picture * exposure)
 
 
 def exposure_for(reference: Picture) -> float:
     """The exposure at which the 90th percentile of the reference's luminance, black pixels left out, is 0.8.
 
-    A percentile moves neither with fireflies nor with a small bright lamp, and leaving black out makes it the same
-    however much empty background a picture has; about nine tenths of what is there stays unclipped.
+    A percentile is robust against fireflies and small bright lamps, and without black pixels it is independent of
+    the amount of empty background; about nine tenths of the rest stay unclipped.
     1 for a black picture.
     """
     brightness = luminance(reference)

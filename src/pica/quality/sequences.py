@@ -12,10 +12,10 @@ from pica.errors import PicaError
 from pica.scene.camera import Camera
 from pica.scene.model import Node, Scene
 from pica.scene.orbit import dollied, encloses, orbited, pivot, turned
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 
 Sequence = Callable[[int], Camera]
-"""Puts the scene into the state of a frame, counted from 0, and gives the camera of that frame."""
+"""Sets the scene to the state of a frame, counted from 0, and returns the camera of that frame."""
 
 _DEGREES = 1.0
 """A frame, by which cameras turn: 60 degrees a second at 60 frames a second."""
@@ -32,7 +32,7 @@ _SWAY = 0.04
 _PERIOD = 4.0
 """Seconds of a swing."""
 _GROUND = 0.5
-"""Of the scene's diagonal; what is larger stays where it is."""
+"""Of the scene's diagonal; larger objects do not move."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ def _moving_light(scene: Scene, camera: Camera, step: float) -> Sequence:
 
     def play(frame: int) -> Camera:
         for node, world in suns:
-            _place(node, turn("y", _SUN_DEGREES * frame) @ world)
+            _place(node, rotate("y", _SUN_DEGREES * frame) @ world)
         return lamps(frame)
 
     return play

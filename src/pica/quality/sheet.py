@@ -1,4 +1,4 @@
-"""Pictures side by side with captions, to look at."""
+"""Pictures side by side with captions."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -28,7 +28,7 @@ def sheet(pictures: Mapping[str, NDArray[np.floating[Any]]]) -> NDArray[np.uint8
     A value is an (h, w, 3) sRGB picture from 0 to 1, or an (h, w) map from 0 to 1 such as FLIP's, which is coloured
     from black over red to pale yellow (magma). A caption wider than its picture is set smaller.
     """
-    # Captions name lights, and those of files may be called anything.
+    # Captions contain names of lights, which are arbitrary text in files.
     named = {one_line(title): picture for title, picture in pictures.items()}
     panels = {title: magma(p) if p.ndim == 2 else (p * 255 + 0.5).astype(np.uint8) for title, p in named.items()}
     caption = max(16, max(panel.shape[0] for panel in panels.values()) // 24)

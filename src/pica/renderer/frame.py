@@ -1,4 +1,4 @@
-"""The whole frame, top to bottom: what each stage is given, and what it gives to those after it."""
+"""The whole frame, top to bottom: the inputs of each stage, and its outputs for later stages."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -26,12 +26,12 @@ STAGES = (
     "antialiasing",
     "post",
 )
-"""What `declare` gives, in this order. A stage whose effect is off is passed all the same."""
+"""The names that `declare` yields, in this order. A stage is listed even if its effect is off."""
 
 
-@dataclass(repr=False)  # fields come one after the other
+@dataclass(repr=False)  # fields are grouped
 class Signals:
-    """What stages hand on. A pass from outside finds here what is there already, and may put its own in the place of
+    """The signals between stages. A pass from outside finds existing textures here, and may replace
     `radiance`, `picture` and `display`, or append light to `parts`."""
 
     scene: SceneView
@@ -62,7 +62,7 @@ class Signals:
 def declare(
     stages: Stages, graph: FrameGraph, s: Signals, denoiser: Denoiser | None = None, last: bool = False
 ) -> Iterator[str]:
-    """Declare a frame; gives the name of each stage as it is done. `last`: `denoiser` finishes the picture."""
+    """Declare a frame; yields the name of each stage once it is declared. `last`: `denoiser` finishes the picture."""
     s.exposure = stages.post.exposure(graph)
     s.gbuffer = stages.gbuffer(graph, s.scene)
     graph.provide(scene=s.scene, lightSlots=s.slots, gbuffer=s.gbuffer)

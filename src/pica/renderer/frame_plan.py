@@ -1,4 +1,4 @@
-"""The frame's graph: declared when its structure changes, else replayed as it is."""
+"""The frame's graph: declared when its structure changes, otherwise replayed."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,7 +11,7 @@ from pica.graph.description import GraphDescription, describe
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
 from pica.graph.plan import Plan, part_of
-from pica.programs.scene_features import COATS, LOBES, known_features
+from pica.programs.scene_features import COATS, LOBES, supported_features
 from pica.renderer.frame import Signals, declare
 from pica.renderer.insertion import Insertion
 from pica.renderer.stages import Stages
@@ -19,11 +19,11 @@ from pica.rhi.device import Device
 
 
 class FramePlan:
-    """What one renderer has recorded each frame, and the memory that it works in."""
+    """One renderer's compiled graph, and its memory."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self.memory = Memory(device.part())
+        self.memory = Memory(device.memory_scope())
         self._label_memory: Memory | None = None
         self._plan: Plan | None = None
         self._labels: Plan | None = None
@@ -31,9 +31,9 @@ class FramePlan:
         self._requested: frozenset[str] = frozenset()
         self._label_structure: Any = None
         self.inserted: list[Insertion] = []
-        """What comes from outside, in this order after its stages."""
+        """Inserted passes, in this order after their stages."""
         self.signals: Signals
-        """What the stages of the newest plan gave."""
+        """The outputs of the newest plan's stages."""
 
     def outdate(self) -> None:
         """Stages are others: declare the frame again."""
@@ -48,7 +48,7 @@ class FramePlan:
         denoiser: Denoiser | None = None,
         last: bool = False,
     ) -> tuple[Plan, frozenset[str]]:
-        """The plan for a frame of the scene as it is now, and what to capture: `wanted` chooses of what a plan offers.
+        """The plan for a frame of the current scene, and the captures: `wanted` selects from a plan's offers.
 
         All programs are made before a plan's first frame.
         """
@@ -56,7 +56,7 @@ class FramePlan:
         while True:
             structure = self._structure_of(stages, frames, view, denoiser, last)
             if self._plan is None or (structure, requested) != (self._structure, self._requested):
-                self._structure, self._requested = None, requested  # what cannot be declared is tried again
+                self._structure, self._requested = None, requested  # a failed declaration is retried
                 self._plan = self._declare(stages, frames, view, denoiser, last)
                 self._structure = structure
                 self._labels = self._label_memory = None
@@ -71,7 +71,7 @@ class FramePlan:
     def of_gbuffer(
         self, stages: Stages, frames: FrameSequence, view: SceneView, wanted: Callable[[Plan], frozenset[str]]
     ) -> tuple[Plan, frozenset[str]]:
-        """A plan whose passes of the effect "gbuffer" fill the G-buffer; only these programs need be made."""
+        """A plan with the passes that fill the G-buffer alone; only their programs are needed."""
         structure = self._gbuffer_structure(frames, view)
         if self._plan is not None and self._structure is not None and self._structure[0] == structure:
             names = wanted(self._plan)
@@ -79,7 +79,7 @@ class FramePlan:
                 return self._plan, names
         if self._labels is None or self._label_structure != structure:
             self._label_structure = structure
-            self._label_memory = self._label_memory or Memory(self._device.part())
+            self._label_memory = self._label_memory or Memory(self._device.memory_scope())
             graph = self._graph(self._label_memory, frames, frozenset(stages.gbuffer.aov_names))
             stages.gbuffer(graph, view)
             self._labels = Plan(graph)
@@ -98,12 +98,12 @@ class FramePlan:
     def _structure_of(
         self, stages: Stages, frames: FrameSequence, view: SceneView, denoiser: Denoiser | None, last: bool
     ) -> tuple[Any, ...]:
-        """What decides which passes there are and how large their textures."""
+        """Everything that determines the passes and the sizes of their textures."""
         gathers = denoiser, last and denoiser is not None
         return self._gbuffer_structure(frames, view), stages.slots.layout, view.transparent, gathers
 
     def _gbuffer_structure(self, frames: FrameSequence, view: SceneView) -> tuple[Any, ...]:
-        features = known_features(view.material_types)
+        features = supported_features(view.material_types)
         return frames, frames.size, frames.output_size, COATS in features, LOBES in features
 
     def _graph(self, memory: Memory, frames: FrameSequence, requested: frozenset[str]) -> FrameGraph:

@@ -25,26 +25,26 @@ class Insertion:
     """An effect that a program has put into a renderer's frames (`Renderer.insert`)."""
 
     name: str
-    """What `Renderer.graph` and the graph's errors call it."""
+    """Its name in `Renderer.graph` and the graph's errors."""
     after: str
-    """The stage that it comes after."""
+    """The stage before it."""
     _declare: Declare
     _renderer: "ReferenceType[Renderer]"
 
     def remove(self) -> None:
-        """Take it out from the next frame on. Nothing happens where it is out already."""
+        """Remove it from the next frame on. Does nothing if it is removed already."""
         renderer = self._renderer()
         if renderer is not None and not renderer.closed:
             renderer.remove(self)
 
     def renew(self) -> None:
-        """Its settings are others: declare it again, and begin the picture anew. Histories stay."""
+        """Declare it again with its new settings, and restart accumulation. Histories stay."""
         renderer = self._renderer()
         if renderer is not None and not renderer.closed:
             renderer.renew_frame()
 
     def declare(self, graph: FrameGraph, signals: Signals) -> None:
-        """Have it add its passes. Raises GraphError where it leaves something that later stages cannot use."""
+        """Declare its passes. Raises GraphError if it leaves signals that later stages cannot use."""
         with graph.scope(self.name):
             self._declare(graph, signals)
         for name, size in (("radiance", graph.size), ("picture", graph.output_size), ("display", graph.output_size)):
@@ -69,7 +69,7 @@ class Insertion:
 def checked_insertion(
     declare: Any, after: Any, name: Any, taken: Collection[str], renderer: "ReferenceType[Renderer]"
 ) -> Insertion:
-    """Raises PicaError for what cannot be put into a frame."""
+    """Raises PicaError for an invalid insertion."""
     if not callable(declare):
         raise PicaError(f"insert: {shown(declare)} cannot be called with a graph and signals")
     after = checked("insert: after", choice(*STAGES), after, PicaError)

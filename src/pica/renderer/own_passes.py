@@ -23,7 +23,7 @@ def compute_pass(
 ) -> ComputePass | MaterialPass:
     """A compute pass for `FrameGraph.add`, from an entry point of any Slang file. It may import pica's modules.
 
-    `materials`: it knows coats, sheen and the types of the materials in the scene, which is among its inputs as
+    `materials`: it is compiled for coats, sheen and the material types of the scene, which is among its inputs as
     `scene`. Raises ShaderError with file and line for a fault in the file.
     """
     checked("compute_pass: device", instance(Device), device, PicaError)
@@ -52,7 +52,7 @@ class RayPass:
     def __call__(self, recording: Recording, grid: tuple[int, ...], /, **values: Any) -> None:
         """Record the rays, over a grid of (width, height)."""
         renderer = self._renderer()
-        if renderer is not None and renderer.tracer is not self._tracer:  # settings ask for other rays
+        if renderer is not None and renderer.tracer is not self._tracer:  # the settings have changed the tracer
             self._tracer, self._effect = renderer.tracer, self._made(renderer)
         self._effect(recording, (grid[0], grid[1]), **values)
 
@@ -60,9 +60,9 @@ class RayPass:
 def ray_pass(renderer: "Renderer", path: str | Path, struct: str, detail: HitDetail = "hit") -> RayPass:
     """A ray effect for `FrameGraph.add`, traced as the renderer's own: by pipelines, or by ray buffers and Embree.
 
-    `struct`: what implements IRayEffect (tracing/ray_effect.slang) in any Slang file. `detail`: "hit" for where rays
-    end, "surface" for the material there too. One of its inputs is `scene`. Raises ShaderError with file and line for a
-    fault in the file, DeviceError where nothing traces.
+    `struct`: the implementation of IRayEffect (tracing/ray_effect.slang) in any Slang file. `detail`: "hit" for hit
+    positions, "surface" for materials too. One of its inputs is `scene`. Raises ShaderError with file and line for a
+    fault in the file, DeviceError without ray tracing.
     """
     file = SlangFile.read(path)
     checked("ray_pass: detail", choice("hit", "surface"), detail, PicaError)

@@ -31,7 +31,7 @@ from pica.rendering.arguments import (
     checked_size,
 )
 from pica.rendering.black_pictures import BlackPictures
-from pica.rendering.closing import Closing, alone
+from pica.rendering.closing import Closing, synchronized
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -45,10 +45,10 @@ class Renderer(Closing):
     """The hybrid renderer: one frame a call from about one ray per pixel and effect.
 
     `size`: (width, height) in pixels. `device`: a Device, a SlangPy device that is open already, part of a device's
-    name, or None for the best there is. On one without ray tracing, stages that need it fall back, each with a warning
-    (docs/guide/devices.md); `settings` tells how.
+    name, or None for the best one. Without ray tracing, stages that need it fall back, each with a warning
+    (docs/guide/devices.md); `settings` has the result.
     `light_map`: for global_illumination.mode "light_map", which the preset "raster" has; paths end in it too.
-    Raises DeviceError without a usable device, SceneError for a scene that cannot be shown or that is not the light
+    Raises DeviceError without a usable device, SceneError for an invalid scene or one that is not the light
     map's, and PicaError for an impossible size.
     """
 
@@ -69,18 +69,18 @@ class Renderer(Closing):
         super().__init__(open_device(device), scene, size)
         expect_programs(self.device)
         self._settings = runnable(self.device, settings or Settings())
-        with self.device.turn:
+        with self.device.lock:
             self.view = SceneView(self.device, scene, self.settings)
             self._frames = self._make_frames()
             self._stages = Stages(self.device, self.settings, self.view, light_map)
         self._frame_plan = FramePlan(self.device)
         self.effect_inputs: dict[str, Any] = {}
-        """What the effects of the newest frame were given, by the names that shaders have for it."""
+        """Inputs of the newest frame's effects, by their names in shaders."""
         self.debug = False
-        """Whether `render` also keeps what effects have in between, as AOVs of the last frame whose names begin with
+        """Whether `render` also keeps intermediate results of effects, as AOVs of the last frame with the prefix
         "debug.": `[name for name in frame.aov_names if name.startswith("debug.")]` (docs/guide/labels.md)."""
         self.captured: dict[str, Lazy] = {}
-        """Functions that fetch what the newest `advance` was asked for, by name."""
+        """Functions that fetch the captures of the newest `advance`, by name."""
         self._running = False
         self._black_pictures = BlackPictures()
 
@@ -101,7 +101,7 @@ class Renderer(Closing):
 
     @property
     def host_seconds(self) -> float:
-        """What the newest frame took the host to record and submit."""
+        """The host's time to record and submit the newest frame."""
         return self._frames.host_seconds
 
     @property
@@ -111,12 +111,12 @@ class Renderer(Closing):
 
     @property
     def effects(self) -> list[Effect]:
-        """The stages that the settings ask for, in the order of the frame."""
+        """The active stages, in the order of the frame."""
         return self._stages.effects
 
     @property
     def tracer(self) -> Tracer | None:
-        """What traces ray buffers; None where ray tracing pipelines trace."""
+        """The tracer of ray buffers; None if ray tracing pipelines trace."""
         return self._stages.tracer
 
     @property
@@ -125,22 +125,22 @@ class Renderer(Closing):
         return self._stages.missing_aovs
 
     @property
-    @alone
+    @synchronized
     def graph(self) -> GraphDescription:
         """The passes of the newest frame with what they read and write, their times and their memory. Waits for the
         device. Raises PicaError before the first frame."""
-        with self.device.turn:
+        with self.device.lock:
             return self._frame_plan.describe()
 
-    @alone
+    @synchronized
     def insert(self, declare: Declare, after: str, *, name: str | None = None) -> Insertion:
-        """Put passes of the program's own into the frame, from the next one on (docs/guide/own-passes.md).
+        """Insert passes of your own into the frame, from the next one on (docs/guide/own-passes.md).
 
         `declare(graph, signals)` is called whenever the frame is declared, right after the stage `after`: "gbuffer",
         "shadows", "ambient_occlusion", "lighting", "global_illumination", "reflections", "composite", "antialiasing" or
         "post". It adds passes to the graph, and may replace the radiance, the picture or the display among the signals,
-        or append to the parts of the light. `name`: of the effect, unless told that of `declare`. Raises PicaError for
-        an unknown stage, or a name that is taken.
+        or append to the parts of the light. `name`: of the effect, by default that of `declare`. Raises PicaError for
+        an unknown stage, or a name in use.
         """
         taken = {"scene", "shared", *(each.name for each in self.effects)}
         taken.update(each.name for each in self._frame_plan.inserted)
@@ -149,22 +149,22 @@ class Renderer(Closing):
         self.renew_frame()
         return insertion
 
-    @alone
+    @synchronized
     def remove(self, insertion: Insertion) -> None:
-        """Take out what `insert` has put in. Nothing happens where it is out already."""
+        """Remove an `insert`. Does nothing if it is removed already."""
         if insertion in self._frame_plan.inserted:
             self._frame_plan.inserted.remove(insertion)
             self.renew_frame()
 
-    @alone
+    @synchronized
     def renew_frame(self) -> None:
         """Declare the frame again, with a new picture: inserted passes are others. Histories of effects stay."""
         self._frame_plan.outdate()
         self._stages.antialiasing.restart()
 
-    @alone
+    @synchronized
     def reset(self) -> None:
-        """Drop all history: the next frame is frame 0 again, as a new renderer's."""
+        """Discard all history: the next frame is frame 0 again, as a new renderer's."""
         self._frames.reset()
         self._drop_histories()
 
@@ -172,20 +172,20 @@ class Renderer(Closing):
         self._frame_plan.memory.reset()
         self._stages.reset()
 
-    @alone
+    @synchronized
     def resize(self, size: Size) -> None:
         """Render at another (width, height) from the next frame on, without history. Raises PicaError."""
         self._size = checked_size(size)
-        with self.device.turn:
+        with self.device.lock:
             self._frames.resize(self.size)
             self._drop_histories()
 
-    @alone
+    @synchronized
     def configure(self, settings: Settings) -> None:
-        """Follow other settings from the next frame on. Stages that these leave alone keep their histories."""
+        """Apply other settings from the next frame on. Unaffected stages keep their histories."""
         checked("configure: settings", instance(Settings), settings, SettingsError)
         settings = runnable(self.device, settings)
-        with self.device.turn:
+        with self.device.lock:
             self.view.configure(settings)
             before, self._settings = self.settings, settings
             changed = before.changed_groups(settings)
@@ -196,7 +196,7 @@ class Renderer(Closing):
             self._frame_plan.memory.reset(self._stages.follow(settings, changed))
             self._frame_plan.outdate()
         if changed & {"seed", "rays", "visibility", "antialiasing"}:
-            self.reset()  # the G-buffer or the camera of the frame before is gone
+            self.reset()  # the history of the G-buffer or the camera is invalid
         elif changed - {"geometry", "post"}:
             self._stages.antialiasing.restart()
 
@@ -204,18 +204,18 @@ class Renderer(Closing):
         settings = self.settings
         return FrameSequence(self.device, self.size, settings.seed, settings.antialiasing.upscale)
 
-    @alone
+    @synchronized
     def prepare(self) -> None:
-        """Compile what the first picture of the scene as it is now takes, and leave it in the caches for later starts.
+        """Compile the programs for the first picture of the current scene, and store them in the caches.
 
-        No picture and no history comes of it. Raises as `render`.
+        Renders no picture and leaves no history. Raises as `render`.
         """
-        with self.device.turn:
+        with self.device.lock:
             self._advance(self._default_camera(), wait=True)
         self.reset()
         self._running = False
 
-    @alone
+    @synchronized
     def advance(
         self,
         camera: Camera,
@@ -225,11 +225,11 @@ class Renderer(Closing):
     ) -> dict[str, spy.Texture]:
         """Record and submit one frame. Returns its G-buffer and pictures, which the next frame overwrites.
 
-        `jittered`: False looks through the pixels' centres in every frame, which tells effects and antialiasing apart.
-        `capture`: names of AOVs and views, of which `captured` then has functions that fetch them; or what gives such
-        names once the frame's structure is known.
-        After the first frame, material types that come or are replaced are compiled in the background: until they are
-        ready, objects of new types are not shown, and those of replaced ones as they were. Raises MaterialTypeError,
+        `jittered`: False samples pixel centres in every frame, which separates effects from antialiasing.
+        `capture`: names of AOVs and debug AOVs that `captured` then has functions to fetch; or a function that returns
+        such names once the frame's structure is known.
+        After the first frame, new and replaced material types are compiled in the background: until they are
+        ready, objects of new types are hidden, and those of replaced types are as before. Raises MaterialTypeError,
         once, for a type with a fault; the next call goes on without it. Raises PicaError for an unknown name.
         """
 
@@ -237,13 +237,13 @@ class Renderer(Closing):
             names = capture() if callable(capture) else capture
             return checked_aovs("advance", names, plan.offers) or frozenset()
 
-        with self.device.turn:
+        with self.device.lock:
             return self._advance(camera, not self._running, jittered, wanted=wanted)
 
-    @alone
+    @synchronized
     def count_rays(self, camera: Camera) -> dict[str, int]:
         """Rays by pass of one more frame. Waits for the device."""
-        with self.device.turn:
+        with self.device.lock:
             self._advance(camera, not self._running, wanted=lambda plan: plan.names_of("rays"))
         return {name.removeprefix("rays."): int(fetch()) for name, fetch in self.captured.items()}
 
@@ -256,7 +256,7 @@ class Renderer(Closing):
         last: bool = False,
         wanted: Callable[[Plan], frozenset[str]] = lambda plan: frozenset(),
     ) -> dict[str, spy.Texture]:
-        """`wanted` tells what to capture of what the frame offers."""
+        """`wanted` selects captures from the frame's offers."""
         frame = self._begin(camera, wait, jittered)
         self._running = True
         self._stages.slots.update(self.view.lights)
@@ -275,15 +275,15 @@ class Renderer(Closing):
 
     def _begin(self, camera: Camera, wait: bool, jittered: bool) -> FrameContext:
         """A frame in which the scene is up to date."""
-        self.check_open()  # what is called after each frame may close it
+        self.check_open()  # a callback after a frame may have closed it
         camera = checked_camera("render", camera)
-        self.view.admit(wait)
+        self.view.sync(wait)
         frame = self._frames.begin(camera, jittered)
         frame.changed |= self.view.update(frame, camera)
         frame.changed_lights = self.view.lights_changed
         return frame
 
-    @alone
+    @synchronized
     def render(
         self,
         frames: int = 16,
@@ -294,18 +294,18 @@ class Renderer(Closing):
         denoise: Denoise = False,
         aovs: Collection[str] | None = None,
     ) -> Frame:
-        """Render `frames` frames and return the last, which holds the mean of all since something moved.
+        """Render `frames` frames and return the last, which holds the mean of all since the last change.
 
-        All that is in the scene is shown: material types that are new are compiled before the frame that meets them.
-        The G-buffer's AOVs are those of the first of these frames, when motion is that since the call before; all
+        The whole scene is shown: new material types are compiled before the frame that needs them.
+        The G-buffer's AOVs are those of the first of these frames, with motion since the previous call; all
         others are the last's (Frame.aov_info).
 
-        `camera` None takes Scene.default_camera. `cut`: nothing is taken along from earlier calls, as after `reset`;
-        a camera that shows mostly what the frame before did not is found to be a cut without it. `progress(done,
+        `camera` None takes Scene.default_camera. `cut`: histories of earlier calls are discarded, as after `reset`;
+        a camera whose picture overlaps little with the previous frame is detected as a cut without it. `progress(done,
         frames)` is called after each frame. `denoise`: as PathTracer's, at the end. `aovs`: names of the AOVs to keep,
         () for none, None for all but "uv", which costs a pass; each is a copy, which costs memory and time.
 
-        Raises SceneError for what cannot be shown as it is now: in each call, until it is mended; PicaError for an
+        Raises SceneError for invalid content: in each call, until it is fixed; PicaError for an
         unknown AOV, and for one of an effect that is off.
         """
         frames = checked_count("render: frames", frames)
@@ -315,7 +315,7 @@ class Renderer(Closing):
         camera = self._default_camera() if camera is None else camera
         if checked("render: cut", flag, cut, PicaError):
             self.reset()
-        found: dict[str, Lazy] = {}
+        images: dict[str, Lazy] = {}
         labels: Labels | None = None
         timings: dict[str, float] = {}
 
@@ -326,57 +326,57 @@ class Renderer(Closing):
             return frozenset(names)
 
         for done in range(1, frames + 1):
-            with self.device.turn:
+            with self.device.lock:
                 self._advance(camera, wait=True, denoiser=denoiser, last=done == frames, wanted=capture)
-                found |= self.captured
-                if done == 1 and found.keys() & NUMBERED:
+                images |= self.captured
+                if done == 1 and images.keys() & NUMBERED:
                     labels = self.view.name_labels()
                 if done == frames:
                     timings = self.device.profiler.flush()
-                    if denoiser is not None:  # what it needs goes with the picture
+                    if denoiser is not None:  # the denoiser's inputs belong to the picture
                         self._frame_plan.of(self._stages, self._frames, self.view, lambda plan: frozenset())
             if progress is not None:
                 progress(done, frames)
-        color, display = found.pop("color"), found.pop("display")
-        checked_aovs("render", wanted, found)  # of what is there for debugging, no more is known before
-        pixels = at_size(self.size, found)
+        color, display = images.pop("color"), images.pop("display")
+        checked_aovs("render", wanted, images)  # debug AOVs are known only now
+        pixels = at_size(self.size, images)
         looked_at = {"color": color, "display": display, **pixels}
         color, display = self._black_pictures.watched(looked_at, self.scene, self.settings)
         return Frame(self.size, color, display, pixels, timings, labels, self.device_name)
 
-    @alone
+    @synchronized
     def labels(self, *, camera: Camera | None = None, aovs: Collection[str] | None = None) -> Frame:
-        """What each pixel shows, without any light: AOVs of the G-buffer, for a fraction of what a picture costs.
+        """The G-buffer's AOVs, without any light, for a fraction of a picture's cost.
 
-        They are what `render` gives in the first frame after `reset`, bit for bit, but that motion is since the call
-        before. Its colour and display raise PicaError. The next `render` begins a new picture, as after `reset`.
+        They equal the first frame of `render` after `reset`, bit for bit, except that motion is since the previous
+        call. Its colour and display raise PicaError. The next `render` begins a new picture, as after `reset`.
         `camera`, `aovs` and errors as in `render`; PicaError too for AOVs that only a picture has.
         """
         wanted = checked_aovs("labels", aovs, self._stages.gbuffer.aov_names)
         camera = self._default_camera() if camera is None else camera
-        with self.device.turn:
+        with self.device.lock:
             self._frames.rewind()
             frame = self._begin(camera, wait=True, jittered=False)
             plan, frame.requested = self._frame_plan.of_gbuffer(
                 self._stages, self._frames, self.view, lambda plan: frozenset(plan.names("gbuffer", wanted))
             )
-            found = plan.replay(frame, only="gbuffer")
+            images = plan.replay(frame, only="gbuffer")
             self._frames.end(frame)
             self._frames.rewind()
             self._drop_histories()
-            labels = self.view.name_labels() if found.keys() & NUMBERED else None
+            labels = self.view.name_labels() if images.keys() & NUMBERED else None
             timings = self.device.profiler.flush()
-        return Frame(self.size, None, None, at_size(self.size, found), timings, labels, self.device_name)
+        return Frame(self.size, None, None, at_size(self.size, images), timings, labels, self.device_name)
 
     def _wanted(self, aovs: Any) -> frozenset[str] | None:
-        """The AOVs that `render` is asked for; None for all. Those for debugging and of
+        """The requested AOVs of `render`; None for all. Debug AOVs and those of
         inserted passes are known only after a frame."""
-        known = (
+        available = (
             None
             if self.debug or self._frame_plan.inserted
             else [name for effect in self.effects for name in effect.aov_names]
         )
-        wanted = checked_aovs("render", aovs, known, self.missing_aovs)
+        wanted = checked_aovs("render", aovs, available, self.missing_aovs)
         # Pictures without their alpha could not be saved.
         transparent = self.settings.visibility.background == "transparent"
         return wanted | {"alpha"} if transparent and wanted is not None else wanted

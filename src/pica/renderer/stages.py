@@ -1,4 +1,4 @@
-"""The stages of the frame: made as the settings ask for, and made anew where these change."""
+"""The stages of the frame: made for the settings, and replaced when these change."""
 
 from collections.abc import Set
 from dataclasses import fields
@@ -45,57 +45,59 @@ class Stages:
         self.follow(settings, EVERY_GROUP)
 
     def follow(self, settings: Settings, changed: Set[str]) -> list[str]:
-        """Make anew what these settings say something new about, `changed` being their groups. Returns the names of the
-        effects that are new."""
+        """Replace stages that depend on settings of the groups `changed`. Returns the names of new
+        effects."""
         device, filters = self._device, settings.debug.filters
         before = self.effects if changed != EVERY_GROUP else []
         if "rays" in changed:
-            self.tracer = choose_tracer(device.part(), settings.rays, self._view)
+            self.tracer = choose_tracer(device.memory_scope(), settings.rays, self._view)
         if changed & {"rays", "visibility"}:
-            self.gbuffer = GBufferEffect(device.part(), settings.visibility.primary, self.tracer)
+            self.gbuffer = GBufferEffect(device.memory_scope(), settings.visibility.primary, self.tracer)
         if changed & {"shadows", "shadow_maps", "lighting", "reflections", "debug"}:
-            self.slots = LightSlots(device.part(), settings)
+            self.slots = LightSlots(device.memory_scope(), settings)
         if changed & {"rays", "shadows", "shadow_maps"}:
             self.shadows = self._shadows(settings)
         if changed & {"rays", "ambient_occlusion", "debug"}:
             occlusion = settings.ambient_occlusion
             off = occlusion.mode == "off"
-            self.ambient_occlusion = None if off else AmbientOcclusion(device.part(), occlusion, self.tracer, filters)
+            self.ambient_occlusion = (
+                None if off else AmbientOcclusion(device.memory_scope(), occlusion, self.tracer, filters)
+            )
         if changed & {"rays", "global_illumination", "debug"}:
             indirect, light_map = settings.global_illumination, self._light_map
             off = indirect.mode == "off" or (indirect.mode == "light_map" and light_map is None)
             inputs = indirect, self.tracer, light_map, filters
-            self.global_illumination = None if off else GlobalIllumination(device.part(), *inputs)
+            self.global_illumination = None if off else GlobalIllumination(device.memory_scope(), *inputs)
         cache = self.global_illumination.cache if self.global_illumination else None
         if changed & {"rays", "reflections", "debug"} or cache != self._cache:
             off, self._cache = settings.reflections.mode == "off", cache
             mirrors = settings.reflections, self.tracer, cache, filters
-            self.reflections = None if off else Reflections(device.part(), *mirrors)
+            self.reflections = None if off else Reflections(device.memory_scope(), *mirrors)
         by_rays = settings.reflections.mode == "ray_traced"
         self.light_sampler.expect_hits(
             by_rays or settings.global_illumination.mode in ("path_traced", "restir", "surfels")
         )
         if "lighting" in changed:
-            self.lighting = DirectLighting(device.part(), settings.lighting)
+            self.lighting = DirectLighting(device.memory_scope(), settings.lighting)
         transparent = settings.visibility.background == "transparent"
         if "visibility" in changed:
-            self.composite = Composite(device.part(), transparent)
+            self.composite = Composite(device.memory_scope(), transparent)
         if changed & {"antialiasing", "visibility"}:
-            self.antialiasing = Antialiasing(device.part(), settings.antialiasing, transparent)
+            self.antialiasing = Antialiasing(device.memory_scope(), settings.antialiasing, transparent)
         if "post" in changed:
-            self.post = Post(device.part(), settings.post)
+            self.post = Post(device.memory_scope(), settings.post)
         return [effect.name for effect in self.effects if effect not in before]
 
     def _shadows(self, settings: Settings) -> Shadows | ShadowMaps | None:
         if settings.shadows.mode == "off":
             return None
         if settings.shadows.method == "maps":
-            return ShadowMaps(self._device.part(), settings)
-        return Shadows(self._device.part(), settings.shadows, self.tracer)
+            return ShadowMaps(self._device.memory_scope(), settings)
+        return Shadows(self._device.memory_scope(), settings.shadows, self.tracer)
 
     @property
     def effects(self) -> list[Effect]:
-        """Those that the settings ask for, in the order of the frame."""
+        """The active stages, in the order of the frame."""
         every = (
             self.gbuffer,
             self.shadows,
@@ -117,6 +119,6 @@ class Stages:
         return {name: effect.name for effect in _OPTIONAL if effect.name not in there for name in effect.aov_names}
 
     def reset(self) -> None:
-        """Drop what effects keep on the host of earlier frames."""
+        """Discard the effects' state of earlier frames on the host."""
         for effect in self.effects:
             effect.reset()

@@ -1,1 +1,1 @@
-"""What renderers and path tracers share: arguments, lifecycle, warnings of black pictures."""
+"""Common code of renderers and path tracers: arguments, lifecycle, warnings of black pictures."""

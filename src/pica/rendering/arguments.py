@@ -1,4 +1,4 @@
-"""What renderers and path tracers are given, checked before anything is done with it."""
+"""Checks of the arguments of renderers and path tracers."""
 
 from collections.abc import Callable, Collection, Mapping
 from operator import index
@@ -21,19 +21,19 @@ _MOST = 1 << 31
 """Frames or samples of one call; shaders count them in 32 bits."""
 
 
-def check_made_with(who: str, scene: Any, settings: Any, device: Any) -> None:
-    """Raises PicaError for what no renderer can be made with."""
-    checked(f"{who}: scene", instance(Scene), scene)
-    checked(f"{who}: settings", optional(instance(Settings)), settings, SettingsError)
+def check_made_with(caller: str, scene: Any, settings: Any, device: Any) -> None:
+    """Raises PicaError for invalid constructor arguments."""
+    checked(f"{caller}: scene", instance(Scene), scene)
+    checked(f"{caller}: settings", optional(instance(Settings)), settings, SettingsError)
     if not isinstance(device, spy.Device):
-        checked(f"{who}: device", optional(instance(Device, str)), device, DeviceError)
+        checked(f"{caller}: device", optional(instance(Device, str)), device, DeviceError)
 
 
 def checked_size(size: Size) -> Size:
     """(width, height) as it is, or PicaError when no picture can have it."""
     try:
         width, height = (index(length) for length in size)
-    except Exception:  # what going through it raises
+    except Exception:  # raised by iteration
         raise PicaError(f"picture size {shown(size)}: must be two whole numbers, width and height") from None
     if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
         raise PicaError(f"picture size {shown(width)}x{shown(height)}: width and height must be 1 to {LARGEST} pixels")
@@ -41,40 +41,40 @@ def checked_size(size: Size) -> Size:
 
 
 def checked_count(what: str, count: Any) -> int:
-    """How often to do something, at least once. Raises PicaError for what is not a whole number of at least 1."""
+    """A number of repetitions. Raises PicaError unless it is a whole number of at least 1."""
     return checked(what, whole(1, _MOST), count, PicaError)
 
 
-def checked_camera(who: str, camera: Any) -> Camera:
-    """A camera as it is. Raises SceneError for what is none."""
-    found: Camera = checked(f"{who}: camera", instance(Camera), camera)
-    return found
+def checked_camera(caller: str, camera: Any) -> Camera:
+    """A camera. Raises SceneError for anything else."""
+    result: Camera = checked(f"{caller}: camera", instance(Camera), camera)
+    return result
 
 
-def check_progress(who: str, progress: Any) -> None:
-    """Raises PicaError for what cannot be called."""
+def check_progress(caller: str, progress: Any) -> None:
+    """Raises PicaError unless it can be called."""
     if progress is not None and not callable(progress):
-        raise PicaError(f"{who}: progress: {shown(progress)} cannot be called")
+        raise PicaError(f"{caller}: progress: {shown(progress)} cannot be called")
 
 
 def checked_aovs(
-    who: str, aovs: Any, known: Collection[str] | None, off: Mapping[str, str] | None = None
+    caller: str, aovs: Any, available: Collection[str] | None, off: Mapping[str, str] | None = None
 ) -> frozenset[str] | None:
-    """Names of AOVs; None, for all, stays None. Raises PicaError for one that is not among `known` (None: any may be),
-    which it lists, and for one of an effect that is off. `off`: effects by the AOVs that they would have."""
+    """Names of AOVs; None, for all, stays None. Raises PicaError for a name that is not in `available` (None: all are),
+    which it lists, and for an AOV of an effect that is off. `off`: effects by the AOVs that they would have."""
     if aovs is None:
         return None
     try:
         names = () if isinstance(aovs, str) else tuple(aovs)
-    except Exception:  # what going through it raises
+    except Exception:  # raised by iteration
         names = (None,)
     if isinstance(aovs, str) or not all(isinstance(name, str) for name in names):
-        raise PicaError(f'{who}: aovs: {shown(aovs)}: must be names, such as ("depth", "instance"), or None for all')
+        raise PicaError(f'{caller}: aovs: {shown(aovs)}: must be names, such as ("depth", "instance"), or None for all')
     for name in names:
         if off is not None and name in off:
             raise PicaError(
-                f"{who}: AOV {name!r} needs the effect {off[name]}, which is off in the renderer's settings"
+                f"{caller}: AOV {name!r} needs the effect {off[name]}, which is off in the renderer's settings"
             )
-        if known is not None and name not in known:
-            raise PicaError(f"{who}: no AOV {shown(name)}; there are {', '.join(known) or 'none'}")
+        if available is not None and name not in available:
+            raise PicaError(f"{caller}: no AOV {shown(name)}; there are {', '.join(available) or 'none'}")
     return frozenset(names)

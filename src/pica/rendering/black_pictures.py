@@ -23,20 +23,20 @@ _STEP = 4
 _LEAST_SEEN = 1e-3
 """Of the picture; surfaces in less of it are as good as none."""
 _NEAR = 1e-3
-"""Of the scene's diagonal, within which all that is seen makes one suspect that the camera is inside of something."""
+"""Of the scene's diagonal: if all visible surfaces are nearer, the camera is probably inside an object."""
 
 
 class BlackPictures:
-    """Looks at pictures when they are fetched, and warns of the first that is nearly black."""
+    """Checks pictures when they are fetched, and warns of the first that is nearly black."""
 
     def __init__(self) -> None:
         self._warned = False
 
     def watched(self, pictures: Mapping[str, Lazy], scene: Scene, settings: Settings) -> tuple[Lazy, Lazy]:
-        """What fetches pictures["color"] and pictures["display"], and says why they are nearly black.
+        """Functions that fetch pictures["color"] and pictures["display"], and warn if they are nearly black.
 
-        Only where one seems so, the other and pictures["depth"] are fetched too; nothing is said without a depth. The
-        scene is not kept alive.
+        If one seems black, the other one and pictures["depth"] are fetched too; without depth nothing is reported. The
+        scene is referenced weakly.
         """
         if "depth" not in pictures:
             return pictures["color"], pictures["display"]
@@ -58,24 +58,24 @@ class BlackPictures:
 def why_black(
     display: NDArray[Any], color: NDArray[Any], depth: NDArray[Any], scene: Scene | None, post: PostSettings
 ) -> str:
-    """Why a picture (height, width, 3) of `depth` (height, width) is nearly black, and what to try; empty if it is not,
-    where surfaces are seen, and where only the scene would say, which is None if it is gone."""
-    seen = np.isfinite(depth)
-    if seen.mean() < _LEAST_SEEN:
+    """Why a picture (height, width, 3) of `depth` (height, width) is nearly black, and a remedy; empty if it is not,
+    if hardly any surface is visible, or if the scene (None once it is freed) would be needed."""
+    visible = np.isfinite(depth)
+    if visible.mean() < _LEAST_SEEN:
         return "the camera sees hardly any surface; another camera may (without one, the whole scene is shown)"
-    if display[seen].mean() >= _DARK or scene is None:
+    if display[visible].mean() >= _DARK or scene is None:
         return ""
     if not has_lights(scene) and not emitted_illuminance(scene) and not _environment_shines(scene):
         return "nothing in the scene gives light; add a light or an environment (--env)"
-    lit = luminance(color[seen])
+    lit = luminance(color[visible])
     lit = lit[lit > 0]
     if len(lit) and not post.auto_exposure:
-        white, found = 2.0**-post.exposure, float(np.percentile(lit, 90))
-        if found < white / 8:
-            says = f"post.exposure={post.exposure:.3g} makes {white:.3g} nits white, and what is seen has {found:.3g}"
-            return f"{says}; try post.exposure={-np.log2(found):.3g}, or post.auto_exposure=true"
+        white, level = 2.0**-post.exposure, float(np.percentile(lit, 90))
+        if level < white / 8:
+            says = f"post.exposure={post.exposure:.3g} makes {white:.3g} nits white, and what is seen has {level:.3g}"
+            return f"{says}; try post.exposure={-np.log2(level):.3g}, or post.auto_exposure=true"
     low, high = scene.bounds()
-    if depth[seen].max() < _NEAR * np.linalg.norm(high - low):
+    if depth[visible].max() < _NEAR * np.linalg.norm(high - low):
         return "all that the camera sees is right in front of it, as if it stood inside of something; move it"
     return "hardly any light reaches what is seen; move the lights, or add an environment (--env)"
 

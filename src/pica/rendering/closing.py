@@ -1,4 +1,4 @@
-"""What has memory on a device until it is closed, and who may use it when."""
+"""Lifecycle and locking of objects with memory on a device."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -15,7 +15,7 @@ from pica.scene.model import Scene
 from pica.settings import Settings
 
 _KEPT = {"_size", "_settings", "_device", "_scene", "_calls", "_black_pictures"}
-"""Attributes that a closed renderer keeps: those of its repr, and what a frame still needs that `progress` closes."""
+"""Attributes that a closed renderer keeps: for its repr, and for a frame whose `progress` callback closes it."""
 P = ParamSpec("P")
 C = TypeVar("C", bound="Closing")
 T = TypeVar("T")
@@ -25,7 +25,7 @@ class Given(Generic[T]):
     """A field that only its owner sets, under its name with a line in front."""
 
     def __init__(self, instead: str) -> None:
-        """`instead`: what whoever would assign it has to do."""
+        """`instead`: the advice of the error message."""
         self._instead = instead
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -47,32 +47,32 @@ class Given(Generic[T]):
 class Closing:
     """A renderer or a path tracer, which may be used in a `with` statement, and by one thread at a time.
 
-    Without either, what it has on its device goes when it is dropped itself.
+    Without `close` or `with`, its device memory is released when it is dropped.
     """
 
     view: SceneView
-    """What it has of the scene."""
+    """Its data of the scene."""
     scene = Given[Scene]("make another renderer for another scene")
-    """What it renders."""
+    """The rendered scene."""
     size = Given[Size]("Renderer.resize takes another one")
     """(width, height) in pixels."""
     settings = Given[Settings]("Renderer.configure takes others")
     """As they run on the device."""
     device = Given[Device]("make another renderer on another device")
-    """What renders."""
+    """The device that renders."""
 
     def __init__(self, device: Device, scene: Scene, size: Size) -> None:
         self._device, self._scene, self._size = device, scene, size
         self._calls = RLock()
 
     def close(self) -> None:
-        """Give back at once what it has on its device. Pictures that it has rendered stay; it renders no others."""
+        """Release its device memory now. Its pictures stay valid; it renders no others."""
         if self.closed:
             return
         forked.check()
         with self._calls:
             if not self.device.closed:
-                with self.device.turn:
+                with self.device.lock:
                     self.view.close()
             for name in vars(self).keys() - _KEPT:
                 delattr(self, name)
@@ -103,10 +103,10 @@ class Closing:
         self.close()
 
 
-def alone(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], T]:
-    """Makes a method of Closing one that threads run one after the other; it takes its turns at the device by itself.
+def synchronized(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], T]:
+    """Serializes the calls of a method of Closing among threads. The method acquires the device's lock by itself.
 
-    Raises PicaError when the object is closed, DeviceError in a process that was forked since.
+    Raises PicaError if the object is closed, DeviceError in a process that was forked since.
     """
 
     @wraps(method)

@@ -31,7 +31,7 @@ class ObjectFlags(IntFlag):
 
     NONE = 0
     CULL_DISABLE = 1
-    """Both faces are met even by rays that cull back faces."""
+    """Rays hit both faces even if they cull back faces."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class RtSection:
 
 @dataclass(frozen=True)
 class RtBoxes:
-    """A run of boxes with one material; what is in them is for intersection shaders to find."""
+    """A run of boxes with one material; intersection shaders find the primitives in them."""
 
     first: int
     count: int
@@ -59,12 +59,12 @@ class RtBoxes:
 class RtGeometry:
     """One bottom-level structure, made of sections that index shared vertex and index buffers.
 
-    Or of boxes, which index a buffer of (low, high) corners that stands in for that of the vertices.
+    Or of boxes, which index a buffer of (low, high) corners instead of vertices.
 
     A deforming one can be refitted: the same tree with new boxes, several times faster than a build.
 
-    On a device that does not trace rays nothing is built: it only tells tracers outside of shaders (Embree) what there
-    is and when it changes.
+    On a device without ray tracing nothing is built: it only informs host tracers (Embree) of geometry and of its
+    changes.
     """
 
     def __init__(self, device: Device, sections: Sequence[RtSection | RtBoxes], deforms: bool = False) -> None:
@@ -101,7 +101,7 @@ class RtGeometry:
         indices: spy.Buffer,
         queries: list[spy.AccelerationStructureQueryDesc] | None = None,
     ) -> None:
-        """Record a build from the vertices as they are; the first one must come before any refit."""
+        """Record a build from the current vertices; the first one must come before any refit."""
         self._use(positions, indices)
         self.builds += 1
         if not self._device.traces_rays:
@@ -130,7 +130,7 @@ class RtGeometry:
         )
 
     def compact(self, encoder: spy.CommandEncoder, size: int) -> None:
-        """Record the move into a structure of `size` bytes, as a query after the build has told it."""
+        """Record the compaction into a structure of `size` bytes, which a query after the build has returned."""
         if not 0 < size < self._size:
             return
         loose, self.structure = (
@@ -142,7 +142,7 @@ class RtGeometry:
         self._size, self._handle = size, None
 
     def forget(self) -> None:
-        """Book the memory as given back; the structure goes when its last user does."""
+        """Book the memory as released; the structure is freed with its last user."""
         self._device.count_memory(-self._size)
 
     def _use(self, positions: spy.Buffer, indices: spy.Buffer) -> None:
@@ -218,7 +218,7 @@ def _inputs(positions: spy.Buffer, indices: spy.Buffer, sections: Sequence[RtSec
 
 @dataclass(frozen=True)
 class RtObject:
-    """What rays meet in a slot: which geometry, and how."""
+    """The geometry in a slot, and how rays hit it."""
 
     geometry: RtGeometry
     hit_group: int = 0
@@ -227,33 +227,33 @@ class RtObject:
 
 
 class SlotWatcher:
-    """Gathers the slots that are filled, moved or emptied, for somebody who follows them."""
+    """Collects filled, moved and emptied slots for a subscriber."""
 
     def __init__(self, slots: Iterable[int]) -> None:
         self._slots = set(slots)
 
     def add(self, slots: Iterable[int]) -> None:
-        """Something has become of these."""
+        """Note changed slots."""
         self._slots.update(slots)
 
     def take(self) -> set[int]:
-        """Those since the last call."""
-        taken, self._slots = self._slots, set()
-        return taken
+        """The slots changed since the last call."""
+        changed, self._slots = self._slots, set()
+        return changed
 
 
 class RtScene:
-    """Objects in numbered slots and the top-level structure over them. Empty slots are met by no ray.
+    """Objects in numbered slots and the top-level structure over them. Rays never hit empty slots.
 
-    Some slots may be those of one view: its own top level (RtView) shows them, this one does not. On a device that does
-    not trace rays there is no structure, only the slots.
+    Some slots may belong to one view: its own top level (RtView) shows them, this one does not. On a device without
+    ray tracing there is no structure, only the slots.
     """
 
     def __init__(self, device: Device) -> None:
         self.slots = HostTable(device, "rt objects", INSTANCE, device.built_from)
-        self.objects: dict[int, RtObject] = {}  # a top level does not keep its parts alive
+        self.objects: dict[int, RtObject] = {}  # a top level does not keep its bottom levels alive
         self.revision = 0
-        """Counts what makes a new top level necessary."""
+        """Counts changes that require a new top level."""
         self._watchers: WeakSet[SlotWatcher] = WeakSet()
         self._with_boxes: set[int] = set()
         self._top = TopLevel(device)
@@ -261,22 +261,22 @@ class RtScene:
 
     @property
     def structure(self) -> spy.AccelerationStructure:
-        """The top level over what all views show, after `build`."""
+        """The top level of all objects that views share, after `build`."""
         return self._top.structure
 
     @property
     def has_boxes(self) -> bool:
-        """Whether any object is made of boxes, which only intersection shaders can look into."""
+        """Whether any object consists of boxes, which need intersection shaders."""
         return bool(self._with_boxes)
 
     def watch(self) -> SlotWatcher:
-        """Somebody who is told of the slots from now on, and of those that are filled."""
+        """A subscriber to changed slots, with those that are filled now."""
         watcher = SlotWatcher(self.objects)
         self._watchers.add(watcher)
         return watcher
 
     def changed(self, slots: Iterable[int] = ()) -> None:
-        """A new top level is due: these slots are not what they were, or something in them was built anew."""
+        """Require a new top level: these slots changed, or one of their structures was rebuilt."""
         self.revision += 1
         for watcher in self._watchers:
             watcher.add(slots)
@@ -293,13 +293,13 @@ class RtScene:
         self.changed(numbers)
 
     def move(self, slots: NDArray[np.int64], transforms: NDArray[Any]) -> None:
-        """Place the objects of slots anew, (n, 3, 4) object to world; takes effect with the next `build`."""
+        """Set the transforms of slots' objects, (n, 3, 4) object to world; takes effect with the next `build`."""
         self.slots.rows["transform"][slots] = without_rounding(transforms)
         self.slots.touch(slots)
         self.changed(slots.tolist())
 
     def mask(self, slots: range, mask: int) -> None:
-        """Only rays whose mask has one of these 8 bits meet the objects of slots, from the next `build` on."""
+        """Restrict the objects of slots to rays with one of these 8 mask bits, from the next `build` on."""
         numbers = np.array(slots)
         ids = self.slots.rows["id_and_mask"][numbers] & np.uint32(0xFFFFFF)
         self.slots.rows["id_and_mask"][numbers] = ids | np.uint32(mask << 24)
@@ -307,7 +307,7 @@ class RtScene:
         self.changed(slots)
 
     def remove(self, slots: range) -> None:
-        """Empty slots and give them back."""
+        """Empty slots and free them."""
         for slot in slots:
             self.objects.pop(slot, None)
         self._with_boxes.difference_update(slots)
@@ -315,7 +315,7 @@ class RtScene:
         self.changed(slots)
 
     def build(self, recording: Recording) -> None:
-        """Record the upload of what changed and the build of the top level, where one is due."""
+        """Record the upload of changes, and the build of the top level if it is required."""
         if self._built == self.revision:
             return
         self._built = self.revision
@@ -326,9 +326,9 @@ class RtScene:
 def rows_of(
     placed: RtObject, first_records: NDArray[np.int64], transforms: NDArray[Any], masks: NDArray[np.uint32]
 ) -> NDArray[np.void]:
-    """(n,) the driver's records of an object in n places, (n, 3, 4) object to world, as ones that no ray meets.
+    """(n,) the driver's records of an object with n transforms, (n, 3, 4) object to world, invisible to all rays.
 
-    `first_records`: those of its first section, InstanceID() in shaders; `masks` as for RtScene.mask.
+    `first_records`: InstanceID() in shaders, the records of its first section; `masks` as for RtScene.mask.
     """
     rows = np.zeros(len(first_records), INSTANCE)
     rows["id_and_mask"] = first_records | masks.astype(np.int64) << 24
@@ -338,9 +338,9 @@ def rows_of(
 
 
 def without_rounding(transforms: NDArray[Any]) -> NDArray[np.float32]:
-    """Transforms (n, 3, 4) whose axes are 0 where they are so but for rounding: a turn by 90 degrees leaves 6e-17.
+    """Transforms (n, 3, 4) with axes set to exact zeros despite rounding: a rotation by 90 degrees leaves 6e-17.
 
-    Where rays are traced without ray tracing cores (an H100), flat meshes under such a transform are met by no ray.
+    Without ray tracing cores (on an H100), rays miss flat meshes under such a transform.
     """
     cleaned = np.array(transforms, np.float32)
     axes = cleaned[..., :3]
@@ -350,7 +350,7 @@ def without_rounding(transforms: NDArray[Any]) -> NDArray[np.float32]:
 
 
 class TopLevel:
-    """A top-level structure and what its builds need; nothing on a device that does not trace rays."""
+    """A top-level structure and its build inputs; empty on a device without ray tracing."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -371,7 +371,7 @@ class TopLevel:
         recording.profiler.end(recording.encoder)
 
     def _prepare(self, instances: spy.Buffer, count: int) -> None:
-        # As many instances as the buffer holds: rows that nobody uses are zero, which Vulkan counts as inactive.
+        # As many instances as the buffer holds: unused rows are zero, which Vulkan treats as inactive.
         inputs = spy.AccelerationStructureBuildInputInstances(
             {"instance_buffer": instances, "instance_stride": INSTANCE.itemsize, "instance_count": count}
         )

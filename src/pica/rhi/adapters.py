@@ -1,4 +1,4 @@
-"""Which graphics devices there are, what each can do, and which one to use."""
+"""The available graphics devices, their abilities, and the choice of one."""
 
 import json
 import os
@@ -18,7 +18,7 @@ _NEEDED = {
     spy.Feature.timestamp_query: "timestamp queries",
 }
 HIDE_RAY_TRACING = "PICA_HIDE_RAY_TRACING"
-"""Environment variable: where it is set, every device is taken for one without ray tracing."""
+"""Environment variable: if set, every device is treated as one without ray tracing."""
 TIERS = {
     0: ("raster only", "ray tracing, where Embree on the processor can stand in"),
     1: (
@@ -28,9 +28,9 @@ TIERS = {
     2: ("ray tracing pipelines", "recursion, which pica does not use"),
     3: ("ray tracing pipelines with recursion", "nothing"),
 }
-"""What a device of each tier traces, and what it lacks (RTG 19, 19.2.2)."""
+"""What devices of each tier trace, and what they lack (RTG 19, 19.2.2)."""
 TRACES = 2
-"""The first tier whose devices trace rays by themselves."""
+"""The first tier with ray tracing."""
 HELP = "run `pica doctor` to see what is missing and how to install it"
 
 
@@ -42,17 +42,17 @@ class DeviceInfo:
     type: str
     """"hardware" or "software" (a driver that runs on the CPU, such as lavapipe)."""
     driver: str
-    """The driver's version where it can be told, else an empty string."""
+    """The driver's version if it can be determined, else an empty string."""
     tier: int
-    """What it can trace (RTG 19, 19.2.2): 0 nothing, 1 buffers of rays, 2 ray generation shaders, 3 recursion."""
+    """Ray tracing tier (RTG 19, 19.2.2): 0 none, 1 buffers of rays, 2 ray generation shaders, 3 recursion."""
     missing: list[str]
-    """What pica cannot do without and this device lacks, in words."""
+    """Required features that this device lacks, in words."""
 
 
 def tier_of(device: spy.Device) -> int:
     """The ray tracing tier of an open device: 3 or 0, as pica traces through pipelines or not at all."""
     features = spy.Feature.acceleration_structure, spy.Feature.ray_tracing
-    # Every Vulkan driver with ray tracing pipelines that pica has met allows recursion.
+    # Every Vulkan driver with ray tracing pipelines seen so far allows recursion.
     return 3 if HIDE_RAY_TRACING not in os.environ and all(map(device.has_feature, features)) else 0
 
 
@@ -67,7 +67,7 @@ def _driver_version(adapter: spy.AdapterInfo) -> str:
 
 
 def describe(device: spy.Device, adapter: spy.AdapterInfo) -> DeviceInfo:
-    """What an open device is and lacks."""
+    """Properties of an open device, and features that it lacks."""
     return DeviceInfo(
         name=adapter.name,
         type="software" if device.has_feature(spy.Feature.software_device) else "hardware",
@@ -78,7 +78,7 @@ def describe(device: spy.Device, adapter: spy.AdapterInfo) -> DeviceInfo:
 
 
 def adapters() -> list[spy.AdapterInfo]:
-    """Every Vulkan adapter; empty where there is no Vulkan loader or no driver."""
+    """Every Vulkan adapter; empty without a Vulkan loader or driver."""
     try:
         return list(spy.Device.enumerate_adapters(spy.DeviceType.vulkan))
     except RuntimeError:
@@ -86,33 +86,33 @@ def adapters() -> list[spy.AdapterInfo]:
 
 
 def list_devices() -> list[DeviceInfo]:
-    """Every graphics device. Each is opened in a process of its own, as a broken driver may take its process along."""
-    found = []
+    """Every graphics device. Each is opened in its own process, because a broken driver may crash it."""
+    devices = []
     for index, adapter in enumerate(adapters()):
         probe = subprocess.run(
             [sys.executable, "-m", "pica.rhi.adapters", str(index)], capture_output=True, text=True, timeout=120
         )
         if probe.returncode == 0:
-            found.append(DeviceInfo(**json.loads(probe.stdout.splitlines()[-1])))
+            devices.append(DeviceInfo(**json.loads(probe.stdout.splitlines()[-1])))
         else:
-            found.append(DeviceInfo(adapter.name, "unknown", _driver_version(adapter), 0, ["a driver that opens"]))
-    return found
+            devices.append(DeviceInfo(adapter.name, "unknown", _driver_version(adapter), 0, ["a driver that opens"]))
+    return devices
 
 
 def choose(name: str | None) -> spy.AdapterInfo:
     """The adapter to use: the one whose name contains `name`, else hardware before software.
 
-    Raises DeviceError when there is none, or none by that name.
+    Raises DeviceError if there is none, or none with that name.
     """
-    known = adapters()
-    if not known:
+    candidates = adapters()
+    if not candidates:
         raise DeviceError(f"no Vulkan device on this machine; {HELP}")
     if name is not None:
-        matching = [adapter for adapter in known if name.lower() in adapter.name.lower()]
+        matching = [adapter for adapter in candidates if name.lower() in adapter.name.lower()]
         if not matching:
-            raise DeviceError(f"no device named {name!r}; there are: {', '.join(a.name for a in known)}")
-        known = matching
-    return min(known, key=is_software)
+            raise DeviceError(f"no device named {name!r}; there are: {', '.join(a.name for a in candidates)}")
+        candidates = matching
+    return min(candidates, key=is_software)
 
 
 def adapter_of(device: spy.Device) -> spy.AdapterInfo:
@@ -123,7 +123,7 @@ def adapter_of(device: spy.Device) -> spy.AdapterInfo:
 
 
 def is_software(adapter: spy.AdapterInfo) -> bool:
-    """Whether an adapter is Mesa's software rasterizer, by name: to open it and ask takes seconds."""
+    """Whether an adapter is Mesa's software rasterizer, by name: opening it to ask takes seconds."""
     return "llvmpipe" in adapter.name.lower()
 
 

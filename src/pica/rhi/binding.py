@@ -1,7 +1,7 @@
-"""Shader parameters by name, checked against reflection: nothing stays unbound, nothing is misspelt.
+"""Shader parameters by name, checked against reflection: unbound and unknown names are errors.
 
-SlangPy reads zero from an unbound resource without a word; here it is a BindingError before the first
-dispatch. Values are written only when they change, which keeps a pass at a few microseconds.
+SlangPy silently reads zero from an unbound resource; here that is a BindingError before the first
+dispatch. Values are written only when they change, so a pass costs a few microseconds.
 """
 
 from collections.abc import Iterable, Mapping
@@ -12,7 +12,7 @@ import slangpy as spy
 from pica.errors import BindingError, DeviceError
 
 _MOST_TEXELS = 1 << 27
-"""Of a typed buffer: what drivers grant (maxTexelBufferElements of NVIDIA's and of lavapipe)."""
+"""Largest typed buffer that drivers support (maxTexelBufferElements of NVIDIA's and of lavapipe)."""
 _BLOCKS = (spy.TypeReflection.Kind.parameter_block, spy.TypeReflection.Kind.constant_buffer)
 
 
@@ -37,9 +37,9 @@ class Parameters:
         self._values: dict[str, Any] = {}
 
     def bind(self, **values: Any) -> None:
-        """Set parameters by name; what has a `block`, such as a scene or a G-buffer, is bound as that block.
+        """Set parameters by name; objects with a `block`, such as a scene or a G-buffer, are bound as that block.
 
-        Raises BindingError for a name that the shader does not have, DeviceError for a table that is too large for it.
+        Raises BindingError for a name that the shader does not have, DeviceError for a table that exceeds its limits.
         """
         for name, value in values.items():
             if self._values.get(name) is not value:
@@ -106,7 +106,7 @@ class ProgramParameters(Parameters):
 
 
 def empty_root(device: spy.Device, program: spy.ShaderProgram) -> spy.ShaderObject:
-    """A root object whose blocks are empty, good for a run over no threads and nothing else."""
+    """A root object with empty blocks, valid only for a dispatch of no threads."""
     root = device.create_root_shader_object(program)
     cursor = spy.ShaderCursor(root)
     for parameter in parameters_of(program):

@@ -5,13 +5,13 @@ import slangpy as spy
 from pica.rhi.device import Device
 
 _FIRST = 1 << 20  # bytes
-_ALIGNMENT = 256  # the most that Vulkan lets a device ask for (minAccelerationStructureScratchOffsetAlignment)
+_ALIGNMENT = 256  # Vulkan's upper limit (minAccelerationStructureScratchOffsetAlignment)
 
 
 class BuildScratch:
-    """Memory that builds and refits of bottom levels need while they run: one buffer a device, handed out in turn.
+    """Scratch memory for builds and refits of bottom levels: one buffer per device, suballocated in order.
 
-    With the last of it given, the next begins anew: Slang-RHI waits between two builds that are given one buffer.
+    When it is used up, allocation starts over: Slang-RHI inserts a barrier between two builds with one buffer.
     """
 
     def __init__(self, device: Device) -> None:

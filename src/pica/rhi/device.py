@@ -1,4 +1,4 @@
-"""The open device: makes buffers, textures and passes, and keeps the shader caches."""
+"""The open device: makes buffers, textures and passes, and holds the shader caches."""
 
 import shutil
 import warnings
@@ -21,11 +21,11 @@ from pica.errors import DeviceError
 from pica.rhi import forked, validation
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, adapter_of, choose, describe
 from pica.rhi.binding import ParameterBlock
+from pica.rhi.fair_lock import FairLock
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
 from pica.rhi.slang_files import Source, stem
-from pica.rhi.turns import Turns
 
 T = TypeVar("T")
 P = TypeVar("P", ComputePass, RasterPass)
@@ -34,13 +34,13 @@ _COMPILER: Any = {"include_paths": [PACKAGE], "warnings_as_errors": []}
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 _BUILD_INPUT = spy.BufferUsage.acceleration_structure_build_input
 _SHARE_OF_FILE = 0.4
-"""The rest is for copies on their way, and for what drivers and Slang-RHI have of their own."""
+"""The rest is for staging copies, and for allocations of drivers and Slang-RHI."""
 _TEXTURE = spy.TextureUsage.shader_resource | spy.TextureUsage.unordered_access
 
 
 @dataclass
 class DeviceRecording:
-    """What passes record into outside of any frame."""
+    """A recording outside of any frame."""
 
     encoder: spy.CommandEncoder
     profiler: Profiler
@@ -49,7 +49,7 @@ class DeviceRecording:
 
 @dataclass(eq=False)
 class _Memory:
-    """Bytes booked as taken and not given back, and the most that they have been."""
+    """Bytes allocated and not yet released, and their peak."""
 
     now: int = 0
     peak: int = 0
@@ -58,17 +58,17 @@ class _Memory:
         self.now += size
         self.peak = max(self.peak, self.now)
 
-    def settle(self, part: "_Memory") -> None:
-        """A part is gone, and with it what it had taken."""
-        self.now -= part.now
+    def release(self, scope: "_Memory") -> None:
+        """Book all memory of a scope as released."""
+        self.now -= scope.now
 
 
 class Device:
     """A graphics device; `open_device` shares one in a process. One without ray tracing pipelines rasterizes
     (docs/guide/devices.md).
 
-    `name`: part of the adapter's name; None takes hardware before software. Raises DeviceError when there
-    is no such device or it lacks what pica needs.
+    `name`: part of the adapter's name; None prefers hardware to software. Raises DeviceError if there
+    is no such device or it lacks required features.
     """
 
     def __init__(self, name: str | None = None, existing: spy.Device | None = None) -> None:
@@ -76,7 +76,7 @@ class Device:
         forked.check()
         # Workers could not fill the cache of a device that others have opened.
         self.cache = cache = caches() if existing is None else None
-        """Where compiled shaders are kept; None: nowhere."""
+        """Folder of compiled shaders; None: none are stored."""
         adapter = choose(name) if existing is None else adapter_of(existing)
         self._longest_file = longest_file()
         self.handle = existing or _opened(adapter, cache)
@@ -85,15 +85,15 @@ class Device:
         if existing is not None:
             self.session = existing.create_slang_session(compiler_options=_COMPILER)
         forked.watch()
-        self.turn = Turns(self._check)
-        """For `with`: a block in which no other thread uses the device; a frame at most, so that others get theirs.
-        Raises DeviceError where the device is closed, or another process's."""
+        self.lock = FairLock(self._check)
+        """For `with`: exclusive use of the device, for a frame at most so that other threads get theirs.
+        Raises DeviceError if the device is closed or belongs to another process."""
         self._callbacks: list[Callable[[], object]] = []
         self._closing = finalize(self, _close, self.handle if existing is None else None, self._callbacks)
         self.key = _key_of(adapter, existing)
-        """Tells adapters apart, and devices that were there before."""
+        """Identifies the adapter, or an existing device."""
         self._block_programs: dict[str, spy.ShaderProgram] = {}
-        self._kept: dict[tuple[Recipe[Any], Hashable], Any] = {}
+        self._products: dict[tuple[Recipe[Any], Hashable], Any] = {}
         self._linked: dict[tuple[Recipe[Any], Hashable], Any] = {}
         self._plans: WeakKeyDictionary[ComputePass | RasterPass, Recipe[Any]] = WeakKeyDictionary()
         self._shared: dict[Callable[[Device], Any], Any] = {}
@@ -108,20 +108,21 @@ class Device:
         self.profiler = Profiler(self.handle)
         """GPU times of the passes on this device."""
         self._memory = _Memory()
-        self._taken = _Memory()
-        """Of `_memory`, what was taken by way of this object; see `part`."""
-        self._whole: Device | None = None
+        self._scope_memory = _Memory()
+        """The part of `_memory` that was allocated through this object; see `memory_scope`."""
+        self._root: Device | None = None
+        """Of a memory scope, the device it was made from."""
 
     def close(self) -> None:
-        """Wait for the device and let go of it; nothing that was made on it can be used any more, each an error."""
+        """Wait for the device and release it; any later use of its objects is an error."""
         if self.closed:
             return
-        with self.turn:
-            if _OPEN.get(self.key) is (self._whole or self):
+        with self.lock:
+            if _OPEN.get(self.key) is (self._root or self):
                 del _OPEN[self.key]
             self._closing()
-            for made in (self._block_programs, self._kept, self._linked, self._shared):
-                made.clear()
+            for products in (self._block_programs, self._products, self._linked, self._shared):
+                products.clear()
 
     @property
     def closed(self) -> bool:
@@ -129,7 +130,7 @@ class Device:
         return not self._closing.alive
 
     def at_close(self, call: Callable[[], object]) -> None:
-        """Call this when the device is closed or dropped; it must not keep the device."""
+        """Call this when the device is closed or dropped; it must not hold a reference to the device."""
         self._callbacks.append(call)
 
     def _check(self) -> None:
@@ -144,12 +145,12 @@ class Device:
 
     @property
     def tier(self) -> int:
-        """What the device can trace, 0 to 3 (RTG 19, 19.2.2)."""
+        """Ray tracing tier, 0 to 3 (RTG 19, 19.2.2)."""
         return self.info.tier
 
     @property
     def traces_rays(self) -> bool:
-        """Whether it has ray tracing pipelines; without, there are no acceleration structures on it."""
+        """Whether it has ray tracing pipelines; otherwise it has no acceleration structures."""
         return self.tier >= TRACES
 
     @property
@@ -163,16 +164,16 @@ class Device:
         return self.info.type == "software"
 
     def shared(self, kind: "Callable[[Device], T]") -> T:
-        """What layers above keep once a device: `kind(device)`, made when first asked for."""
+        """One object per device for upper layers: `kind(device)`, made when first requested."""
         if kind not in self._shared:
-            self._shared[kind] = kind(self._whole or self)
+            self._shared[kind] = kind(self._root or self)
         found: T = self._shared[kind]
         return found
 
     @contextmanager
     def record(self) -> Iterator[DeviceRecording]:
         """Record work outside of any frame; it is submitted at the end of the block."""
-        with self.turn:
+        with self.lock:
             recording = DeviceRecording(self.handle.create_command_encoder(), self.profiler)
             yield recording
             self.handle.submit_command_buffer(recording.encoder.finish())
@@ -182,20 +183,20 @@ class Device:
         """Writes rows to their places in tables (tables.py)."""
         return self.shared(_scatter)
 
-    def part(self) -> "Device":
-        """The same device with an account of its own: once nobody has the part any more, what was taken by way of it
-        and not given back counts as given back. So what is dropped together is made with one part."""
-        part = copy(self)
-        part._whole = self._whole or self
-        part._taken = _Memory()
-        settle = partial(self._memory.settle, part._taken)
-        finalize(part, self.turn.later, settle).atexit = False
-        return part
+    def memory_scope(self) -> "Device":
+        """The same device as a memory scope: memory that its users allocate and do not give back is booked as released
+        once the scope is dropped. Resources of one lifetime belong in one scope."""
+        scope = copy(self)
+        scope._root = self._root or self
+        scope._scope_memory = _Memory()
+        release = partial(self._memory.release, scope._scope_memory)
+        finalize(scope, self.lock.defer, release).atexit = False
+        return scope
 
     @property
     def memory(self) -> int:
-        """Bytes of device memory in the buffers, textures and structures that pica made and keeps."""
-        self.turn.tidy()
+        """Bytes of device memory in the buffers, textures and structures that pica has allocated."""
+        self.lock.run_deferred()
         return self._memory.now
 
     @property
@@ -204,10 +205,10 @@ class Device:
         return self._memory.peak
 
     def count_memory(self, size: int) -> None:
-        """Book `size` bytes taken (or, negative, given back). Raises DeviceError as `_check_room`."""
+        """Book `size` bytes as allocated (or, if negative, as released). Raises DeviceError as `_check_room`."""
         self._check_room(size)
         self._memory.count(size)
-        self._taken.count(size)
+        self._scope_memory.count(size)
 
     def _check_room(self, size: int) -> None:
         """Raises DeviceError before a software device needs more than its file may have: that would end the process."""
@@ -216,13 +217,13 @@ class Device:
             raise DeviceError(f"device {self.name!r} has {fault}")
 
     def give_back(self, *resources: spy.Buffer | spy.Texture) -> None:
-        """Book resources as no longer needed; each goes when its last user does."""
+        """Book resources as released; each is freed with its last user."""
         for resource in resources:
             self.count_memory(-resource.memory_usage.device)
 
     @contextmanager
     def allocating(self, what: str) -> Iterator[None]:
-        """Raises DeviceError where the device does not give memory for what is made within."""
+        """Raises DeviceError if the device cannot allocate memory for resources made within the block."""
         try:
             yield
         except RuntimeError as error:
@@ -239,7 +240,7 @@ class Device:
     ) -> spy.Buffer:
         """A buffer with this data, or of `size` bytes; `struct_size` in bytes for structured ones.
 
-        A shader may read it as Buffer<uint4> where that is a multiple of 16, else as Buffer<uint> (rhi/rows.slang)."""
+        A shader may read it as Buffer<uint4> if that is a multiple of 16, else as Buffer<uint> (rhi/rows.slang)."""
         content: dict[str, Any] = {"size": max(size, 4)}
         if data is not None and data.nbytes:
             size = data.nbytes
@@ -269,7 +270,7 @@ class Device:
         usage: spy.TextureUsage = _TEXTURE,
         layers: int | None = None,
     ) -> spy.Texture:
-        """A texture of (width, height) texels without content; an array of textures where `layers` are told."""
+        """A texture of (width, height) texels without content; an array of textures if `layers` is given."""
         with self.allocating(f"{label}, {size[0]}x{size[1]} texels"):
             texture = self.handle.create_texture(
                 type=spy.TextureType.texture_2d if layers is None else spy.TextureType.texture_2d_array,
@@ -287,38 +288,38 @@ class Device:
         """A sampler; keywords as slangpy.SamplerDesc."""
         return self.handle.create_sampler(**description)
 
-    def kept(self, recipe: Recipe[T], variant: Hashable = ()) -> T:
-        """What the recipe makes for a variant, made once a device."""
+    def product(self, recipe: Recipe[T], variant: Hashable = ()) -> T:
+        """The product of a recipe for a variant, made once per device."""
         key = recipe, variant
-        if key not in self._kept:
+        if key not in self._products:
             self.link(recipe, variant)
-            self._kept[key] = recipe.make(self, self._linked.pop(key))
-        found: T = self._kept[key]
+            self._products[key] = recipe.make(self, self._linked.pop(key))
+        found: T = self._products[key]
         return found
 
     def link(self, recipe: Recipe[T], variant: Hashable = ()) -> None:
-        """The first part of what `kept` does, for it to find."""
+        """The first, slow part of `product`."""
         key = recipe, variant
-        if key not in self._kept and key not in self._linked:
+        if key not in self._products and key not in self._linked:
             self._linked[key] = recipe.link(self, variant)
 
     def has(self, recipe: Recipe[Any], variant: Hashable = ()) -> bool:
-        """Whether `kept` would make nothing."""
-        return (recipe, variant) in self._kept
+        """Whether `product` has the product already."""
+        return (recipe, variant) in self._products
 
     @property
     def planned(self) -> list[Recipe[Any]]:
-        """What `compute` and `raster` passes are to be made from that are still in use, and which nobody has made."""
+        """Recipes of `compute` and `raster` passes that are still in use and not made yet."""
         return [recipe for recipe in dict.fromkeys(self._plans.values()) if not self.has(recipe)]
 
     def forget(self, variant: Hashable) -> None:
-        """Let go of what was made for a variant."""
-        for made in (self._kept, self._linked):
-            for key in [key for key in made if key[1] == variant]:
-                del made[key]
+        """Release the products for a variant."""
+        for products in (self._products, self._linked):
+            for key in [key for key in products if key[1] == variant]:
+                del products[key]
 
     def module(self, name: str, text: str | None = None, path: Path | None = None) -> spy.SlangModule:
-        """A Slang module: a file below the package, or a text by some other name and, where it says so, `path`."""
+        """A Slang module: a file below the package, or a text under another name and an optional `path`."""
 
         def load() -> spy.SlangModule:
             session = self.session
@@ -327,7 +328,7 @@ class Device:
         try:
             return load()
         except (RuntimeError, spy.SlangCompileError) as error:
-            if self.cache is None or "error[" in str(error):  # a fault of the source, not of what is kept of it
+            if self.cache is None or "error[" in str(error):  # a fault of the source, not of the cache
                 raise
             kept = self.cache / MODULES
             shutil.rmtree(kept, ignore_errors=True)
@@ -336,24 +337,26 @@ class Device:
 
     def parameter_block(self, module: str, name: str) -> ParameterBlock:
         """The block `name` that `module` (a path below the package) declares."""
-        # Slang-RHI remembers a block's layout by its address, which another program's may take once this one is freed.
+        # Slang-RHI caches a block's layout by its address, which another program may get once this one is freed.
         if module not in self._block_programs:
             self._block_programs[module] = linked(self, module, [])
         return ParameterBlock(self.handle, self._block_programs[module], module, name)
 
     def compute(self, module: Source, entry: str = "main", name: str | None = None) -> ComputePass:
-        """A compute pass from a file; `name` is what the profiler calls it.
+        """A compute pass from a file; `name` is its name in the profiler.
 
-        Its program is made when it is first used, or before by `programs.preparation`. DeviceError then when the file
+        Its program is made at first use, or before by `programs.preparation`. Raises DeviceError then if the file
         does not compile.
         """
         recipe = ComputeRecipe(module, entry)
-        return self._planned(recipe, ComputePass(self.handle, name or stem(module), partial(self.kept, recipe), module))
+        return self._planned(
+            recipe, ComputePass(self.handle, name or stem(module), partial(self.product, recipe), module)
+        )
 
     def raster(self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None) -> RasterPass:
         """A raster pass from the vertex and, if any, fragment entry points of a file; as `compute`."""
         recipe = RasterRecipe(module, entries, state)
-        return self._planned(recipe, RasterPass(self.handle, name or Path(module).stem, partial(self.kept, recipe)))
+        return self._planned(recipe, RasterPass(self.handle, name or Path(module).stem, partial(self.product, recipe)))
 
     def _planned(self, recipe: Recipe[Any], made: P) -> P:
         self._plans[made] = recipe
@@ -398,8 +401,8 @@ _OPENING = Lock()
 
 
 def open_device(device: Device | spy.Device | str | None = None) -> Device:
-    """The device that a process has open for an adapter, opened when it is asked for first; it stays open until the
-    process ends or `Device.close`. `device`: as Device's name; a Device is taken as it is, and a SlangPy device that
+    """The process's open device for an adapter, opened at the first call; it stays open until the
+    process ends or `Device.close`. `device`: as Device's name; a Device is returned as it is, and a SlangPy device that
     the program has opened itself is used and left open."""
     if isinstance(device, Device):
         return device

@@ -1,4 +1,4 @@
-"""What a process must leave alone that was forked from one with a device: it has the device, but not its threads."""
+"""Guards a process forked from one with a device: it has the device, but not its threads."""
 
 import atexit
 import ctypes
@@ -37,20 +37,20 @@ def is_child() -> bool:
 def _leave_alone() -> None:
     global _forked
     _forked = True
-    # At its end a process has SlangPy close its devices, and wait for the parent's threads: not if nobody asks for it,
-    # nor if the module, which asks once more when it is freed, never is.
+    # At exit SlangPy closes its devices, and would wait for the parent's threads. So its handler is unregistered, and
+    # its module, which closes them once more when it is freed, is kept alive.
     atexit.unregister(cast(Any, _SlangPysOwn()))
     if _SLANGPY in sys.modules:
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(sys.modules[_SLANGPY]))
-    # Drivers wait for their own threads when C's exit calls their handlers, also for those that were busy and are not
-    # here. What is registered last is called first: so none of them is.
+    # Drivers' exit handlers wait for their threads, even for those that were busy and do not exist here. Handlers
+    # run in reverse order of registration, so this one exits before any of them.
     libc = ctypes.CDLL(None)
     if hasattr(libc, "on_exit"):
         libc.on_exit(libc._exit, None)
 
 
 class _SlangPysOwn:
-    """Equal to what SlangPy has registered."""
+    """Equal to the object that SlangPy has registered."""
 
     def __eq__(self, other: object) -> bool:
         return type(other).__name__ == "nb_func"

@@ -1,4 +1,4 @@
-"""Buffers as NumPy arrays: in place where the device's memory is the host's, else through copies."""
+"""Buffers as NumPy arrays: in place if device memory is host memory, else through copies."""
 
 import ctypes
 
@@ -10,7 +10,7 @@ from pica.rhi.device import Device
 
 
 class HostBuffer:
-    """A buffer as the host sees it. The device must be idle while the host reads or writes.
+    """A buffer's content on the host. The device must be idle while the host reads or writes.
 
     lavapipe's buffers lie in the process's own memory and their device address is a pointer, so nothing is copied.
     """
@@ -23,10 +23,10 @@ class HostBuffer:
             self._shared = np.frombuffer(memoryview(memory), np.uint8)
 
     def read(self) -> NDArray[np.uint8]:
-        """What the buffer holds, (bytes,)."""
+        """The content of the buffer, (bytes,)."""
         return self._buffer.to_numpy().view(np.uint8).reshape(-1) if self._shared is None else self._shared
 
     def write(self, data: NDArray[np.uint8]) -> None:
-        """Hand back what was read and changed, (bytes,)."""
+        """Write back content that was read and changed, (bytes,)."""
         if self._shared is None:
             self._buffer.copy_from_numpy(data)

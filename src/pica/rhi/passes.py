@@ -16,12 +16,12 @@ Pipeline = TypeVar("Pipeline")
 
 
 class Recording(Protocol):
-    """What a pass records into: the frame's command encoder and the profiler."""
+    """Where passes record: the frame's command encoder and the profiler."""
 
     encoder: spy.CommandEncoder
     variant: int
-    """Which of a pass's sets of parameters to use. What alternates between frames has one for each state, so that
-    nothing is bound anew."""
+    """Which of a pass's parameter sets to use. Bindings that alternate between frames have one set for each state, so
+    that nothing is bound again."""
 
     @property
     def profiler(self) -> Profiler:
@@ -29,16 +29,16 @@ class Recording(Protocol):
 
 
 class _Pass(Generic[Pipeline]):
-    """A program with its pipeline and parameters, made when first used; programs/preparation.py sees to it earlier."""
+    """A program with its pipeline and parameters, made at first use or before by programs/preparation.py."""
 
     def __init__(self, device: spy.Device, name: str, make: Callable[[], tuple[spy.ShaderProgram, Pipeline]]) -> None:
-        """`make` gives the same each time."""
+        """`make` always returns the same objects."""
         self._device, self._make = device, make
         self.name = name
 
     @cached_property
     def pipeline(self) -> Pipeline:
-        """What the program is on the device."""
+        """The program on the device."""
         return self._make()[1]
 
     @cached_property
@@ -46,11 +46,11 @@ class _Pass(Generic[Pipeline]):
         return {}
 
     def parameters(self, variant: int) -> ProgramParameters:
-        """What the program is given."""
-        found = self._variants.get(variant)
-        if found is None:
-            found = self._variants[variant] = ProgramParameters(self._device, self.name, self._make()[0])
-        return found
+        """The program's parameters."""
+        bound = self._variants.get(variant)
+        if bound is None:
+            bound = self._variants[variant] = ProgramParameters(self._device, self.name, self._make()[0])
+        return bound
 
 
 class ComputePass(_Pass[spy.ComputePipeline]):

@@ -18,7 +18,7 @@ _DEBUGGERS = (
     "NSIGHT_LAUNCHED",
     "NVTX_INJECTION64_PATH",
 )
-"""Environment variables: pica's own, and those that RenderDoc and Nsight set for what they start."""
+"""Environment variables: pica's own, and those that RenderDoc and Nsight set for child processes."""
 
 
 class _Timed(NamedTuple):
@@ -47,25 +47,25 @@ class Profiler:
         self._current: int | None = None
         self._timing = False
         self.owner: Hashable = None
-        """Whose passes come next, for `by_owner`."""
+        """The owner of the passes that follow, for `by_owner`."""
         self._names: list[tuple[str, Hashable]] = []
         self._on_host: defaultdict[tuple[str, Hashable], float] = defaultdict(float)
         self.by_owner: deque[dict[Hashable, float]] = deque(maxlen=MAX_FRAMES)
-        """The times of `finished`, summed by whose passes they are."""
+        """The times of `finished`, summed by owner."""
         self.finished: deque[dict[str, float]] = deque(maxlen=MAX_FRAMES)
         """Milliseconds per pass of the frames that the GPU has finished, newest last."""
 
     def begin_frame(self) -> None:
-        """Start a frame; when all pools are still in use the frame goes unmeasured rather than wait."""
+        """Start a frame; if all query pools are in use, the frame is not measured, instead of waiting."""
         self._collect()
         self._names, self._on_host, self.owner = [], defaultdict(float), None
-        if self._current is None:  # else the frame before was given up
+        if self._current is None:  # otherwise the previous frame was abandoned
             self._current = self._free.pop() if self._free else None
         if self._current is not None:
             self._pools[self._current].reset()
 
     def begin(self, encoder: spy.CommandEncoder, name: str) -> None:
-        """Start timing what is recorded from here on; `end` follows before the next `begin`."""
+        """Start timing the commands recorded from here on; `end` follows before the next `begin`."""
         if self._labels:
             encoder.push_debug_group(name, _GROUP)
         self._timing = self._current is not None and len(self._names) < MAX_PASSES
@@ -81,7 +81,7 @@ class Profiler:
             encoder.write_timestamp(self._pools[self._current], 2 * len(self._names) - 1)
 
     def add(self, name: str, seconds: float) -> None:
-        """Count time that the processor spent on work which stands in for a pass."""
+        """Count processor time of work in place of a pass."""
         self._on_host[name, self.owner] += seconds * 1e3
 
     def end_frame(self, submission: int) -> None:

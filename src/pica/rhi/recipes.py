@@ -1,6 +1,6 @@
-"""Recipes: all that a program is made of, without anything of a device.
+"""Recipes: everything that a program is made of, independent of a device.
 
-So another process can make the same program from an equal recipe and leave it in the shader cache.
+So another process can make the same program from an equal recipe and store it in the shader cache.
 """
 
 from collections.abc import Sequence
@@ -26,10 +26,10 @@ class Recipe(Protocol[MadeOut]):
     """
 
     def link(self, device: "Device", variant: Any) -> Any:
-        """What `make` is given; takes a while where no cache has it."""
+        """The input of `make`; slow unless cached."""
 
     def make(self, device: "Device", linked: Any) -> MadeOut:
-        """The rest; takes seconds where no cache has it."""
+        """The rest; takes seconds unless cached."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The top level of one view: all that every view shows, and objects of its own."""
+"""The top level of one view: the shared objects, and objects of its own."""
 
 from collections import ChainMap
 from collections.abc import Iterable, Mapping
@@ -15,10 +15,10 @@ from pica.rhi.tables import HostTable, RowUpload
 
 
 class RtView:
-    """What the rays of one view meet. Without objects of its own it is the scene's top level.
+    """The top-level structure for one view's rays. Without objects of its own it is the scene's top level.
 
-    Its objects have slots of the scene's, where the scene's own records have them as objects that no ray meets; the
-    view's top level is built from a copy of those records, in which its objects have their structures.
+    Its objects have slots in the scene's table, where the shared records have them as invisible to all rays; the
+    view's top level is built from a copy of those records, with the view's structures.
     """
 
     def __init__(self, device: Device, scene: RtScene) -> None:
@@ -39,12 +39,12 @@ class RtView:
 
     @property
     def objects(self) -> Mapping[int, RtObject]:
-        """What the view shows, by slot."""
+        """The view's objects, by slot."""
         return ChainMap(self._own, self._scene.objects) if self._own else self._scene.objects
 
     @property
     def slots(self) -> HostTable:
-        """INSTANCE rows by slot; the host's copy has no structures of what is a view's own."""
+        """INSTANCE rows by slot; the host's copy lacks the structures of views."""
         return self._scene.slots
 
     @property
@@ -53,7 +53,7 @@ class RtView:
         return self._scene.has_boxes
 
     def watch(self) -> SlotWatcher:
-        """As RtScene.watch, for what this view shows."""
+        """As RtScene.watch, for this view's objects."""
         watcher = self._scene.watch()
         watcher.add(self._own)
         self._watchers.add(watcher)

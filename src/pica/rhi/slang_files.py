@@ -1,4 +1,4 @@
-"""Slang files outside of the package, and what is wrong with them in one line."""
+"""Slang files outside of the package, and their errors in one line."""
 
 import hashlib
 import re
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SlangFile:
-    """A program's own Slang file, as it was when it was read. It may import pica's modules and files beside it."""
+    """A Slang file of the user's program, as it was when read. It may import pica's modules and files beside it."""
 
     path: Path
     text: str
@@ -25,8 +25,8 @@ class SlangFile:
     def read(cls, path: str | Path) -> "SlangFile":
         """Raises ShaderError for a file that cannot be read."""
         try:
-            found = Path(path).resolve()
-            return cls(found, found.read_text(encoding="utf-8"))
+            resolved = Path(path).resolve()
+            return cls(resolved, resolved.read_text(encoding="utf-8"))
         except TypeError:
             raise ShaderError(f"{shown(path)} is not the path of a Slang file") from None
         except (OSError, ValueError) as error:
@@ -35,7 +35,7 @@ class SlangFile:
 
     @property
     def module(self) -> str:
-        """What Slang knows it by: of its text, as a session remembers modules by name."""
+        """Its module name, derived from the text, because a session caches modules by name."""
         return f"own_{re.sub('[^A-Za-z0-9]', '_', self.path.stem)}_{digest(f'{self.path} {self.text}')}"
 
     def loaded(self, device: "Device") -> spy.SlangModule:
@@ -46,7 +46,7 @@ class SlangFile:
             raise self.fault(error) from None
 
     def fault(self, error: Exception) -> ShaderError:
-        """What Slang says of it, in one line."""
+        """Slang's error message in one line."""
         return ShaderError(
             first_error(self.path, str(error).replace(str(marked(self.path, self.text)), str(self.path)))
         )
@@ -72,12 +72,12 @@ def import_path(source: Source) -> str:
 
 
 def digest(text: str) -> str:
-    """The session remembers modules by name, so a name stands for one source only."""
+    """The session caches modules by name, so a name must identify one source."""
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
 def marked(path: Path, text: str) -> Path:
-    """What Slang calls a file: it does not take two modules of one path. One beside the file finds the same imports."""
+    """The path given to Slang, which rejects two modules of one path. In the same folder imports resolve alike."""
     return path.with_name(f"{path.stem}_{digest(text)}.slang")
 
 
@@ -88,6 +88,6 @@ def first_error(path: Path, diagnostics: str) -> str:
     detail = re.search(r"\| +\^+ (.*)", diagnostics)
     if title is None or place is None:
         return f"{path}: {' '.join(diagnostics.split())}"
-    # SlangPy puts a line of its own before source that it is given as text.
+    # SlangPy prepends a line to source given as text.
     line = int(place[2]) - (place[1] == str(path))
     return f"{place[1]}:{line}: {(detail or title)[1].strip()}"

@@ -1,4 +1,4 @@
-"""Buffers that grow and are handed out in runs, so that things can come and go without moving the others."""
+"""Buffers that grow and are allocated in runs, so that rows can be added and removed without moving others."""
 
 from bisect import bisect
 from collections.abc import Iterable
@@ -16,7 +16,7 @@ _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 
 
 class Runs:
-    """Hands out runs of numbers, first fit, and takes them back."""
+    """Allocates runs of numbers, first fit."""
 
     def __init__(self) -> None:
         self.end = 0
@@ -24,7 +24,7 @@ class Runs:
         self._free: list[tuple[int, int]] = []
 
     def take(self, count: int) -> int:
-        """The first of `count` consecutive numbers that nobody else has."""
+        """The first of `count` consecutive free numbers."""
         for index, (first, free) in enumerate(self._free):
             if free >= count:
                 if free == count:
@@ -36,7 +36,7 @@ class Runs:
         return self.end - count
 
     def give_back(self, first: int, count: int) -> None:
-        """These numbers are free again."""
+        """Free these numbers."""
         if not count:
             return
         place = bisect(self._free, (first, count))
@@ -55,7 +55,7 @@ def rows_of_runs(firsts: NDArray[np.int64], counts: NDArray[np.int64]) -> NDArra
 
 
 def rows_of_ranges(ranges: Iterable[range]) -> NDArray[np.int64]:
-    """The numbers of ranges that do not skip any, those of one after those of another."""
+    """The numbers of ranges with step 1, range after range."""
     firsts, counts = np.array([(numbers.start, len(numbers)) for numbers in ranges], np.int64).reshape(-1, 2).T
     return rows_of_runs(firsts, counts)
 
@@ -104,7 +104,7 @@ class RowUpload:
 
 
 class HostTable:
-    """Rows of a structured buffer that the host keeps a copy of; what was touched is uploaded by `flush`."""
+    """Rows of a structured buffer with a copy on the host; `flush` uploads touched rows."""
 
     def __init__(self, device: Device, label: str, row: np.dtype[Any], usage: spy.BufferUsage = _READ_WRITE) -> None:
         self._device, self._label, self._usage = device, label, usage
@@ -129,14 +129,14 @@ class HostTable:
         return first
 
     def take_runs(self, counts: NDArray[np.int64]) -> NDArray[np.int64]:
-        """As `take` for each of these counts, together."""
+        """As `take` for each of these counts, in one call."""
         firsts = np.array([self._runs.take(count) for count in counts.tolist()], np.int64)
         self.reserve(int((firsts + counts).max(initial=0)))
         self.touch(rows_of_runs(firsts, counts))
         return firsts
 
     def reserve(self, count: int) -> None:
-        """Have at least `count` rows, by numbers that somebody else hands out; those that come are zero."""
+        """Grow to `count` rows, numbered by the caller; new ones are zero."""
         if count > len(self.rows):
             more = np.zeros(max(count, 2 * len(self.rows)) - len(self.rows), self.rows.dtype)
             self.rows = np.concatenate([self.rows, more])
@@ -149,12 +149,12 @@ class HostTable:
         self._runs.give_back(first, count)
 
     def touch(self, rows: NDArray[np.int64] | slice) -> None:
-        """These rows have changed."""
+        """Mark rows as changed."""
         self._touched[rows] = True
         self._quiet = False
 
     def flush(self, recording: Recording) -> None:
-        """Upload what changed; a table that has outgrown its buffer gets a new one."""
+        """Upload changes; a table that has outgrown its buffer gets a new one."""
         if self._quiet:
             return
         rows, self._quiet = np.flatnonzero(self._touched), True
@@ -169,14 +169,14 @@ class HostTable:
 
 
 class GrowingBuffer:
-    """Rows of a structured buffer on the device alone, by numbers that somebody else hands out."""
+    """Rows of a structured buffer on the device alone, numbered by the caller."""
 
     def __init__(self, device: Device, label: str, stride: int, usage: spy.BufferUsage = _READ_WRITE) -> None:
         self._device, self._label, self._stride, self._usage = device, label, stride, usage
         self.buffer = device.buffer(label, size=stride, struct_size=stride, usage=usage)
 
     def reserve(self, encoder: spy.CommandEncoder, count: int) -> None:
-        """Have at least `count` rows; what is in those that there were stays."""
+        """Grow to `count` rows; existing content is preserved."""
         if count * self._stride <= self.buffer.size:
             return
         old = self.buffer

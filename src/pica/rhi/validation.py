@@ -1,4 +1,4 @@
-"""What Slang-RHI's validation says and, where its layer is installed, Khronos'. PICA_VALIDATE=1 switches both on."""
+"""Messages of Slang-RHI's validation and, if its layer is installed, of Khronos'. PICA_VALIDATE=1 enables both."""
 
 import os
 import sys
@@ -15,11 +15,11 @@ KNOWN = {
     "Failed to create pipeline from cache": "NVIDIA's driver refuses what it kept of a ray tracing pipeline that was "
     "made while another one lived, and makes it anew (docs/measurements/startup.md, Material types)",
 }
-"""What says nothing about pica, by a part of the message, and why."""
+"""Messages without relevance for pica, by a part of their text, and why."""
 
 
 def asked() -> bool:
-    """Whether devices that are opened now are to be validated; `said` tells what was said then."""
+    """Whether devices opened from now on are validated; `said` returns their messages."""
     wanted = os.environ.get("PICA_VALIDATE", "") not in ("", "0")
     if wanted:
         _listener()
@@ -27,7 +27,7 @@ def asked() -> bool:
 
 
 def said() -> list[str]:
-    """What was said since the last call, and is not KNOWN, each once in one line that tells who said it: "layer:" is
+    """The messages since the last call that are not KNOWN, each once, in one line with its source: "layer:" is
     Slang-RHI, "driver:" Khronos."""
     listener = _listener()
     messages, listener.messages = listener.messages, {}
@@ -35,7 +35,7 @@ def said() -> list[str]:
 
 
 class _Listener(spy.LoggerOutput):
-    """Takes the place of SlangPy's own output, which writes warnings to stdout, KNOWN ones too."""
+    """Replaces SlangPy's own output, which writes all warnings, even KNOWN ones, to stdout."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -25,15 +25,15 @@ Floats = NDArray[np.float64]
 Path = Literal["translation", "rotation", "scale", "weights"]
 Interpolation = Literal["STEP", "LINEAR", "CUBICSPLINE"]
 _PLACING: dict[Path, int] = {"translation": 3, "rotation": 4, "scale": 3}
-"""What moves a node, and how many numbers each has."""
+"""The properties of a node that channels can animate, and the number of components of each."""
 _NO_TURN = "a quaternion of zeros is no rotation"
 
 
 @checked_names(SceneError)
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Where a node stands relative to its parent, in the three parts that animations move. Raises SceneError for what
-    is not finite."""
+    """A node's transform relative to its parent, as translation, rotation and scale. Raises SceneError for numbers
+    that are not finite."""
 
     translation: Floats = field(default_factory=lambda: np.zeros(3))
     """(3,) metres."""
@@ -50,12 +50,12 @@ class Pose:
 
     @staticmethod
     def of(translation: Floats, rotation: Floats, scale: Floats) -> "Pose":
-        """A pose of arrays that are known to fit and that nobody writes into."""
+        """A pose from arrays that are valid and not shared with writers."""
         for values in (translation, rotation, scale):
             values.setflags(write=False)
         pose = object.__new__(Pose)
-        kept = {"translation": translation, "rotation": rotation, "scale": scale}
-        object.__setattr__(pose, "__dict__", kept)
+        attributes = {"translation": translation, "rotation": rotation, "scale": scale}
+        object.__setattr__(pose, "__dict__", attributes)
         return pose
 
     def matrix(self) -> Floats:
@@ -64,7 +64,7 @@ class Pose:
 
 
 def _keyed(*dimensions: int) -> Check[Floats]:
-    """An array of float64 of so many dimensions. Whether it is finite an animation sees to, for all at once."""
+    """A float64 array with this number of dimensions. Animation checks all of them for finite values at once."""
 
     def check(values: Any) -> Floats:
         if not (type(values) is np.ndarray and values.dtype == np.float64):
@@ -77,10 +77,10 @@ def _keyed(*dimensions: int) -> Check[Floats]:
 
 
 def _node(value: Any) -> "Node":
-    from pica.scene.model import Node  # which knows animations
+    from pica.scene.model import Node  # which imports animations
 
-    found: Node = instance(Node)(value)
-    return found
+    node: Node = instance(Node)(value)
+    return node
 
 
 _KEYS = {(1,): "(keys,)", (2, 3): "(keys, components) or, for CUBICSPLINE, (keys, 3, components)"}
@@ -89,12 +89,12 @@ _KEYS = {(1,): "(keys,)", (2, 3): "(keys, components) or, for CUBICSPLINE, (keys
 @checked_names(SceneError)
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """What one value of one node is over time. Arrays are kept as they are. Raises SceneError for what does not fit."""
+    """The values of one property of one node over time. Arrays are not copied. Raises SceneError if invalid."""
 
     node: CheckedField["Node"] = CheckedField(_node)
     path: CheckedField[Path] = CheckedField(choice(*_PLACING, "weights"))
     times: CheckedField[Floats] = CheckedField(_keyed(1))
-    """(keys,) seconds, ascending, at least one. Before the first and after the last the value stands still."""
+    """(keys,) seconds, ascending, at least one. The value is constant before the first and after the last."""
     values: CheckedField[Floats] = CheckedField(_keyed(2, 3))
     """(keys, components); CUBICSPLINE: (keys, 3, components), incoming tangent, value, outgoing tangent."""
     interpolation: CheckedField[Interpolation] = CheckedField(choice("STEP", "LINEAR", "CUBICSPLINE"), "LINEAR")
@@ -108,11 +108,11 @@ class Channel:
 
 
 class Animation(Fixed):
-    """Channels that play together. Raises SceneError for a channel that moves a node without a pose, and for one whose
-    numbers are not finite or whose times do not ascend.
+    """Channels that play together. Raises SceneError for a channel whose node has no pose, and for
+    numbers that are not finite or times that do not ascend.
 
-    `drivers` are called with the time in seconds, to set what no channel reaches, such as particles; they must look at
-    nothing else. `duration`: seconds, the least, for drivers that go on after the last key.
+    `drivers` are called with the time in seconds, to set state that channels cannot animate, such as particles; they
+    must depend on nothing else. `duration`: minimum in seconds, for drivers that continue after the last key.
     """
 
     def __init__(
@@ -142,7 +142,7 @@ class Animation(Fixed):
         """Seconds until the last key; play `time % duration` for a loop."""
 
     def apply(self, time: float) -> None:
-        """Give every node what its channels say at `time`; nodes that stand there already are left alone."""
+        """Set every node to its channels' values at `time`; nodes already in that state are not touched."""
         parts = {path: np.array([getattr(node.pose, path) for node in self._nodes]) for path in _PLACING}
         for track in self._tracks:
             values = track.at(time)
@@ -272,7 +272,7 @@ def _slerp(start: Floats, end: Floats, fraction: Floats) -> Floats:
     cosine = np.sum(start * end, axis=1, keepdims=True)
     angle = np.arccos(np.minimum(np.abs(cosine), 1.0))
     sine = np.sin(angle)
-    curved = sine > 1e-6  # else the arc is as good as straight
+    curved = sine > 1e-6  # otherwise linear interpolation is accurate
     divisor = np.where(curved, sine, 1.0)
     from_start = np.where(curved, np.sin(angle * (1 - fraction)) / divisor, 1 - fraction)
     from_end = np.where(curved, np.sin(angle * fraction) / divisor, fraction)

@@ -11,12 +11,12 @@ from pica.scene.values import number
 @checked_names(SceneError)
 @dataclass(frozen=True)
 class Anisotropy:
-    """Highlights that are drawn out along the tangent (KHR_materials_anisotropy; docs/guide/materials.md).
+    """Highlights stretched along the tangent (KHR_materials_anisotropy; docs/guide/materials.md).
 
-    Raises SceneError for what is out of its range.
+    Raises SceneError for values out of range.
     """
 
     strength: CheckedField[float] = CheckedField(number(0, 1), 1.0)
-    """0 to 1; GGX's alpha along the tangent goes from that across to 1 with its square."""
+    """0 to 1; GGX's alpha along the tangent is interpolated from the base value to 1 by its square."""
     rotation: CheckedField[float] = CheckedField(number(), 0.0)
     """Radians, counter-clockwise from the tangent, which follows the texture coordinates."""

@@ -1,7 +1,7 @@
-"""The arrays that the fields of a scene can hold; how they are checked values.py says.
+"""Types of arrays for the fields of a scene; values.py documents checked fields.
 
-What is of the wanted type already and lies in one piece is kept as it is, not copied, so that it can be shared. All
-else becomes a new array: floats of any kind are rounded, integers are taken exactly, in whatever byte and memory order.
+Contiguous arrays of the required type are stored without a copy, so that they can be shared. Others are converted
+to a new array: floats of any kind are rounded, integers must be exact, in any byte and memory order.
 """
 
 from collections.abc import Callable
@@ -14,8 +14,8 @@ from pica.errors import shown
 from pica.scene.values import LARGEST, TOO_LARGE, Check, UnfitError
 
 Shape = int | str
-"""How long an array is along one axis, or what is counted there where any length will do. An array whose shape is not
-given may have any."""
+"""An array's length along one axis, or a name for any length. Without a shape an array may have
+any."""
 LARGEST_SIDE = 16384
 """Texels of a picture along one side; more is not for every device."""
 _LAST_ROW = [0.0, 0.0, 0.0, 1.0]
@@ -40,15 +40,15 @@ def shares(*shape: Shape) -> Check[NDArray[np.float32]]:
     def check(values: Any) -> NDArray[np.float32]:
         if getattr(values, "dtype", None) == np.uint8:
             values = np.asarray(values) / np.float32(255)
-        kept = given(values)
-        check_shares(kept)
-        return kept
+        result = given(values)
+        check_shares(result)
+        return result
 
     return check
 
 
 def check_shares(values: NDArray[np.float32]) -> None:
-    """Raises UnfitError for what is not from 0 to 1."""
+    """Raises UnfitError for values outside 0 to 1."""
     if values.min(initial=0) < 0 or values.max(initial=0) > 1:
         outside = (values < 0) | (values > 1)
         hint = "; numbers up to 255 must be uint8" if values.max() > 1 else ""
@@ -56,7 +56,7 @@ def check_shares(values: NDArray[np.float32]) -> None:
 
 
 def numbers(*shape: Shape) -> Check[NDArray[Any]]:
-    """Finite numbers that fit 32-bit floats, of whatever type they are."""
+    """Finite numbers within the range of 32-bit floats, of any type."""
 
     def check(values: Any) -> NDArray[Any]:
         array = as_array(values, shape, "fiu", "numbers")
@@ -83,63 +83,63 @@ def picture(texels: Check[NDArray[Any]]) -> Check[NDArray[Any]]:
     """Of (height, width, channels), sides from 1 to LARGEST_SIDE."""
 
     def check(values: Any) -> NDArray[Any]:
-        kept = texels(values)
-        height, width, _ = kept.shape
+        result = texels(values)
+        height, width, _ = result.shape
         if not (min(height, width) >= 1 and max(height, width) <= LARGEST_SIDE):
             raise UnfitError(f"{width}x{height} texels; width and height must be 1 to {LARGEST_SIDE}")
-        return kept
+        return result
 
     return check
 
 
 def affine(matrix: ArrayLike) -> NDArray[np.float64]:
-    """A copy of a (4, 4) matrix that moves, turns and scales: finite, last row 0, 0, 0, 1. It may be flat."""
+    """A copy of a (4, 4) affine matrix: finite, last row 0, 0, 0, 1. It may be singular."""
     plain = type(matrix) is np.ndarray and matrix.dtype == np.float64 and matrix.shape == (4, 4)
-    kept = np.array(matrix) if plain else _MATRIX(matrix).copy()
-    # One product for sixteen comparisons: what moves is set in every frame.
-    if not np.vdot(kept, kept) <= LARGEST or kept[3].tolist() != _LAST_ROW:
-        _MATRIX(kept)
-        _check_last_rows(kept[None])
-        kept[3] = _LAST_ROW
-    return kept
+    result = np.array(matrix) if plain else _MATRIX(matrix).copy()
+    # One product instead of sixteen comparisons, because moving nodes set it in every frame.
+    if not np.vdot(result, result) <= LARGEST or result[3].tolist() != _LAST_ROW:
+        _MATRIX(result)
+        _check_last_rows(result[None])
+        result[3] = _LAST_ROW
+    return result
 
 
 def affines(matrices: ArrayLike) -> NDArray[np.float64]:
     """(count, 4, 4) of such matrices, not copied."""
-    kept = _MATRICES(matrices)
-    _check_last_rows(kept)
-    return kept
+    result = _MATRICES(matrices)
+    _check_last_rows(result)
+    return result
 
 
 def place_of(bad: NDArray[np.bool_]) -> str:
-    """Where the first True is: "row 3 "; nothing where there are no rows."""
+    """The position of the first True: "row 3 "; empty for scalars."""
     return f"row {np.argwhere(bad)[0][0]} " if bad.ndim else ""
 
 
 def _numbers(dtype: np.dtype[Any], shape: tuple[Shape, ...], low: float) -> Callable[[Any], NDArray[Any]]:
     def check(values: Any) -> NDArray[Any]:
         array = as_array(values, shape, "fiu", "numbers")
-        kept = _converted(array, dtype)
-        # The sum of squares tells in one go that nothing is amiss; if it does not, look more closely.
-        if not np.vdot(kept, kept) <= LARGEST:
-            bad = ~(np.abs(kept) <= LARGEST)
+        result = _converted(array, dtype)
+        # A finite sum of squares proves that all values are valid; otherwise they are searched.
+        if not np.vdot(result, result) <= LARGEST:
+            bad = ~(np.abs(result) <= LARGEST)
             if bad.any():
                 given = _first(array, bad)
                 fault = TOO_LARGE if np.isfinite(given) else "is not finite"
                 raise UnfitError(f"{place_of(bad)}{fault} ({given:g})")
         if array.dtype.kind != "f":
-            _check_exact(array, kept)
-        if low > -LARGEST and kept.min(initial=low) < low:
-            bad = kept < low
+            _check_exact(array, result)
+        if low > -LARGEST and result.min(initial=low) < low:
+            bad = result < low
             fault = "is negative" if low == 0 else f"is less than {low:g}"
             raise UnfitError(f"{place_of(bad)}{fault} ({_first(array, bad):g})")
-        return kept
+        return result
 
     return check
 
 
 def _converted(array: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """In the byte and memory order that everything else expects; the array itself where it is so already."""
+    """In native byte order and C order; the array itself if it is so already."""
     if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
         return array
     with np.errstate(over="ignore"):
@@ -150,7 +150,7 @@ def as_array(values: Any, shape: tuple[Shape, ...], kinds: str, what: str) -> ND
     """The values as an array of a shape and of some kinds of numbers."""
     try:
         array = np.asarray(values)
-    except Exception as error:  # what an object's own conversion raises
+    except Exception as error:  # raised by an object's own conversion
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise UnfitError(f"is not an array of {what} ({shown(reason)})") from None
     if array.dtype.kind not in kinds:
@@ -178,21 +178,21 @@ def _check_range(array: NDArray[Any], limits: "np.iinfo[Any]") -> None:
     raise UnfitError(f"{place_of(bad)}is not from {least} to {most} ({shown(_first(array, bad))})")
 
 
-def _check_exact(given: NDArray[Any], kept: NDArray[Any]) -> None:
+def _check_exact(given: NDArray[Any], result: NDArray[Any]) -> None:
     """Raises UnfitError for integers that floats do not hold."""
     large = np.asarray((given > _EXACT) | (given < -_EXACT)) if given.dtype.itemsize > 2 else np.zeros(0, bool)
     if not large.any():
         return
     # Python compares integers and floats exactly.
     lost = large.copy()
-    lost[large] = kept[large].astype(object) != given[large].astype(object)
+    lost[large] = result[large].astype(object) != given[large].astype(object)
     if lost.any():
-        fault = f"is an integer that {kept.dtype.name} does not hold ({_first(given, lost)}); round it to a float"
+        fault = f"is an integer that {result.dtype.name} does not hold ({_first(given, lost)}); round it to a float"
         raise UnfitError(f"{place_of(lost)}{fault}")
 
 
 def _check_last_rows(matrices: NDArray[np.float64]) -> None:
-    off = np.abs(matrices[:, 3] - _LAST_ROW) > 1e-4  # as close as files and inverses keep to it
+    off = np.abs(matrices[:, 3] - _LAST_ROW) > 1e-4  # the accuracy of files and inverses
     if off.any():
         row = matrices[int(np.argwhere(off)[0][0]), 3].tolist()
         raise UnfitError(f"its last row is {shown(row)}, not 0, 0, 0, 1")

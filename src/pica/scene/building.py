@@ -1,4 +1,4 @@
-"""Sections of the arrays that somebody has: what is missing is generated."""
+"""Builds sections from user arrays; missing attributes are generated."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -20,10 +20,10 @@ Attributes = dict[str, NDArray[Any]]
 
 def _colors(values: Any) -> NDArray[np.float32]:
     """(vertices, 3 or 4) from 0 to 1."""
-    found = shares("vertices", "channels")(values)
-    if found.shape[1] not in (3, 4):
-        raise UnfitError(f"has the shape {found.shape}, not (vertices, 3) or (vertices, 4)")
-    return found
+    colors = shares("vertices", "channels")(values)
+    if colors.shape[1] not in (3, 4):
+        raise UnfitError(f"has the shape {colors.shape}, not (vertices, 3) or (vertices, 4)")
+    return colors
 
 
 _GIVEN: dict[str, tuple[str, Check[NDArray[np.float32]]]] = {
@@ -63,9 +63,9 @@ def _default_material() -> Material:
 
 
 def tangent_uvs(material: Material) -> tuple[int, Sequence[float]] | None:
-    """Which texture coordinates the tangents follow, and how they are moved (Texture.transform); None: nobody asks.
+    """The texture coordinates for tangents, and their Texture.transform; None: no tangents are needed.
 
-    Of several textures' the base's normal map's, unless a file brings tangents."""
+    Of several textures it is the base's normal map, unless a file has tangents."""
     for texture in (material.normal_texture, material.coat_normal_texture, material.anisotropy_texture):
         if texture is not None:
             return texture.uv_set, texture.transform
@@ -75,8 +75,8 @@ def tangent_uvs(material: Material) -> tuple[int, Sequence[float]] | None:
 def complete(
     attributes: Attributes, triangles: NDArray[np.uint32], material: Material, smooth: bool = False
 ) -> Section:
-    """A section of what there is; what it lacks is generated. `smooth`: normals too where they are missing, of the
-    triangles round each vertex; False: those of the triangles, whose corners become vertices of their own."""
+    """A section of the given attributes; missing ones are generated. `smooth`: missing normals are averages of the
+    triangles round each vertex; False: those of the triangles, whose vertices are not shared."""
     positions = attributes["POSITION"]
     flat = "NORMAL" not in attributes and not smooth
     if not flat:
@@ -130,7 +130,7 @@ def texture_coordinates(attributes: Attributes, uv_set: int, transform: Sequence
 
 
 def unit_tangents(tangents: NDArray[np.float32] | None, normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(vertices, 4) unit tangents; any at a right angle to the normal where there is none."""
+    """(vertices, 4) unit tangents; arbitrary ones at a right angle to the normal if undefined."""
     spare = np.column_stack([perpendicular(normals), np.ones(len(normals), np.float32)])
     if tangents is None:
         return spare

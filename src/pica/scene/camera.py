@@ -1,4 +1,4 @@
-"""Cameras: where one stands, where it looks and how wide it sees."""
+"""Cameras: position, orientation and projection."""
 
 import itertools
 import math
@@ -18,7 +18,7 @@ _FRAMING_DIRECTION = np.array([0.45, 0.35, 1.0])
 _FRAMING_SHARE = 0.9
 """Of the picture that a framed box may fill."""
 _WIDEST = math.radians(100.0)
-"""Of the views that `framing` takes where it has no room to step back."""
+"""Of the views that `framing` uses if there is no room to move back."""
 
 
 _NARROWEST = 1e-6
@@ -27,7 +27,7 @@ _FOV = angle(_NARROWEST, math.pi - _NARROWEST)
 _MATRIX, _POINT = doubles(4, 4), doubles(3)
 _MIDDLE = (0.5, 0.5)
 Convention = Literal["opencv", "opengl"]
-"""What a camera's axes are called: "opencv" looks along +Z with +Y down, "opengl" along -Z with +Y up."""
+"""Conventions of camera axes: "opencv" looks along +Z with +Y down, "opengl" along -Z with +Y up."""
 _CONVENTION = choice("opencv", "opengl")
 _TO_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
 
@@ -40,7 +40,7 @@ def _size(value: Any) -> tuple[int, int]:
 
 
 def _rigid(matrix: ArrayLike) -> NDArray[np.float64]:
-    """A copy of a (4, 4) matrix that turns and moves; mirrors may turn it over."""
+    """A copy of a (4, 4) rigid matrix, which may mirror."""
     kept = _MATRIX(matrix).copy()
     affine(kept)
     axes = kept[:3, :3]
@@ -54,7 +54,7 @@ def _rigid(matrix: ArrayLike) -> NDArray[np.float64]:
 class Camera(ReadOnlyCopies):
     """A camera in the world. It looks along its own -Z, +Y up, as in glTF.
 
-    Raises SceneError for what is not finite or out of its range.
+    Raises SceneError for values that are not finite or out of range.
     """
 
     transform: CheckedField[NDArray[np.float64]] = CheckedField(_rigid)
@@ -64,13 +64,13 @@ class Camera(ReadOnlyCopies):
     """Radians from the lower to the upper edge of a picture with the axis in its middle, between 0 and pi; ignored when
     orthographic_height is set."""
     near: CheckedField[float] = CheckedField(number(0), 0.01)
-    """Metres along the view axis before which nothing is seen; above 0 unless orthographic_height is set."""
+    """Near distance in metres along the view axis; above 0 unless orthographic_height is set."""
     far: CheckedField[float] = CheckedField(positive(), 1e4)
-    """Metres; only an orthographic camera's depth uses it, a perspective one sees for ever."""
+    """Metres; only an orthographic camera's depth uses it, a perspective one has no far plane."""
     orthographic_height: CheckedField[float | None] = CheckedField(optional(positive()), None)
     """Metres from the lower to the upper edge of an orthographic view; None: perspective."""
     principal_point: CheckedField[tuple[float, float]] = CheckedField(vector(2), _MIDDLE)
-    """Where the view axis meets the picture: fractions of its width and height, from its upper left corner."""
+    """The principal point: fractions of the picture's width and height, from its upper left corner."""
     pixel_aspect: CheckedField[float] = CheckedField(positive(), 1.0)
     """Width of a pixel over its height."""
     name: CheckedField[str] = CheckedField(text, "")
@@ -95,8 +95,8 @@ class Camera(ReadOnlyCopies):
     def intrinsics(self, size: tuple[int, int]) -> NDArray[np.float64]:
         """(3, 3) the matrix K of a picture of `size`, (width, height) in pixels, as OpenCV has it.
 
-        K [R|t] takes points of the world to column and row, [R|t] being the inverse of `pose("opencv")`. Whole numbers
-        are at the middle of pixels: (0, 0) is that of the upper left one. Raises SceneError for an orthographic camera.
+        K [R|t] maps points of the world to column and row; [R|t] is the inverse of `pose("opencv")`. Whole numbers
+        are pixel centres: (0, 0) is that of the upper left pixel. Raises SceneError for an orthographic camera.
         """
         width, height = checked(f"{described(self)}: size", _size, size)
         if self.orthographic_height is not None:
@@ -128,10 +128,10 @@ class Camera(ReadOnlyCopies):
     ) -> "Camera":
         """A calibrated camera without distortion, for pictures of `size`, (width, height) in pixels.
 
-        `fx`, `fy`: focal lengths in pixels. `cx`, `cy`: column and row at which the view axis meets the picture; whole
-        numbers are at the middle of pixels, as in OpenCV. Where a file counts from the picture's corner instead, as
-        COLMAP does, take 0.5 from both. `pose`: (4, 4) camera to world, by the axes of `convention`: the inverse of
-        OpenCV's [R|t]. Raises SceneError for what is not finite, not above 0 or not rotation and translation alone.
+        `fx`, `fy`: focal lengths in pixels. `cx`, `cy`: principal point, column and row; whole
+        numbers are pixel centres, as in OpenCV. If a file counts from the picture's corner instead, as
+        COLMAP does, subtract 0.5 from both. `pose`: (4, 4) camera to world, with the axes of `convention`: the inverse
+        of OpenCV's [R|t]. Raises SceneError for non-finite numbers, numbers not above 0, or poses that are not rigid.
         """
         camera = f"camera {shown(checked('camera: name', text, name))}"
         width, height = checked(f"{camera}: size", _size, size)
@@ -160,8 +160,8 @@ class Camera(ReadOnlyCopies):
     ) -> "Camera":
         """A perspective camera at `eye` that looks at `target`; `vertical_fov` in radians.
 
-        `up` points up in the picture; where it points along the view, another direction does. Raises SceneError when
-        eye and target coincide, vertical_fov is not between 0 and pi, or anything is not finite.
+        `up` points up in the picture; if it is parallel to the view, another direction is chosen. Raises SceneError if
+        eye and target coincide, vertical_fov is not between 0 and pi, or a value is not finite.
         """
         camera = f"camera {shown(checked('camera: name', text, name))}"
         eye_point, target_point = checked(f"{camera}: eye", _POINT, eye), checked(f"{camera}: target", _POINT, target)

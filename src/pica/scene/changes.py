@@ -1,4 +1,4 @@
-"""What becomes of a scene's nodes and of what they show, gathered for somebody who keeps a copy of it."""
+"""Records the changes of a scene's nodes and of their content, for subscribers with a copy of it."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Changes:
-    """What became of a scene's nodes; each node once a list."""
+    """Changes of a scene's nodes; each node at most once per list."""
 
     added: "list[Node]"
     removed: "list[Node]"
@@ -22,12 +22,12 @@ class Changes:
     deformed: "list[Node]"
     """Their vertices moved against each other, by weights or by joints."""
     altered: "list[Node]"
-    """What they carry as a light, who sees them or their lighting channels were set."""
+    """Nodes whose light, visibility or lighting channels were set."""
     edited: "list[Followed | Scene]"
     """Meshes, their parts, materials and images that were written to; the scene when its environment was set."""
 
     def then(self, later: "Changes") -> "Changes":
-        """These changes and those that followed them."""
+        """These changes followed by later ones."""
         return Changes(
             self.added + later.added,
             self.removed + later.removed,
@@ -43,7 +43,7 @@ class Changes:
 
 
 class ChangeSet:
-    """Collects changes for somebody who follows a scene; made by Scene.subscribe."""
+    """Collects changes for a subscriber; made by Scene.subscribe."""
 
     def __init__(self) -> None:
         self.added: dict[Node, None] = {}
@@ -54,11 +54,11 @@ class ChangeSet:
         self.edited: dict[Followed | Scene, None] = {}
 
     def add(self, node: "Node") -> None:
-        """A node has come; one that goes and comes back counts as both."""
+        """A node was added; a node that was removed and added again counts as both."""
         self.added[node] = None
 
     def remove(self, node: "Node") -> None:
-        """A node has gone."""
+        """A node was removed."""
         if node in self.added and node not in self.removed:
             del self.added[node]
         else:
@@ -69,12 +69,12 @@ class ChangeSet:
         self.altered.pop(node, None)
 
     def show_anew(self, node: "Node") -> None:
-        """A node that stays shows something else: another mesh, or as many copies of it as there were not."""
+        """A node shows another mesh, or another number of instances."""
         self.remove(node)
         self.add(node)
 
     def take(self) -> Changes:
-        """The changes since the last call, and forget them."""
+        """The changes since the last call, which are then cleared."""
         changes = Changes(
             list(self.added),
             list(self.removed),
@@ -88,20 +88,20 @@ class ChangeSet:
 
 
 class Followers:
-    """Change sets that somebody still holds. Whatever moves goes through them: WeakSet, which does the same, takes six
-    times as long. Nobody follows a copy."""
+    """Weakly referenced change sets. Every movement iterates over them: WeakSet, which does the same, takes six
+    times as long. A copy has no subscribers."""
 
     def __init__(self) -> None:
         self._references: list[ref[ChangeSet]] = []
 
     def add(self, changes: ChangeSet) -> None:
-        """Tell these too, as long as somebody holds them."""
+        """Add subscribers, referenced weakly."""
         if all(reference() is not changes for reference in self._references):
             self._references.append(ref(changes, self._references.remove))
 
     def __iter__(self) -> Iterator[ChangeSet]:
-        found = [reference() for reference in tuple(self._references)]
-        return (changes for changes in found if changes is not None)
+        listeners = [reference() for reference in tuple(self._references)]
+        return (changes for changes in listeners if changes is not None)
 
     def __getstate__(self) -> Any:
         return ()
@@ -111,12 +111,12 @@ class Followers:
 
 
 class Followed(FieldsOnly):
-    """What several nodes may show, such as a material: who shows it hears when one of its tracked fields is set."""
+    """Content that several nodes may show, such as a material: setting a tracked field informs the subscribers."""
 
     _followers: "ClassVar[Followers | tuple[()]]" = ()
 
     def follow(self, changes: ChangeSet) -> None:
-        """Note in these, as long as somebody holds them, when this is written to."""
+        """Add weakly referenced sets of edits."""
         if isinstance(self._followers, tuple):
             vars(self)["_followers"] = Followers()
         assert isinstance(self._followers, Followers)
@@ -129,7 +129,7 @@ class Followed(FieldsOnly):
 
 
 class Listeners(Followers):
-    """Those of a scene."""
+    """The change sets of a scene."""
 
     def __init__(self, scene: "Scene") -> None:
         super().__init__()
@@ -137,14 +137,14 @@ class Listeners(Followers):
 
     @property
     def in_use(self) -> bool:
-        """Whether anybody still has the scene."""
+        """Whether the scene is still alive."""
         return self._scene() is not None
 
     def __getstate__(self) -> "tuple[Scene | None]":
         return (self._scene(),)
 
     def __setstate__(self, state: "tuple[Scene | None]") -> None:
-        """A copy follows the copied scene, and nobody follows that yet."""
+        """The copy refers to the copied scene, which has no subscribers yet."""
         (scene,) = state
         super().__setstate__(())
         self._scene = (lambda: None) if scene is None else ref(scene)

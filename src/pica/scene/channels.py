@@ -11,10 +11,10 @@ ALL_CHANNELS = frozenset(range(CHANNEL_COUNT))
 
 
 def checked_channels(channels: Iterable[int]) -> frozenset[int]:
-    """The channels as a set. Raises SceneError for what is none."""
+    """The channels as a set. Raises SceneError for anything else."""
     try:
         chosen = frozenset(index(channel) for channel in channels)
-    except Exception:  # what going through them raises
+    except Exception:  # raised by iteration
         chosen = None
     if chosen is None or not chosen <= ALL_CHANNELS:
         raise SceneError(f"lighting channels {shown(channels)}: must be some of the numbers 0 to {CHANNEL_COUNT - 1}")
@@ -23,5 +23,5 @@ def checked_channels(channels: Iterable[int]) -> frozenset[int]:
 
 @cache
 def channel_bits(channels: frozenset[int]) -> int:
-    """Bit n stands for channel n."""
+    """Bit n is channel n."""
     return sum(1 << channel for channel in channels)

@@ -1,4 +1,4 @@
-"""Fields of dataclasses that keep only what fits them, so that an error points at the line that set it."""
+"""Fields of dataclasses that check assigned values, so that an error points at the assignment."""
 
 from collections.abc import Callable
 from typing import Any, Generic, NoReturn, TypeVar, overload
@@ -14,11 +14,11 @@ _REQUIRED = object()
 
 
 class CheckedField(Generic[_Value]):
-    """A field that keeps what its check gives for the value that it is set to. Raises SceneError, naming the field.
+    """A field that stores the result of its check for an assigned value. Raises SceneError, with the field's name.
 
-    A descriptor, as dataclasses know them. The default is not checked; a class stands for a new object of it each time.
-    Without a default the field must be given. Values are changed by assignment alone, which can be checked and
-    followed: arrays are read-only views, and dictionaries refuse to be written into.
+    A descriptor for dataclasses. The default is not checked; a class as default is instantiated for each object.
+    Without a default the field is required. Values change only by assignment, which can be checked and
+    tracked: arrays are read-only views, and dictionaries are immutable.
     """
 
     def __init__(self, check: Check[_Value], default: Any = _REQUIRED) -> None:
@@ -50,7 +50,7 @@ class CheckedField(Generic[_Value]):
         holder.__dict__[self._name] = read_only(value)
 
     def check_again(self, holder: object) -> None:
-        """Raises SceneError when what was written into an array since does not fit."""
+        """Raises SceneError if an array is invalid after writes into it."""
         CheckedField.__set__(self, holder, self.__get__(holder, type(holder)))
 
 
@@ -78,7 +78,7 @@ def read_only(value: Any) -> Any:
 
 
 class ReadOnlyCopies:
-    """What is copied or pickled with its arrays read-only, as NumPy's own copies of them are not."""
+    """Make a copied or unpickled value's arrays read-only, which NumPy's own copies are not."""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         arrays = {name: read_only(value) for name, value in state.items() if isinstance(value, np.ndarray)}
@@ -86,7 +86,7 @@ class ReadOnlyCopies:
 
 
 def fitting(holder: object, field: str, check: Check[_Value], value: Any) -> _Value:
-    """The value to keep in a field of an object. Raises SceneError where it does not fit."""
+    """The value to store in a field of an object. Raises SceneError if it is invalid."""
     try:
         return check(value)
     except UnfitError as unfit:
@@ -94,14 +94,14 @@ def fitting(holder: object, field: str, check: Check[_Value], value: Any) -> _Va
 
 
 def check_again(holder: object) -> None:
-    """Check all fields of an object, for what was written into their arrays. Raises SceneError."""
+    """Check all fields of an object, after possible writes into their arrays. Raises SceneError."""
     for field in vars(type(holder)).values():
         if isinstance(field, CheckedField):
             field.check_again(holder)
 
 
 def described(holder: object) -> str:
-    """What a message calls an object: its class and, where it is known by then, its name."""
+    """An object in a message: its class and, if set already, its name."""
     kind = kind_of(type(holder))
     name = vars(holder).get("name")
     return f"{kind} {shown(name)}" if isinstance(name, str) and name else kind

@@ -24,19 +24,19 @@ _CLEAR: Color = (0.0, 0.0, 0.0)
 @checked_names(SceneError)
 @dataclass(frozen=True)
 class Coat:
-    """A dielectric layer that lets light through to what lies below (docs/guide/materials.md, "Coats").
+    """A dielectric layer that transmits light to the layers below (docs/guide/materials.md, "Coats").
 
-    Raises SceneError for what is out of its range: 0 to 1 where nothing else is said.
+    Raises SceneError for values out of range: 0 to 1 unless stated otherwise.
     """
 
     strength: CheckedField[float] = CheckedField(_SHARE, 1.0)
-    """Share of the surface that it covers."""
+    """Fraction of the surface that it covers."""
     roughness: CheckedField[float] = CheckedField(_SHARE, 0.0)
     """Of its upper side; GGX's alpha is roughness squared."""
     ior: CheckedField[float] = CheckedField(number(1), 1.5)
     """Index of refraction, 1 or more."""
     absorption: CheckedField[Color] = CheckedField(COLOR, _CLEAR)
-    """Share of light lost a metre, of what is still there, 0 or more."""
+    """Extinction coefficient per metre, 0 or more."""
     thickness: CheckedField[float] = CheckedField(_NOT_NEGATIVE, 0.0)
     """Metres, 0 or more; only absorption depends on it."""
     air_below: CheckedField[bool] = CheckedField(flag, False)
@@ -45,7 +45,7 @@ class Coat:
 
     @property
     def transmittance(self) -> Color:
-        """Share of light left that goes through once, straight (Beer, Lambert)."""
+        """Transmittance of one perpendicular pass (Beer, Lambert)."""
         red, green, blue = (math.exp(-absorbed * self.thickness) for absorbed in self.absorption)
         return red, green, blue
 
@@ -54,28 +54,28 @@ _COATS = items(Coat)
 
 
 def coats(values: Any) -> tuple[Coat, ...]:
-    """A check of what `Material.coats` can be."""
-    found = tuple(_COATS(values))
-    if len(found) > MAX_COATS:
-        raise UnfitError(f"{len(found)} coats are more than {MAX_COATS}")
-    return found
+    """Checks `Material.coats`."""
+    layers = tuple(_COATS(values))
+    if len(layers) > MAX_COATS:
+        raise UnfitError(f"{len(layers)} coats are more than {MAX_COATS}")
+    return layers
 
 
 def baked(material: "Material") -> Sequence[Coat]:
-    """The coats that are to be evaluated: those that do nothing are left out, and equal neighbours become one."""
-    found: list[Coat] = []
-    # The topmost keeps its place where it has textures.
+    """The coats to evaluate: those without effect are omitted, and equal neighbours are merged."""
+    layers: list[Coat] = []
+    # A textured top coat keeps its position.
     varies = material.coat_texture is not None
     textured = varies or material.coat_roughness_texture is not None
     for place, coat in enumerate(material.coats):
         if coat.strength == 0 and not (place == 0 and textured):
             continue
-        above = None if not found or (len(found) == 1 and varies) else found[-1]
+        above = None if not layers or (len(layers) == 1 and varies) else layers[-1]
         if above is not None and _are_one(above, coat):
-            found[-1] = _joined(above, coat)
+            layers[-1] = _joined(above, coat)
         else:
-            found.append(coat)
-    return found
+            layers.append(coat)
+    return layers
 
 
 def _are_one(above: Coat, below: Coat) -> bool:
@@ -83,7 +83,7 @@ def _are_one(above: Coat, below: Coat) -> bool:
 
 
 def _joined(above: Coat, below: Coat) -> Coat:
-    """Nothing is reflected where both meet."""
+    """No reflection at the interface of both."""
     red, green, blue = (
         a * above.thickness + b * below.thickness for a, b in zip(above.absorption, below.absorption, strict=True)
     )

@@ -15,22 +15,22 @@ _put = object.__setattr__
 
 
 class FieldsOnly(ReadOnlyCopies):
-    """Refuses to have an attribute assigned that is no field, such as a misspelt one, which no picture would show.
+    """Rejects assignment to attributes that are no fields, such as misspelt ones, which would have no effect.
 
-    Fields are what a class declares with a type, and its properties that can be set; a subclass may declare its own.
+    Fields are the annotated ones of a class, and its settable properties; a subclass may declare its own.
     """
 
     _assignable: ClassVar[frozenset[str]] = frozenset()
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        properties = {name for name, kept in vars(cls).items() if isinstance(kept, property) and kept.fset}
+        properties = {name for name, value in vars(cls).items() if isinstance(value, property) and value.fset}
         cls._assignable = cls._assignable.union(vars(cls).get("__annotations__", ()), properties)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name not in self._assignable and not name.startswith("_"):
-            known = hasattr(type(self), name)
-            fault = f"{name}: cannot be assigned" if known else unknown(name, sorted(self._assignable))
+            is_attribute = hasattr(type(self), name)
+            fault = f"{name}: cannot be assigned" if is_attribute else unknown(name, sorted(self._assignable))
             raise SceneError(f"{described(self)}: {fault}")
         _put(self, name, value)
 
@@ -51,12 +51,12 @@ def fields_only(made: type[_Made]) -> type[_Made]:
     def construct(self: Any, *values: Any, **named: Any) -> None:
         given = dict(zip(in_order, values, strict=False)) | named if values else named
         if len(given) < len(values) + len(named) or not required <= given.keys() <= names:
-            plain(self, *values, **named)  # which tells what is wrong
-        kept = vars(self)
-        kept.update(defaults)
+            plain(self, *values, **named)  # which raises the precise error
+        attributes = vars(self)
+        attributes.update(defaults)
         for name, factory in factories.items():
-            kept[name] = factory()
-        for name in sorted(given, key=rank.__getitem__):  # names of objects come before what may not fit
+            attributes[name] = factory()
+        for name in sorted(given, key=rank.__getitem__):  # names of objects come before values that may be invalid
             _put(self, name, given[name])
         if complete is not None:
             self.__post_init__()
@@ -66,30 +66,30 @@ def fields_only(made: type[_Made]) -> type[_Made]:
 
 
 def unchecked_constructor(made: type[_Made]) -> Callable[..., _Made]:
-    """What makes objects of a dataclass of values that are known to fit: many times as fast as the class itself.
+    """A constructor of a dataclass for valid values, many times as fast as the class itself.
 
-    Nothing is checked or converted, `__post_init__` is not called, and fields that are not given have their defaults.
-    For files of many objects, whose values their reader has checked.
+    Nothing is checked or converted, `__post_init__` is not called, and omitted fields have their defaults.
+    For readers of large files, which have checked the values.
     """
     defaults, factories = _defaults(made)
     checked = {name for name, value in vars(made).items() if isinstance(value, CheckedField)}
 
     def construct(**values: Any) -> _Made:
-        kept = defaults | values
+        attributes = defaults | values
         for name, factory in factories.items():
             if name not in values:
-                kept[name] = factory()
+                attributes[name] = factory()
         for name in checked.intersection(values):
-            kept[name] = read_only(values[name])
+            attributes[name] = read_only(values[name])
         constructed = object.__new__(made)
-        _put(constructed, "__dict__", kept)  # classes may be frozen
+        _put(constructed, "__dict__", attributes)  # classes may be frozen
         return constructed
 
     return construct
 
 
 def _defaults(made: type) -> tuple[dict[str, Any], dict[str, Callable[[], Any]]]:
-    """What fields have that are not given: values that all may share, and what makes one for each."""
+    """Defaults of fields: shared values, and factories."""
     shared: dict[str, Any] = {}
     factories: dict[str, Callable[[], Any]] = {}
     for field in fields(made):

@@ -1,4 +1,4 @@
-"""Meshes whose vertices are written anew each frame, other than by skins and morph weights."""
+"""Meshes whose vertices are rewritten each frame, other than by skins and morph weights."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
@@ -17,14 +17,14 @@ Floats = NDArray[np.float64]
 
 
 class Deformer(Fixed, ABC):
-    """Gives the vertices of one node's mesh their places. Assign it to `node.deformer` before the node is shown.
+    """Computes the vertices of one node's mesh. Assign it to `node.deformer` before the node is shown.
 
-    What a section's rest positions mean is the deformer's own affair. A compute pass writes the vertices on the GPU
+    The deformer defines the meaning of a section's rest positions. A compute pass writes the vertices on the GPU
     (gpu_scene/deformation/vertex_writer.py); `deform` is its reference.
     """
 
     node: "Node | None" = None
-    """Whose mesh it is; set by the node."""
+    """The node of the mesh; set by the node."""
 
     @abstractmethod
     def deform(self, section: "Section") -> tuple[Floats, Floats, Floats]:
@@ -35,7 +35,7 @@ class Deformer(Fixed, ABC):
         return self.deform(section)[0]
 
     def changed(self) -> None:
-        """Have the vertices written anew for the next picture."""
+        """Have the vertices rewritten for the next picture."""
         if self.node is not None:
             self.node.tell_deformed()
 
@@ -54,7 +54,7 @@ class Eye:
         return unit(self.place[:3] - points * self.place[3], np.array([0.0, 0.0, 1.0]))
 
     def same(self, other: "Eye") -> bool:
-        """Whether both see the same."""
+        """Whether both views are equal."""
         return np.array_equal(self.place, other.place) and np.array_equal(self.up, other.up)
 
 
@@ -63,14 +63,14 @@ FROM_THE_FRONT = Eye()
 
 
 class CameraFacing(Deformer):
-    """A deformer whose triangles turn towards the camera of each view: its raster and its rays meet the same ones.
+    """A deformer whose triangles face the camera of each view: its raster and rays use the same geometry.
 
-    They face the camera's place, not its picture plane: so they hold still while a camera turns where it stands, and
-    reflections and shadows see what the camera sees.
+    They face the camera's position, not its image plane: so they are static while a camera only rotates, and
+    reflections and shadows have the same geometry as the camera.
     """
 
     def eye(self, camera: Camera) -> Eye | None:
-        """Where a camera is in the node's space; None where that is flat and nothing is to be seen."""
+        """The camera's position in the node's space; None if that is singular and the node invisible."""
         assert self.node is not None
         world = self.node.world
         if not np.linalg.det(world):

@@ -1,4 +1,4 @@
-"""Meshes whose vertices the user sets anew from frame to frame: cloth, or any other simulation (RTG 19, 19.2.1.3)."""
+"""Meshes whose vertices the user sets from frame to frame: cloth, or any other simulation (RTG 19, 19.2.1.3)."""
 
 from dataclasses import replace
 from functools import cached_property
@@ -16,14 +16,14 @@ _NOTHING = np.zeros(0, np.uint32)
 
 
 class DynamicVertices(Deformer):
-    """Puts the vertices of a node's mesh where `set` has them. Triangles, texture coordinates and colours stay.
+    """Moves the vertices of a node's mesh to positions from `set`. Triangles, texture coordinates and colours stay.
 
         cloth = DynamicVertices(node)
         cloth.set(positions)  # before each frame
 
-    The arrays have a row for each vertex of the mesh: those of its first section, then those of the next. The node
-    shows copies of the sections; other nodes that show the same mesh keep it as it is. Raises SceneError for a node
-    without triangles and for one that something else deforms.
+    The arrays have a row for each vertex of the mesh, section by section. The node
+    shows copies of the sections; other nodes with the same mesh are not affected. Raises SceneError for a node
+    without triangles and for one that is deformed otherwise.
     """
 
     def __init__(self, node: Node) -> None:
@@ -45,15 +45,15 @@ class DynamicVertices(Deformer):
         self.normals: NDArray[np.float32] | None = None
         """(count, 3) as they were last set; None: they follow the triangles."""
         self.version = 1
-        """Counts what `set` was called with."""
+        """Counts calls of `set`."""
         node.deformer = self
         node.show(Mesh(numbered, node.mesh.name))
 
     def set(self, positions: ArrayLike, normals: ArrayLike | None = None) -> None:
-        """Show the vertices at `positions` (count, 3), metres in the node's space, from the next picture on.
+        """Move the vertices to `positions` (count, 3), metres in the node's space, from the next picture on.
 
-        `normals` (count, 3) of any length but 0; None: those of the triangles round each vertex, weighted by their
-        areas, and across vertices that coincide, normals too, in the mesh as it was made. Tangents follow the
+        `normals` (count, 3) of any length but 0; None: those of the triangles round each vertex, weighted by
+        area, and averaged over coincident vertices with equal normals in the original mesh. Tangents follow the
         triangles. Both arrays are copied. Raises SceneError for other shapes and for numbers that are not finite.
         """
         checked = self._checked("positions", positions)
@@ -122,12 +122,12 @@ class Corners:
         self.others = others
         """(corners, 2) the triangle's other two vertices, counter-clockwise."""
         self.tangents = tangents
-        """(corners, 2) how far the tangent goes along the edges to them, times the triangle's area at rest."""
+        """(corners, 2) the tangent's components along the edges from them, times the triangle's area at rest."""
 
 
 def corners_of(rest: Section, flat_rows: NDArray[np.uint32]) -> Corners:
     """The corners round each vertex of a section, as it was made; `flat_rows`: vertices with a face's normal."""
-    # Vertices that coincide share a normal, but those of flat sections, which are of one triangle each, do not.
+    # Coincident vertices share a normal, except in flat sections, where vertices belong to one triangle each.
     alone = np.zeros(len(rest.positions))
     alone[flat_rows] = 1 + np.arange(len(flat_rows))
     extent = max(float(np.ptp(rest.positions, axis=0).max()), 1e-30)
@@ -145,7 +145,7 @@ def corners_of(rest: Section, flat_rows: NDArray[np.uint32]) -> Corners:
     tangents = np.repeat(rest.tangents[:, :3].astype(np.float64), each, axis=0)
     at_rest = rest.positions.astype(np.float64)
     a, b = (at_rest[corners[:, side]] - at_rest[corners[:, 0]] for side in (1, 2))
-    # The tangent's share along each edge: least squares by the normal equations, whose determinant is 4 area².
+    # The tangent's components along each edge: least squares by the normal equations, whose determinant is 4 area².
     aa, ab, bb = (np.sum(u * v, axis=1) for u, v in ((a, a), (a, b), (b, b)))
     ta, tb = np.sum(tangents * a, axis=1), np.sum(tangents * b, axis=1)
     determinant = aa * bb - ab * ab

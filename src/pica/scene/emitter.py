@@ -1,4 +1,4 @@
-"""Where particles come from: a fountain that is a function of time and seed alone."""
+"""A source of particles: a fountain that is a function of time and seed alone."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from pica.scene.values import checked, number, positive, vector, whole
 Path = Callable[[Floats], Floats]
 """(n,) seconds to (n, 3) metres."""
 _LATEST = 1e6
-"""Lives: of each particle so many have come and gone at most, to either side of time 0."""
+"""Maximum number of lives of each particle, to either side of time 0."""
 
 
 def _origin(value: Any) -> Path | tuple[float, float, float]:
@@ -34,9 +34,9 @@ def _two_colors(values: Any) -> tuple[Color, Color]:
 @checked_names(SceneError)
 @dataclass(frozen=True, eq=False)
 class Emitter:
-    """Gives off `count` particles in every `life` seconds, evenly, for ever; each flies freely and fades.
+    """Emits `count` particles in every `life` seconds, evenly, without end; each moves ballistically and fades.
 
-    Everything follows from the time and the seed, so any moment can be asked for at once and always looks the same.
+    The state is a function of time and seed, so any moment can be evaluated directly and repeatably.
     Raises SceneError for numbers that are not finite and for a count or life that is not above 0.
     """
 
@@ -63,7 +63,7 @@ class Emitter:
     seed: CheckedField[int] = CheckedField(whole(), 0)
 
     def at(self, time: float) -> Particles:
-        """The particles at `time` seconds, a row each; a row goes to a new particle when its own has died."""
+        """The particles at `time` seconds, a row each; a row is reused when its particle has died."""
         identities, ages = self._living(time)
         share = ages / self.life
         end = share[:, None]
@@ -81,9 +81,9 @@ class Emitter:
         )
 
     def trails(self, time: float, points: int, seconds: float) -> tuple[Floats, NDArray[np.int64]]:
-        """(count, points, 3) where each particle was over the last `seconds`, newest first, and identities (count,).
+        """(count, points, 3) positions of each particle over the last `seconds`, newest first, and identities (count,).
 
-        For Ribbons. What is younger has its tail where it was born.
+        For Ribbons. Tails of younger particles begin at their birth.
         """
         identities, ages = self._living(time)
         back = np.maximum(ages[:, None] - np.linspace(0, seconds, points), 0)

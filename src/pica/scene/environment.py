@@ -1,4 +1,4 @@
-"""The light that comes from all around: a latitude-longitude picture of radiance."""
+"""Light of the surroundings: a latitude-longitude picture of radiance."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -47,6 +47,6 @@ class Environment(ReadOnlyCopies):
             raise SceneError(f"{described(self)}: strength: {fault}")
 
     def check(self) -> None:
-        """Raises SceneError when what was written into the radiance since does not fit."""
+        """Raises SceneError if the radiance is invalid after writes into it."""
         check_again(self)
         self.__post_init__()

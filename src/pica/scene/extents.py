@@ -1,12 +1,12 @@
-"""How far meshes reach in the world: all of them, and those that are looked at.
+"""Bounds of meshes in the world: of all, and of the subject.
 
-A picture of an object on a large ground is to show the object. What is a ground, a wall or a sky, a backdrop, follows
+A picture of an object on a large ground should show the object. Grounds, walls and skies, the backdrop, are detected
 from sizes alone:
 
-* a part is flat where it is ten times as wide as thick; flat parts of one size in one plane, such as tiles, are one;
-* flat parts are a backdrop where they reach over twice as far as all that is not flat;
-* a part that is not flat is one where it encloses all the others and is eight times as large as these, as skies are;
-* where all is flat, what is much larger than all the rest is a backdrop. Where nothing else is left, nothing is one.
+* a part is flat if it is ten times as wide as thick; flat parts of one size in one plane, such as tiles, are merged;
+* flat parts are backdrop if they extend over twice as far as all parts that are not flat;
+* a part that is not flat is backdrop if it encloses all others and is eight times as large, like a sky;
+* if all parts are flat, a part much larger than all others is backdrop. If nothing else is left, there is none.
 """
 
 import math
@@ -31,11 +31,11 @@ Box = tuple[Floats, Floats]
 _FLAT = 0.1
 """Of a part's thickness to the shorter of its other two sides."""
 _BACKDROP = 2.0
-"""How many times as large as what is looked at a ground or a wall is."""
+"""Minimum size of a ground or a wall, over that of the subject."""
 _SKY = 8.0
-"""Likewise what encloses all."""
+"""Minimum size of an enclosing part, likewise."""
 _SAME_PLANE = 0.05
-"""Radians between planes, and their distance over the size of what is looked at, that still count as one."""
+"""Tolerances for merging planes: radians between them, and their distance over the size of the subject."""
 _TINY = float(np.finfo(np.float64).tiny)
 _ROOM = 0.95
 """Of the distance to a wall, to which a camera may back away."""
@@ -56,7 +56,7 @@ class _Placed:
 
 @dataclass(frozen=True)
 class _Parts:
-    """Parts of meshes as they stand in the world, one row each."""
+    """Parts of meshes in the world, one row each."""
 
     low: Floats
     high: Floats
@@ -69,7 +69,7 @@ class _Parts:
 
 
 def whole_box(nodes: Iterable[Node]) -> Box:
-    """The box round all meshes; a unit box when there are none. Raises SceneError."""
+    """The bounds of all meshes; a unit box if there are none. Raises SceneError."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for placed in _all_placed(nodes):
         low, high = (
@@ -80,13 +80,13 @@ def whole_box(nodes: Iterable[Node]) -> Box:
 
 
 def subject_box(nodes: Iterable[Node]) -> Box:
-    """The box round what is looked at; a unit box when there is nothing. Raises SceneError."""
+    """The bounds of the subject; a unit box if there is none. Raises SceneError."""
     parts = _parts(nodes)
     return _box(parts[~_backdrops(parts)])
 
 
 def framed(nodes: Iterable[Node], aspect: float) -> Camera:
-    """A camera that shows what is looked at, from this side of the walls about it where there is room. Raises
+    """A camera that frames the subject, on this side of surrounding walls if there is room. Raises
     SceneError."""
     parts = _parts(nodes)
     behind = _backdrops(parts)
@@ -121,7 +121,7 @@ def _all_placed(nodes: Iterable[Node]) -> Iterator[_Placed]:
 
 
 def _part_boxes(node: Node) -> Floats:
-    """(parts, 2, 3) of those that show something. Raises SceneError."""
+    """(parts, 2, 3) bounds of parts that are not empty. Raises SceneError."""
     assert node.mesh is not None
     node.mesh.check()
     node.check()
@@ -161,10 +161,10 @@ def _parts(nodes: Iterable[Node]) -> _Parts:
 
 def _backdrops(parts: _Parts) -> NDArray[np.bool_]:
     """(n,) which parts are grounds, walls and skies."""
-    found = _skies(parts)
-    solid, flat = ~parts.flat & ~found, parts.flat & ~found
+    mask = _skies(parts)
+    solid, flat = ~parts.flat & ~mask, parts.flat & ~mask
     if not flat.any():
-        return found
+        return mask
     size = _diagonal(*_box(parts[solid])) if solid.any() else float(_sizes(parts[flat]).min())
     plane = _planes(parts[flat], _SAME_PLANE * size)
     planes = plane.max() + 1
@@ -174,17 +174,17 @@ def _backdrops(parts: _Parts) -> NDArray[np.bool_]:
     sizes = np.linalg.norm(high - low, axis=1)
     if not solid.any():
         size = _before_the_widest_gap(sizes)
-    found[flat] = (sizes > _BACKDROP * size)[plane]
-    return found
+    mask[flat] = (sizes > _BACKDROP * size)[plane]
+    return mask
 
 
 def _skies(parts: _Parts) -> NDArray[np.bool_]:
-    """(n,) which parts are not flat and enclose all the others by far."""
-    found = np.zeros(len(parts.low), bool)
+    """(n,) which parts are not flat and enclose all others by far."""
+    mask = np.zeros(len(parts.low), bool)
     considered = ~parts.flat if np.count_nonzero(~parts.flat) > 1 else np.ones(len(parts.low), bool)
     sizes = np.where(considered, _sizes(parts), 0)
     for largest in np.argsort(sizes)[::-1]:
-        others = considered & ~found
+        others = considered & ~mask
         others[largest] = False
         if parts.flat[largest] or not others.any():
             break
@@ -192,8 +192,8 @@ def _skies(parts: _Parts) -> NDArray[np.bool_]:
         encloses = (parts.low[largest] <= low).all() and (parts.high[largest] >= high).all()
         if not (encloses and sizes[largest] > _SKY * _diagonal(low, high)):
             break
-        found[largest] = True
-    return found
+        mask[largest] = True
+    return mask
 
 
 def _planes(flat: _Parts, step: float) -> NDArray[np.intp]:
@@ -208,7 +208,7 @@ def _planes(flat: _Parts, step: float) -> NDArray[np.intp]:
 
 
 def _before_the_widest_gap(sizes: Floats) -> float:
-    """The largest of those that are small beside the rest; the largest of all where none is."""
+    """The largest of the parts that are small compared with the rest; the largest of all if there is none."""
     ordered = np.sort(sizes)
     ratios = ordered[1:] / np.maximum(ordered[:-1], _TINY)
     widest = int(ratios.argmax()) if len(ratios) else 0

@@ -1,4 +1,4 @@
-"""Objects whose public attributes stay as they were made."""
+"""Objects with immutable public attributes."""
 
 import functools
 from typing import Any
@@ -9,8 +9,8 @@ from pica.scene.checked_field import described, read_only
 
 
 class Fixed:
-    """Refuses to have a public attribute assigned again, which nobody who shows the object would hear of, and one that
-    its class's own `__init__` has not made. Arrays that are assigned become read-only views."""
+    """Rejects reassignment of public attributes, which subscribers would not notice, and of attributes that
+    its class's own `__init__` has not set. Assigned arrays become read-only."""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -27,7 +27,7 @@ class Fixed:
         super().__setattr__(name, read_only(value) if public else value)
 
     def _renew(self, **values: Any) -> None:
-        """Set public attributes again, from a method that tells who shows the object."""
+        """Set public attributes again, from a method that informs subscribers."""
         vars(self).update({name: read_only(value) for name, value in values.items()})
 
 

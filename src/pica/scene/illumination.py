@@ -1,4 +1,4 @@
-"""Estimates of how much light there is in a scene, for choices and warnings; nothing is traced."""
+"""Estimates of the amount of light in a scene, for choices and warnings, without tracing."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from pica.scene.model import Scene
 
 
 def average_emission(material: Material) -> float:
-    """Mean luminance that the material emits, nits; estimates what a light is worth, nothing more."""
+    """Mean emitted luminance of the material, nits; for estimates only."""
     luminance = np.dot(material.emission, (0.2126, 0.7152, 0.0722))
     texture = material.emissive_texture
     if texture is not None and luminance > 0:
@@ -20,12 +20,12 @@ def average_emission(material: Material) -> float:
 
 
 def has_lights(scene: Scene) -> bool:
-    """Whether there is a light that is not dark; emissive materials and the environment do not count."""
+    """Whether there is a light with power; emissive materials and the environment do not count."""
     return any(node.light is not None and _gives_light(node.light) for node in scene.nodes())
 
 
 def emitted_illuminance(scene: Scene) -> float:
-    """Lux that emissive materials would give on average if all their light fell on the box round the scene."""
+    """Mean illuminance by emissive materials in lux, if all their light reached the bounding box of the scene."""
     powers: dict[Mesh, float] = {}
     total = 0.0
     for node in scene.nodes():
@@ -44,7 +44,7 @@ def emitted_illuminance(scene: Scene) -> float:
 
 
 def _power(mesh: Mesh) -> float:
-    """Lumen that a mesh gives off as it is in its own space."""
+    """Luminous flux of a mesh in lumen, untransformed."""
     power = 0.0
     for section in mesh.sections:
         emission = average_emission(section.material)

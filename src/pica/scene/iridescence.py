@@ -14,17 +14,17 @@ _NANOMETRES = number(0, 1e5)
 @checked_names(SceneError)
 @dataclass(frozen=True)
 class Iridescence:
-    """A film of a thickness near the wavelength of light, whose colour follows thickness and angle
+    """A thin film, whose interference colour depends on its thickness and the angle
     (KHR_materials_iridescence; docs/guide/materials.md, "Iridescence").
 
-    Raises SceneError for what is out of its range.
+    Raises SceneError for values out of range.
     """
 
     strength: CheckedField[float] = CheckedField(_SHARE, 1.0)
-    """Share of the surface that it covers, 0 to 1."""
+    """Fraction of the surface that it covers, 0 to 1."""
     ior: CheckedField[float] = CheckedField(number(1), 1.3)
     """Index of refraction, 1 or more."""
     thickness_minimum: CheckedField[float] = CheckedField(_NANOMETRES, 100.0)
     """Nanometres, 0 to 100,000, where `Material.iridescence_thickness_texture` is 0; may be the larger one."""
     thickness_maximum: CheckedField[float] = CheckedField(_NANOMETRES, 400.0)
-    """Nanometres, 0 to 100,000, where it is 1 or there is none."""
+    """Nanometres, 0 to 100,000, where the texture is 1 or absent."""

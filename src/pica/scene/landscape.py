@@ -1,8 +1,8 @@
-"""Heightfield landscapes: a grid of patches, each as fine as the camera's distance asks for (RTG 19, 19.2.1.3).
+"""Heightfield landscapes: a grid of patches with levels of detail by camera distance (RTG 19, 19.2.1.3).
 
-Where patches of different levels meet, the finer one leaves out the border vertices that the coarser one does not have
-(stitching). So neighbours share their border's vertices, to the bit, and nothing shows between them, for rays no less
-than for raster. Skirts would hang walls there, which rays find from either side; morphing would move vertices, and with
+Between patches of different levels, the finer one omits border vertices that the coarser one does not have
+(stitching). So neighbours share their border's vertices, bit for bit, and there are no cracks, for rays as well
+as for raster. Skirts would add walls, which rays hit from either side; morphing would move vertices, and with
 them the bottom-level structures, of all patches with every step of the camera.
 """
 
@@ -39,9 +39,9 @@ class Levels:
 class Landscape(Fixed):
     """A heightfield round the origin of `node`, in XZ.
 
-    For the camera of each view every patch has a level: 0, the finest, within `full_detail` metres, and one more, with
-    half as many quads along a side, each time that the distance doubles. It follows from the camera alone. A patch
-    whose level or border changes is shown by another mesh, made when it is first wanted; the others cost nothing.
+    In each view every patch has a level: 0, the finest, within `full_detail` metres, and one more, with
+    half as many quads along a side, for each doubling of the distance. It depends on the camera alone. A patch
+    whose level or border changes is shown by another mesh, made at first use; the others cost nothing.
     The nodes themselves have the coarsest meshes.
     """
 
@@ -86,7 +86,7 @@ class Landscape(Fixed):
             patch_node.detail = self
 
     def levels_for(self, camera: Camera) -> Levels:
-        """What a camera asks for; the coarsest levels where the node is flat and nothing is to be seen."""
+        """The levels for a camera; the coarsest ones if the node's transform is singular."""
         world = self.node.world
         if not np.linalg.det(world):
             return self._with_edges(np.full(self._shape, self.levels - 1))
@@ -99,17 +99,17 @@ class Landscape(Fixed):
         return [nodes[place] for place in np.flatnonzero(differs)]
 
     def mesh(self, node: Node, levels: Levels) -> Mesh:
-        """What a patch's node shows at these levels; the same Mesh as long as somebody holds it."""
+        """The mesh of a patch's node at these levels; the same Mesh as long as it is in use."""
         z, x = self._places[node]
         step = 2 ** int(levels.levels[z, x])
         edges = tuple(int(edge) // step for edge in levels.edges[z, x])
         key = z, x, step, *edges
-        found = self._meshes.get(key)
-        if found is None:
+        level_mesh = self._meshes.get(key)
+        if level_mesh is None:
             indices = patch_triangles(self.patch // step, edges)
             section = self._section(self._rows(z, step), self._rows(x, step), indices)
-            found = self._meshes[key] = Mesh([section], node.name)
-        return found
+            level_mesh = self._meshes[key] = Mesh([section], node.name)
+        return level_mesh
 
     def levels_from(self, eye: Floats) -> NDArray[np.int64]:
         """(patches along Z, along X) levels for an eye, (3,) in the node's space, by its distance to their boxes."""
@@ -166,7 +166,7 @@ class Landscape(Fixed):
         return lows, highs
 
     def _with_edges(self, levels: NDArray[np.int64]) -> Levels:
-        """On each border the coarser one of the two levels that meet there."""
+        """For each border, the coarser one of the two adjacent levels."""
         padded = np.pad(levels, 1)
         beside = [padded[1:-1, :-2], padded[1:-1, 2:], padded[:-2, 1:-1], padded[2:, 1:-1]]
         return Levels(levels, 2 ** np.maximum(np.stack(beside, -1), levels[..., None]))
@@ -194,9 +194,9 @@ class Landscape(Fixed):
 def patch_triangles(quads: int, edges: Edges) -> NDArray[np.uint32]:
     """(triangles, 3) of a patch of `quads` by `quads` quads over (quads + 1)^2 vertices, rows along +Z.
 
-    `edges`: every how many vertices its borders have one. Those between move to the nearer of the two that stay, and
-    triangles that become lines are left out; at equal distance to the one nearer to the patch's corner, so that no
-    triangle at a corner turns over.
+    `edges`: step between vertices on each border. Vertices between move to the nearer of two remaining ones, and
+    degenerate triangles are omitted; at equal distance to the one nearer to the patch's corner, so that no
+    triangle at a corner is flipped.
     """
     side = quads + 1
     column, row = np.meshgrid(np.arange(side), np.arange(side))

@@ -1,7 +1,7 @@
-"""Lights. Each shines along its node's -Z (those that have a direction), as in KHR_lights_punctual.
+"""Lights. Directed ones emit along their node's -Z, as in KHR_lights_punctual.
 
-Photometric units are glTF's. Colours are linear Rec. 709 and multiply the unit. What is not finite, negative or, of the
-size of a light that has an area, zero is a SceneError that names the field.
+Photometric units are glTF's. Colours are linear Rec. 709 and multiply the unit. Values that are not finite or negative,
+and zero sizes of area lights, are a SceneError with the field's name.
 """
 
 import math
@@ -17,10 +17,10 @@ from pica.scene.values import BRIGHTEST, LARGEST, angle, choice, number, optiona
 Color = tuple[float, float, float]
 WHITE: Color = (1.0, 1.0, 1.0)
 COLOR = vector(3, 0)
-"""What a colour can be."""
+"""Checks a colour."""
 _STRENGTH = number(0)
 WIDEST = math.sqrt(LARGEST / (4 * math.pi))
-"""Metres: the largest ball whose area shaders can hold."""
+"""Metres: the largest sphere whose area shaders can represent."""
 _LENGTH = number(0, WIDEST)
 _SIZE = positive(WIDEST)
 _CONE = angle(0, math.pi / 2)
@@ -29,14 +29,14 @@ _RANGE = optional(positive())
 
 @dataclass(frozen=True, kw_only=True)
 class _AnyLight:
-    """What all lights have."""
+    """Fields of all lights."""
 
     lighting_channels: CheckedField[frozenset[int]] = CheckedField(checked_channels, ALL_CHANNELS)
-    """Of 0 to 5: the light reaches the nodes that are in one of them, and only these hide it."""
+    """Of 0 to 5: the light reaches the nodes in one of them, and only these occlude it."""
     shadow_denoiser: CheckedField[Literal["svgf", "anisotropic", "off"] | None] = CheckedField(
         optional(choice("svgf", "anisotropic", "off")), None
     )
-    """The filter of this light's soft shadow in real time; None: as the setting shadows.denoiser says."""
+    """The filter of this light's soft shadow in real time; None: that of the setting shadows.denoiser."""
 
     def __post_init__(self) -> None:
         for name in ("illuminance", "intensity", "radiance"):
@@ -49,20 +49,20 @@ class _AnyLight:
 @checked_names(SceneError)
 @dataclass(frozen=True)
 class DirectionalLight(_AnyLight):
-    """A light so far away that its rays are parallel, such as the sun."""
+    """A light at infinite distance, with parallel rays, such as the sun."""
 
     color: CheckedField[Color] = CheckedField(COLOR, WHITE)
     illuminance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
     """Lux on a surface that faces the light."""
     angular_diameter: CheckedField[float] = CheckedField(angle(0, math.pi), 0.0)
-    """Radians across the light's disk as seen from the scene; 0 gives hard shadows. The sun has 0.0093."""
+    """Angular diameter in radians; 0 gives hard shadows. The sun has 0.0093."""
     name: CheckedField[str] = CheckedField(text, "")
 
 
 @checked_names(SceneError)
 @dataclass(frozen=True)
 class PointLight(_AnyLight):
-    """A light that shines equally in all directions, from a sphere of the given radius."""
+    """A light that emits equally in all directions, from a sphere of the given radius."""
 
     color: CheckedField[Color] = CheckedField(COLOR, WHITE)
     intensity: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
@@ -102,7 +102,7 @@ class SpotLight(_AnyLight):
 @checked_names(SceneError)
 @dataclass(frozen=True)
 class RectangleLight(_AnyLight):
-    """A rectangle in its node's XY plane that shines from its -Z side."""
+    """A rectangle in its node's XY plane that emits from its -Z side."""
 
     color: CheckedField[Color] = CheckedField(COLOR, WHITE)
     radiance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
@@ -117,7 +117,7 @@ class RectangleLight(_AnyLight):
 @checked_names(SceneError)
 @dataclass(frozen=True)
 class DiskLight(_AnyLight):
-    """A disk in its node's XY plane that shines from its -Z side."""
+    """A disk in its node's XY plane that emits from its -Z side."""
 
     color: CheckedField[Color] = CheckedField(COLOR, WHITE)
     radiance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
@@ -130,7 +130,7 @@ class DiskLight(_AnyLight):
 @checked_names(SceneError)
 @dataclass(frozen=True)
 class SphereLight(_AnyLight):
-    """A sphere around its node's origin that shines outwards."""
+    """A sphere around its node's origin that emits outwards."""
 
     color: CheckedField[Color] = CheckedField(COLOR, WHITE)
     radiance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
@@ -143,7 +143,7 @@ class SphereLight(_AnyLight):
 @checked_names(SceneError)
 @dataclass(frozen=True)
 class TubeLight(_AnyLight):
-    """A tube along its node's X axis with round ends, a capsule, that shines outwards."""
+    """A tube along its node's X axis with round ends, a capsule, that emits outwards."""
 
     color: CheckedField[Color] = CheckedField(COLOR, WHITE)
     radiance: CheckedField[float] = CheckedField(_STRENGTH, 1.0)
@@ -156,11 +156,11 @@ class TubeLight(_AnyLight):
 
 
 Light = DirectionalLight | PointLight | SpotLight | RectangleLight | DiskLight | SphereLight | TubeLight
-"""What a node can carry as its light."""
+"""The type of a node's light."""
 
 
 def extent(light: Light) -> float:
-    """Metres: the largest of an area light's sizes; 0 for other lights, whose sizes their nodes do not scale."""
+    """Metres: the largest of an area light's sizes; 0 for other lights, which nodes do not scale."""
     match light:
         case RectangleLight():
             return max(light.width, light.height)

@@ -1,4 +1,4 @@
-"""What loading a scene may take, so that a small file from a stranger cannot fill the memory or run for minutes."""
+"""Limits on loading a scene, so that a small untrusted file cannot exhaust the memory or run for minutes."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass, fields
@@ -9,34 +9,34 @@ from pica.errors import SceneError
 from pica.names import checked_names
 
 FREE_BYTES = 10**9
-"""What any load may take, however small its files: a flat picture of 16384x8192 pixels is a few kilobytes as PNG."""
+"""Allowance of any load, however small its files: a flat picture of 16384x8192 pixels is a few kilobytes as PNG."""
 
 OBJECT_BYTES = 1 << 12
-"""What a node, a material or another thing of which a scene has many counts as: Python objects of 2 to 3 kB."""
+"""Memory of a node, a material or another frequent object: Python objects of 2 to 3 kB."""
 
 
 @checked_names(SceneError)
 @dataclass(frozen=True)
 class Limits:
-    """What one load may take at most, its environment included; counted before memory is taken.
+    """Limits on one load, including its environment; checked before memory is allocated.
 
-    `math.inf` takes a limit away. Raises SceneError for what is no number of at least 0.
+    `math.inf` removes a limit. Raises SceneError unless all are numbers of at least 0.
     """
 
     bytes: float = 16e9
-    """Bytes of memory that all arrays, pictures and nodes take, those included that are only needed meanwhile. A
-    workstation's share; the largest scenes that are common in glTF take a quarter of it."""
+    """Bytes of memory for all arrays, pictures and nodes, including temporary ones. A
+    workstation's size; the largest common glTF scenes need a quarter of it."""
     vertices: float = 100_000_000
-    """Vertices of all meshes, and again of those that a node deforms or that shine, for each placed copy. Their
-    attributes take 7 GB; scans of buildings have 50 million."""
+    """Vertices of all meshes, and again of deformed or emissive ones, for each placed copy. Their
+    attributes need 7 GB; scans of buildings have 50 million."""
     instances: float = (1 << 24) - 1
-    """Parts of meshes with one material, once for each place that nodes and EXT_mesh_gpu_instancing give them. More
+    """Parts of meshes with one material, for each instance by nodes and EXT_mesh_gpu_instancing. More
     cannot be traced: an instance's number has 24 bits (VkAccelerationStructureInstanceKHR::instanceCustomIndex)."""
     pixels: float = 1 << 31
-    """Pixels of all pictures: 128 of 4096x4096, which take 8 GB."""
+    """Pixels of all pictures: 128 of 4096x4096, which need 8 GB."""
     expansion: float = 500
-    """Bytes that one byte of the files may become, where a load takes more than 1 GB. Quantized meshes without normals
-    become 40, JPEG pictures 20, smooth ones as WebP 200; what becomes more is made to fill the memory."""
+    """Maximum expansion of the files' bytes, for loads of more than 1 GB. Quantized meshes without normals
+    reach 40, JPEG pictures 20, smooth ones as WebP 200; more indicates an attack on memory."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -47,7 +47,7 @@ class Limits:
 
 
 class Budget:
-    """What a load has taken of its limits so far."""
+    """The amounts that a load has used."""
 
     def __init__(self, limits: Limits | None = None) -> None:
         if not isinstance(limits, Limits | None):
@@ -58,9 +58,9 @@ class Budget:
         self._file_bytes = 0
 
     def read_file(self, file: Hashable, length: int) -> None:
-        """Count a file that is read. Its memory counts each time; what may become of it once, by the key `file`.
+        """Count a file that is read. Its memory counts each time; its possible expansion once, by the key `file`.
 
-        Raises SceneError, like the others here: what would be taken and what the limit is, without who asks for it.
+        Raises SceneError, like the other methods: the amount and the limit, without the name of the object.
         """
         if file not in self._files:
             self._files.add(file)
@@ -68,11 +68,11 @@ class Budget:
         self.take(bytes=length)
 
     def take_picture(self, pixels: int, taken: int) -> None:
-        """Count a picture that takes so many bytes."""
+        """Count a picture of so many bytes."""
         self.take(pixels=pixels, bytes=taken)
 
     def take(self, **amounts: int) -> None:
-        """Count amounts, by the names of Limits, before they are taken."""
+        """Count amounts, by the names of Limits, before they are allocated."""
         for name, amount in amounts.items():
             total = self._taken[name] = self._taken[name] + amount
             limit = getattr(self._limits, name)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pica.errors import SceneError
 from pica.images import pictures
-from pica.scene import gltf, leftovers
+from pica.scene import gltf, scene_gc
 from pica.scene.environment import Environment
 from pica.scene.illumination import emitted_illuminance, has_lights
 from pica.scene.limits import Budget, Limits
@@ -18,10 +18,10 @@ from pica.scene.values import checked, choice, flag
 from pica.text import printable
 
 SKY_ILLUMINANCE = math.pi
-"""Lux on what lies under a sky of 1 nit all around."""
+"""Illuminance in lux under a uniform sky of 1 nit."""
 _LEAST_SHARE = 0.1
-"""Of what a neutral sky would give, that materials must emit to be the only light. Screens, labels and the lamps of a
-device emit less, most of it to where nothing is."""
+"""Of a neutral sky's illuminance: the minimum that emissive materials must contribute to be the only light. Screens,
+labels and indicator lamps emit less, most of it into empty space."""
 
 
 def load(
@@ -34,21 +34,21 @@ def load(
 ) -> Scene:
     """Load a .gltf or .glb file, lit from all around by `environment`: a .hdr or .exr file, or one in memory.
 
-    A .png or .jpg is taken too, as sRGB: its light is 0 to 1 nit, so a sun in it lights no more than white paper.
+    A .png or .jpg is accepted too, as sRGB: its radiance is 0 to 1 nit, so a sun in it is no brighter than white paper.
 
-    A scene without any light, or whose materials emit next to none, gets a neutral sky, and a warning that says so.
+    A scene without any light, or with nearly none from its materials, gets a neutral sky, and a warning.
     `allow_outside`: read buffers and pictures from files outside the asset's folder too, such as textures in "../".
-    `limits`: what loading may take, with the environment; pica.Limits() without. `up`: "z" for files whose Z axis
-    points up, against what glTF says; the scene is turned so that its Y axis does. Raises SceneError, one line that
-    names the file and the fault; warns about features of the file that are not supported.
+    `limits`: of loading, with the environment; pica.Limits() by default. `up`: "z" for files whose Z axis
+    points up, contrary to glTF; the scene is rotated to +Y up. Raises SceneError, one line with
+    the file and the fault; warns about unsupported features of the file.
     """
     checked("load: allow_outside", flag, allow_outside)
     checked("load: up", choice("y", "z"), up)
-    leftovers.collect()
+    scene_gc.collect()
     budget = Budget(limits)
-    with leftovers.paused():
+    with scene_gc.paused():
         scene = gltf.read(_checked(path, "path"), budget, allow_outside)
-    leftovers.watch(scene)
+    scene_gc.watch(scene)
     if up == "z":
         _turn_upright(scene)
     if isinstance(environment, Environment):
@@ -65,7 +65,7 @@ def load(
 
 
 def _turn_upright(scene: Scene) -> None:
-    """Put all that the scene holds under one node, which turns +Z to +Y."""
+    """Put the whole scene under one node, which rotates +Z to +Y."""
     upright = Node("z is up")
     upright.transform = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
     for root in list(scene.roots):

@@ -41,17 +41,17 @@ _NOT_NEGATIVE = number(0)
 
 
 class AlphaMode(Enum):
-    """What a material's alpha does (glTF 2.0, 3.9.4)."""
+    """Alpha modes (glTF 2.0, 3.9.4)."""
 
     OPAQUE = "OPAQUE"
     MASK = "MASK"
     """Below alpha_cutoff the surface is not there."""
     BLEND = "BLEND"
-    """Alpha is coverage: the share of rays that meet the surface."""
+    """Alpha is coverage: the fraction of rays that hit the surface."""
 
 
 class Wrap(Enum):
-    """How a texture goes on outside 0 to 1."""
+    """Texture wrap modes outside 0 to 1."""
 
     REPEAT = "repeat"
     MIRRORED_REPEAT = "mirrored_repeat"
@@ -76,24 +76,24 @@ _ENCODING = choice("srgb", "linear")
 @fields_only
 @dataclass(eq=False)
 class Image(Followed):
-    """Pixels of a texture: (height, width, 4) uint8, row 0 on top; what they mean depends on the use.
+    """Pixels of a texture: (height, width, 4) uint8, row 0 on top; their meaning depends on the use.
 
-    Assign other pixels, of any size, to have them in the next picture. Raises SceneError for other shapes, sides beyond
-    16384, and what is not an integer of 0 to 255.
+    Assigned pixels, of any size, are in the next picture. Raises SceneError for other shapes, sides beyond
+    16384, and values that are not integers of 0 to 255.
     """
 
     pixels: TrackedField[NDArray[np.uint8]] = TrackedField(picture(integers(np.uint8, "height", "width", 4)))
     name: CheckedField[str] = CheckedField(text, "")
     encoding: TrackedField[Encoding | None] = TrackedField(optional(_ENCODING), None)
-    """What red, green and blue are, wherever the image is used; None: as each use in Material says. Alpha is linear."""
+    """The encoding of red, green and blue in every use; None: that of each use in Material. Alpha is linear."""
 
     @staticmethod
     def from_array(array: ArrayLike, *, encoding: Encoding, name: str = "") -> "Image":
         """An image of uint8, or of floats from 0 to 1, which are rounded to 8 bits as they are.
 
         `array`: (height, width) or (height, width, 1 to 4), row 0 on top; one channel is grey, two are grey and alpha.
-        `encoding`: "srgb", as pictures are, or "linear", as measured numbers are; shaders decode the image so in
-        whichever texture of a material. Linear colours have few dark steps in 8 bits: encode them first. Raises
+        `encoding`: "srgb", as of pictures, or "linear", as of measured data; shaders decode the image accordingly
+        in any texture of a material. Linear colours have few dark steps in 8 bits: encode them first. Raises
         SceneError for other shapes, types and numbers.
         """
         encoding = checked("image: encoding", _ENCODING, encoding)
@@ -126,18 +126,18 @@ _TEXTURE = optional(instance(Texture))
 
 
 def _parameters(values: Any) -> dict[str, Any]:
-    """What they must be, only the compiled type knows (programs/material_types.py)."""
-    found: dict[str, Any] = instance(dict)(values)
-    for name in found:
+    """Checked by the compiled type alone (programs/material_types.py)."""
+    names: dict[str, Any] = instance(dict)(values)
+    for name in names:
         text(name)
-    return found
+    return names
 
 
 def _index_of_refraction(value: Any) -> float:
-    found = _NOT_NEGATIVE(value)
-    if 0 < found < 1:
-        raise UnfitError(f"{shown(found)} is neither 0 nor 1 or more")
-    return found
+    number = _NOT_NEGATIVE(value)
+    if 0 < number < 1:
+        raise UnfitError(f"{shown(number)} is neither 0 nor 1 or more")
+    return number
 
 
 @fields_only
@@ -145,8 +145,8 @@ def _index_of_refraction(value: Any) -> float:
 class Material(Followed):
     """Metallic-roughness material; factors multiply their textures (glTF 2.0, 3.9).
 
-    Assign to a field to change all that has the material, in the next picture. Raises SceneError, whenever a field is
-    set, for what is out of its range: 0 to 1 where nothing else is said.
+    Assign to a field to change all objects with the material, in the next picture. Raises SceneError, whenever a field
+    is set, for values out of range: 0 to 1 unless stated otherwise.
     """
 
     name: CheckedField[str] = CheckedField(text, "")
@@ -164,7 +164,7 @@ class Material(Followed):
     normal_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, tangent space, +Y up."""
     normal_scale: TrackedField[float] = TrackedField(number(), 1.0)
-    """Any number: less than 0 turns bumps into dents."""
+    """Any number: a negative one inverts bumps."""
     occlusion_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in red."""
     occlusion_strength: TrackedField[float] = TrackedField(_SHARE, 1.0)
@@ -174,11 +174,11 @@ class Material(Followed):
     alpha_cutoff: TrackedField[float] = TrackedField(_NOT_NEGATIVE, 0.5)
     """0 or more."""
     double_sided: TrackedField[bool] = TrackedField(flag, False)
-    """False: the camera sees front faces only. Other rays meet both sides."""
+    """False: back faces are culled for the camera. Other rays hit both sides."""
     unlit: TrackedField[bool] = TrackedField(flag, False)
     """Show the base colour as it is (KHR_materials_unlit)."""
     ior: TrackedField[float] = TrackedField(_index_of_refraction, 1.5)
-    """Index of refraction (KHR_materials_ior), 1 or more; 0 stands for infinity."""
+    """Index of refraction (KHR_materials_ior), 1 or more; 0 is infinity."""
     specular: TrackedField[float] = TrackedField(_SHARE, 1.0)
     """Strength of the dielectric reflection; 0 leaves pure Lambert (KHR_materials_specular)."""
     specular_color: TrackedField[Color] = TrackedField(COLOR, WHITE)
@@ -188,8 +188,8 @@ class Material(Followed):
     specular_color_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """sRGB."""
     transmission: TrackedField[float] = TrackedField(_SHARE, 0.0)
-    """Share of the light that enters the dielectric and leaves on its far side, 0 to 1, tinted by the base colour
-    (KHR_materials_transmission). Only shadows of direct light know of it; all else sees an opaque surface."""
+    """Fraction of the light in the dielectric that leaves on its far side, 0 to 1, tinted by the base colour
+    (KHR_materials_transmission). Only shadows of direct light use it; otherwise the surface is opaque."""
     transmission_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in red."""
     thin_walled: TrackedField[bool] = TrackedField(flag, True)
@@ -202,7 +202,7 @@ class Material(Followed):
     coat_roughness_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in green."""
     coat_normal_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
-    """Linear, tangent space, +Y up; all coats have its normals, and none those of normal_texture."""
+    """Linear, tangent space, +Y up; the normals of all coats, which are independent of normal_texture."""
     coat_normal_scale: TrackedField[float] = TrackedField(number(), 1.0)
     """Any number."""
     iridescence: TrackedField[Iridescence | None] = TrackedField(optional(instance(Iridescence)), None)
@@ -216,7 +216,7 @@ class Material(Followed):
     anisotropy_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear: direction in red and green, from -1 to 1, strength in blue (KHR_materials_anisotropy)."""
     sheen: TrackedField[Sheen | None] = TrackedField(optional(instance(Sheen)), None)
-    """Fibres that stand up, over all but the coats."""
+    """Fibres on top of all layers but the coats."""
     sheen_color_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """sRGB (KHR_materials_sheen)."""
     sheen_roughness_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)

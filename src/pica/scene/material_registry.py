@@ -1,4 +1,4 @@
-"""The material types that scenes can use, by name: the standard one and those that users register."""
+"""The material types of scenes, by name: the standard one and those that users register."""
 
 import re
 from dataclasses import dataclass
@@ -20,14 +20,14 @@ class MaterialSource:
     text: str
     kind: ClassVar[str] = "material type"
     word: ClassVar[str] = "material"
-    """What names of its modules begin with."""
+    """Prefix of the names of its modules."""
     interface_file: ClassVar[str] = "materials/material_type.slang"
     interfaces: ClassVar[dict[str, str]] = {"IMaterialType": "{}"}
-    """What its struct may implement, and what to make of it."""
+    """Interfaces that its struct may implement, and their generated code."""
     error: ClassVar[type[PicaError]] = MaterialTypeError
 
     def fault(self, what: str) -> PicaError:
-        """The error that says what is wrong with it."""
+        """The error for a fault in it."""
         return self.error(f"{self.kind} {shown(self.name)}: {what}")
 
 
@@ -46,18 +46,18 @@ def read_source(made: type[MaterialSource], name: str, path: str | Path) -> Mate
 
 
 STANDARD_SOURCE = MaterialSource(STANDARD, Path(), "")
-"""Stands for pica's own."""
+"""The source of pica's own type."""
 _registered: dict[str, MaterialSource] = {}
 _registrations = 0
 
 
 def register_material(name: str, path: str | Path) -> None:
-    """Let materials name a type of their own: `Material(type=name, parameters={...})`.
+    """Register a material type of your own: `Material(type=name, parameters={...})`.
 
     `path`: a Slang file with one struct that implements IMaterialType (docs/guide/material-types.md). It is read now
-    and compiled when a renderer first meets the type. A name that was registered before now means this source:
-    renderers that show the type replace it, once its programs are ready.
-    Raises MaterialTypeError for a name that is pica's or not a word, and for a file that cannot be read.
+    and compiled when a renderer first needs the type. Registering a name again replaces its source:
+    renderers with the type switch to it, once its programs are compiled.
+    Raises MaterialTypeError for a name that is pica's or no word, and for a file that cannot be read.
     """
     global _registrations
     source = read_source(MaterialSource, name, path)
@@ -69,12 +69,12 @@ def register_material(name: str, path: str | Path) -> None:
 
 
 def registrations() -> int:
-    """Grows whenever a name comes to mean another source."""
+    """Counts registrations that change a name's source."""
     return _registrations
 
 
 def material_source(name: str) -> MaterialSource:
-    """The source of a registered type. Raises MaterialTypeError for a name that nobody registered."""
+    """The source of a registered type. Raises MaterialTypeError for a name that is not registered."""
     if name == STANDARD:
         return STANDARD_SOURCE
     if name not in _registered:

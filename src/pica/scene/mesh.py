@@ -22,15 +22,15 @@ _OFFSETS = optional(floats("targets", "vertices", 3))
 @fields_only
 @dataclass(eq=False)
 class Section(Followed):
-    """A part of a mesh with one material (a glTF primitive): indexed triangles. One without triangles shows nothing.
+    """A part of a mesh with one material (a glTF primitive): indexed triangles. One without triangles is invisible.
 
-    Attributes that a file lacks are generated when it is loaded, so all are always there. Arrays of the type and shape
-    below are not copied: the fields give read-only views of them. Others are converted where that loses nothing but a
-    float's last digits. Raises SceneError, which names the field, for what is not finite or does not fit, when a field
-    is set; for what does not fit each other, before the mesh is shown.
+    Attributes that a file lacks are generated when it is loaded, so all are present. Arrays of the type and shape
+    below are not copied: the fields return read-only views of them. Others are converted, with no loss but a
+    float's last digits. Raises SceneError, with the field's name, for non-finite or invalid values, when a field
+    is set; for inconsistent fields, before the mesh is shown.
 
-    To change what is shown, assign: `section.positions = moved` or `section.material = other` is in the next picture.
-    What is written into an array that was assigned is in a picture once that array is assigned again. For vertices that
+    To edit visible content, assign: `section.positions = moved` or `section.material = other` is in the next picture.
+    Writes into an assigned array take effect once it is assigned again. For vertices that
     move in every frame DynamicVertices is faster.
     """
 
@@ -50,7 +50,7 @@ class Section(Followed):
     """(triangles, 3), counter-clockwise from the front."""
     material: TrackedField[Material] = TrackedField(instance(Material))
     flat: TrackedField[bool] = TrackedField(flag, False)
-    """Normals are those of the triangles, which share no vertices; where those bend, normals follow their new faces."""
+    """Normals are those of the triangles, which share no vertices; under deformation they are recomputed."""
     joints: TrackedField[NDArray[np.uint16] | None] = TrackedField(
         optional(integers(np.uint16, "vertices", "joints a vertex")), None
     )
@@ -67,7 +67,7 @@ class Section(Followed):
     """(targets, vertices, 3) offsets to the tangents' directions; None: they stay."""
 
     rows: TrackedField[NDArray[np.uint32] | None] = TrackedField(optional(integers(np.uint32, "vertices")), None)
-    """(vertices,) which rows of a deformer's arrays the vertices take; None: no deformer has an array for them."""
+    """(vertices,) rows of the vertices in a deformer's arrays; None: no deformer has arrays for them."""
 
     def __post_init__(self) -> None:
         if fault := self._misfit():
@@ -94,15 +94,15 @@ class Section(Followed):
         material: Material | None = None,
         smooth: bool = True,
     ) -> "Section":
-        """A section of positions (vertices, 3) in metres and indices (triangles, 3); what is not given is made.
+        """A section of positions (vertices, 3) in metres and indices (triangles, 3); omitted attributes are generated.
 
-        `normals`: (vertices, 3) of any length; without them, the means of the triangles round each vertex or, with
-        `smooth` False, those of the triangles, whose corners become vertices of their own. `uv`, `uv1`: (vertices, 2),
+        `normals`: (vertices, 3) of any length; by default, averages of the triangles round each vertex or, with
+        `smooth` False, those of the triangles, whose vertices are not shared. `uv`, `uv1`: (vertices, 2),
         v down, or zeros. `colors`: (vertices, 3) or with alpha (vertices, 4), linear, floats from 0 to 1 or uint8 for
-        255ths, as in glTF; or white. `tangents`: (vertices, 4), only beside normals; without them, those of the
-        material's normal map, where a vertex may become two.
-        `material`: white, rough and not a metal if none. Raises SceneError, which names the argument, for what is not
-        finite or does not fit.
+        255ths, as in glTF; or white. `tangents`: (vertices, 4), only with normals; by default, those of the
+        material's normal map, where a vertex may be split in two.
+        `material`: white, rough and not a metal if none. Raises SceneError, with the argument's name, for numbers that
+        are not finite and for invalid arrays.
         """
         from pica.scene.building import section_from_arrays  # which makes sections
 
@@ -122,7 +122,7 @@ class Section(Followed):
         )
 
     def _misfit(self) -> str:
-        """What does not fit each other; empty if nothing."""
+        """The fault of inconsistent fields; empty if there is none."""
         count = len(self.positions)
         for name in (*_ATTRIBUTES, *_OPTIONAL_ATTRIBUTES, *_MORPHED):
             values = getattr(self, name)
@@ -165,7 +165,7 @@ class Mesh(Followed):
     """A tuple; assign another one to change it."""
     name: CheckedField[str] = CheckedField(text, "")
     primitives: TrackedField[Sequence[Primitives]] = TrackedField(items(Primitives), ())
-    """What is not made of triangles. A node whose mesh has any can be moved, but not skinned or morphed."""
+    """Geometry other than triangles. A node whose mesh has any can be moved, but not skinned or morphed."""
 
     def __post_init__(self) -> None:
         targets = {0 if s.morph_positions is None else len(s.morph_positions) for s in self.sections}
@@ -188,7 +188,7 @@ class Mesh(Followed):
     ) -> "Mesh":
         """A mesh of one section of positions (vertices, 3) in metres and indices (triangles, 3).
 
-        All else as Section.from_arrays has it. For several materials, `Mesh([Section.from_arrays(...), ...])`.
+        Other arguments as in Section.from_arrays. For several materials, `Mesh([Section.from_arrays(...), ...])`.
         """
         given = {"normals": normals, "uv": uv, "uv1": uv1, "colors": colors, "tangents": tangents}
         return Mesh([Section.from_arrays(positions, indices, material=material, smooth=smooth, **given)], name)

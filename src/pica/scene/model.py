@@ -1,4 +1,4 @@
-"""What there is to see: meshes, nodes and the scene that holds them. NumPy only, nothing of the GPU."""
+"""The scene: meshes, nodes and the environment. NumPy only, without GPU code."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -24,8 +24,8 @@ __all__ = ["Mesh", "Node", "Scene", "Section"]
 
 
 class Scene(FieldsOnly):
-    """Nodes and an environment. A renderer keeps a copy on the GPU and follows what is assigned to any field of it, of
-    its nodes and of what these show; what is not followed cannot be written."""
+    """Nodes and an environment. A renderer keeps a copy on the GPU and tracks assignments to all fields of the scene,
+    its nodes and their content; data that is not tracked is read-only."""
 
     name: CheckedField[str] = CheckedField(text, "")
     environment: TrackedField[Environment | None] = TrackedField(optional(instance(Environment)), None)
@@ -43,7 +43,7 @@ class Scene(FieldsOnly):
 
     @property
     def roots(self) -> tuple[Node, ...]:
-        """The nodes without a parent: `add` adds one, `remove` takes one out."""
+        """The root nodes: `add` adds one, `remove` removes one."""
         return tuple(self._roots)
 
     def add(self, node: Node) -> Node:
@@ -55,7 +55,7 @@ class Scene(FieldsOnly):
         return node
 
     def remove(self, node: Node) -> None:
-        """Take a node out, with all below it. Raises SceneError when it is not in this scene."""
+        """Remove a node, with its descendants. Raises SceneError if it is not in this scene."""
         if not isinstance(node, Node):
             raise SceneError(f"remove: {shown(node)} is not a Node")
         siblings = self._roots if node._parent is None else node._parent._children
@@ -78,11 +78,11 @@ class Scene(FieldsOnly):
             "camera": sum(node.camera is not None for node in nodes),
             "animation": len(self.animations),
         }
-        told = [f"{count:,} {what}{'s' * (count != 1)}" for what, count in counts.items() if count or what == "node"]
+        parts = [f"{count:,} {what}{'s' * (count != 1)}" for what, count in counts.items() if count or what == "node"]
         if self.environment is not None:
             height, width, _ = self.environment.radiance.shape
-            told.append(f"environment {width}x{height}")
-        return f"<pica.Scene {shown(self.name)}: {', '.join(told)}>"
+            parts.append(f"environment {width}x{height}")
+        return f"<pica.Scene {shown(self.name)}: {', '.join(parts)}>"
 
     def __contains__(self, node: Node) -> bool:
         return node._listeners is self._listeners
@@ -93,7 +93,7 @@ class Scene(FieldsOnly):
             listener.edited[self] = None
 
     def check(self) -> None:
-        """Raises SceneError when something, the meshes' own arrays apart, cannot be shown as it is now."""
+        """Raises SceneError if the content, except for the meshes' own arrays, is invalid."""
         if self.environment is not None:
             self.environment.check()
         for node in worth_checking(list(self.nodes())):
@@ -108,10 +108,10 @@ class Scene(FieldsOnly):
                 yield root
 
     def animate(self, time: float, animation: int | str | None = None) -> None:
-        """Move nodes and set weights to where an animation, by number or name, has them at `time` seconds.
+        """Set nodes and weights to the state of an animation, by number or name, at `time` seconds.
 
-        None: all at once; where two move the same thing, the later one does. An animation holds its ends: use
-        `time % scene.animations[i].duration` for a loop. Raises SceneError when there is no such animation.
+        None: all at once; if two set the same property, the later one wins. The first and last state are held: use
+        `time % scene.animations[i].duration` for a loop. Raises SceneError if there is no such animation.
         """
         try:
             seconds = number()(time)
@@ -128,11 +128,11 @@ class Scene(FieldsOnly):
         for index, animation in enumerate(animations):
             if type(which) in (int, str) and which in (index, animation.name):
                 return animation
-        known = ", ".join(f"{index} {animation.name!r}" for index, animation in enumerate(animations))
-        raise SceneError(f"animate: no animation {shown(which)}; the scene has {known or 'none'}")
+        names = ", ".join(f"{index} {animation.name!r}" for index, animation in enumerate(animations))
+        raise SceneError(f"animate: no animation {shown(which)}; the scene has {names or 'none'}")
 
     def subscribe(self) -> ChangeSet:
-        """A new record of moved and deformed nodes; kept up to date for as long as the caller holds it."""
+        """A new record of the scene's changes; updated as long as the caller holds it."""
         changes = ChangeSet()
         self._listeners.add(changes)
         return changes
@@ -142,14 +142,14 @@ class Scene(FieldsOnly):
         return [_placed(node.camera, node.world) for node in self.nodes() if node.camera is not None]
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lowest and highest corner of the box round all meshes, (3,) each; a unit box when there are none.
+        """Lowest and highest corner of the bounds of all meshes, (3,) each; a unit box if there are none.
 
-        Raises SceneError for a mesh that cannot be shown, or cannot where it stands.
+        Raises SceneError for an invalid mesh or transform.
         """
         return whole_box(self.nodes())
 
     def subject_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lowest and highest corner of the box round what is looked at, (3,) each: all meshes but grounds, walls and
+        """Lowest and highest corner of the subject's bounds, (3,) each: all meshes but grounds, walls and
         skies that are far larger than the rest (docs/guide/cameras.md). Raises SceneError as bounds.
         """
         return subject_box(self.nodes())
@@ -157,8 +157,8 @@ class Scene(FieldsOnly):
     def default_camera(self, aspect: float) -> Camera:
         """The file's first camera, or one that frames `subject_bounds`; `aspect` is width over height.
 
-        It stays on this side of walls that are no part of it, where there is room. Raises SceneError for a scene that
-        cannot be shown.
+        It stays on this side of walls around the subject, if there is room. Raises SceneError for an invalid
+        scene.
         """
         cameras = self.cameras()
         return cameras[0] if cameras else framed(self.nodes(), aspect)

@@ -1,4 +1,4 @@
-"""A place in a scene and what stands there. NumPy only, nothing of the GPU.
+"""A transform in a scene with its content. NumPy only, without GPU code.
 
 World matrices are float64, right-handed, +Y up, metres; column vectors: world = parent * local.
 """
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def _as_it_is(value: Any) -> Any:
-    """What only Landscape sets, which this module cannot import."""
+    """Fields that only Landscape sets, which this module cannot import."""
     return value
 
 
@@ -45,9 +45,9 @@ _IN_PLACE.setflags(write=False)
 @fields_only
 @dataclass(eq=False)
 class Node(FieldsOnly):
-    """A place in the world and what stands there. Set `transform` to move it with its children.
+    """A transform in the world with its content. Set `transform` to move it with its children.
 
-    Whatever is assigned to a field is in the next picture. Arrays that fields give are read-only.
+    Assignments to fields are in the next picture. Arrays in fields are read-only.
     """
 
     name: CheckedField[str] = CheckedField(text, "")
@@ -60,21 +60,21 @@ class Node(FieldsOnly):
     """(count, 4, 4) copies of the mesh relative to this node (EXT_mesh_gpu_instancing); None: one, at the node."""
     extras: dict[str, object] = field(default_factory=dict)
     visible_to_camera: TrackedField[bool] = TrackedField(flag, True)
-    """Whether the camera sees the mesh. This and what follows is about the node's own mesh, not about its children."""
+    """Whether the camera sees the mesh. This and the following fields concern the node's own mesh, not its children."""
     visible_to_reflections: TrackedField[bool] = TrackedField(flag, True)
-    """Whether rays for reflected light meet it; if not, its emission lights nothing."""
+    """Whether reflection rays hit it; otherwise its emission lights nothing."""
     casts_shadows: TrackedField[bool] = TrackedField(flag, True)
     """Whether it hides lights of its channels, and the environment."""
     lighting_channels: TrackedField[frozenset[int]] = TrackedField(checked_channels, ALL_CHANNELS)
-    """Of 0 to 5: lights reach meshes in one of their channels, and these alone hide them. The mesh's own emission
+    """Of 0 to 5: lights reach meshes in one of their channels, and only these occlude them. The mesh's own emission
     reaches those in one of its channels. SceneError for other numbers."""
     pose: TrackedField[Pose | None] = TrackedField(optional(instance(Pose)), None)
-    """What a file or an animation made `transform` from; assign one to place the node. None: a matrix, and animations
-    cannot place the node."""
+    """Translation, rotation and scale of `transform`; assign one to place the node. None: a plain matrix, which
+    animations cannot change."""
     detail: TrackedField["Landscape | None"] = TrackedField(_as_it_is, None)
-    """What gives the meshes that the node shows to each camera instead of its own."""
+    """Provides the node's meshes for each camera, instead of its own."""
     identities: TrackedField[NDArray[np.int64] | None] = TrackedField(_IDENTITIES, None)
-    """(count,) which thing each instance shows: where that changes, it has come, not moved. None: always the same."""
+    """(count,) identity of each instance: a change means a new object, not a motion. None: constant."""
     _children: list["Node"] = field(default_factory=list, init=False, repr=False)
     _parent: "Node | None" = field(default=None, init=False, repr=False)
     _transform: NDArray[np.float64] = field(default_factory=lambda: _IN_PLACE)
@@ -94,7 +94,7 @@ class Node(FieldsOnly):
 
     @property
     def children(self) -> tuple["Node", ...]:
-        """The nodes that move with this one: `add` adds one, Scene.remove takes one out."""
+        """The children, which move with this node: `add` adds one, Scene.remove removes one."""
         return tuple(self._children)
 
     @property
@@ -113,12 +113,12 @@ class Node(FieldsOnly):
         self.place(fitting(self, "transform", affine, matrix))
 
     def place(self, matrix: NDArray[np.float64], pose: Pose | None = None) -> None:
-        """Set `transform` to a matrix that is known to fit and that nobody writes into, and `pose` to what it was made
-        from, if anything."""
+        """Set `transform` to a valid matrix that is not shared with writers, and `pose` to its components,
+        if there are any."""
         if pose is not None:
             vars(self)["pose"] = pose
         matrix.setflags(write=False)
-        self.__dict__["_transform"] = matrix  # past FieldsOnly: what moves is set in every frame
+        self.__dict__["_transform"] = matrix  # past FieldsOnly: moving nodes are set in every frame
         for node in self.walk() if self._children else (self,):
             node.__dict__["_world"] = None
             for listener in node._listeners or ():
@@ -130,7 +130,7 @@ class Node(FieldsOnly):
 
     @property
     def weights(self) -> NDArray[np.float64] | None:
-        """(targets,) how far the mesh goes towards each morph target, read-only; None: the mesh as it is."""
+        """(targets,) weight of each morph target, read-only; None: undeformed."""
         return self._weights
 
     @weights.setter
@@ -161,7 +161,7 @@ class Node(FieldsOnly):
 
     @property
     def deformer(self) -> Deformer | None:
-        """What writes the mesh's vertices instead of a skin and weights; set it once."""
+        """Writes the mesh's vertices instead of a skin and weights; can be set once."""
         return self._deformer
 
     @deformer.setter
@@ -176,23 +176,23 @@ class Node(FieldsOnly):
 
     @property
     def deforms(self) -> bool:
-        """Whether the mesh has a shape of its own at this node, by a skin, by weights or by a deformer."""
+        """Whether the mesh is deformed at this node, by a skin, by weights or by a deformer."""
         own = self._skin is not None or self._weights is not None or self._deformer is not None
         return own and self.mesh is not None
 
     @property
     def follows_camera(self) -> bool:
-        """Whether each view shows the node in its own way, by where its camera is."""
+        """Whether each view has its own geometry of the node, by its camera."""
         return self.detail is not None or (self._deformer is not None and isinstance(self._deformer, CameraFacing))
 
     def tell_deformed(self) -> None:
-        """The mesh's vertices are to be written anew."""
+        """Have the mesh's vertices rewritten."""
         for listener in self._listeners or ():
             listener.deformed[self] = None
 
     def show(self, mesh: Mesh | None) -> None:
-        """Show a mesh from the next picture on, as assigning it does. What moved its vertices before does not blur it
-        into the one before: the node counts as one that has just come."""
+        """Show a mesh from the next picture on, like assigning it, but without motion of vertices from the
+        previous picture: the node counts as new."""
         self.mesh = mesh
 
     def place_instances(self, instances: NDArray[np.float64], identities: NDArray[np.int64] | None = None) -> None:
@@ -233,14 +233,14 @@ class Node(FieldsOnly):
         world = above._transform if above._world is None else above._world
         above.__dict__["_world"] = world
         for node in reversed(outdated):
-            world = world.dot(node._transform)  # unlike @ it has no words for what overflows: check does
+            world = world.dot(node._transform)  # unlike @ it does not warn of overflow: check does
             world.setflags(write=False)
             node.__dict__["_world"] = world
         return world
 
     def add(self, child: "Node") -> "Node":
-        """Make `child` a child of this node and return it. Raises SceneError for one that stands elsewhere already, and
-        for this node or one above it."""
+        """Make `child` a child of this node and return it. Raises SceneError if it has a parent or scene already, and
+        for this node or an ancestor."""
         below = loose(child, self)
         if self in below:
             raise SceneError(f"{described(self)}: add: {described(child)} is this node, or above it")
@@ -250,11 +250,11 @@ class Node(FieldsOnly):
         return child
 
     def __repr__(self) -> str:
-        told = [] if self.mesh is None else [f"mesh {shown(self.mesh.name)}"]
-        told += [type(each).__name__ for each in (self.light, self.camera) if each is not None]
-        told += [f"children {', '.join(shown(child.name) for child in self.children[:3])}"] if self.children else []
-        told += [f"and {len(self.children) - 3:,} more"] if len(self.children) > 3 else []
-        return f"<pica.Node {shown(self.name)}: {', '.join(told) or 'nothing'}>"
+        parts = [] if self.mesh is None else [f"mesh {shown(self.mesh.name)}"]
+        parts += [type(each).__name__ for each in (self.light, self.camera) if each is not None]
+        parts += [f"children {', '.join(shown(child.name) for child in self.children[:3])}"] if self.children else []
+        parts += [f"and {len(self.children) - 3:,} more"] if len(self.children) > 3 else []
+        return f"<pica.Node {shown(self.name)}: {', '.join(parts) or 'nothing'}>"
 
     def walk(self) -> Iterator["Node"]:
         """This node and all below it, parents first."""
@@ -274,7 +274,7 @@ class Node(FieldsOnly):
 
     @property
     def is_plain(self) -> bool:
-        """Whether nothing stands here but a mesh, once and as it is, or nothing."""
+        """Whether the node has at most a mesh, without instances or deformation."""
         return (
             self.light is None
             and self.instances is None
@@ -284,7 +284,7 @@ class Node(FieldsOnly):
         )
 
     def check(self) -> None:
-        """Raises SceneError when what stands here, the mesh's own arrays apart, cannot be shown as it is now."""
+        """Raises SceneError if the content, except for the mesh's own arrays, is invalid."""
         world = self.world if self._skin is None else self._skin.world
         if not np.vdot(world, world) <= _FARTHEST:
             raise SceneError(f"{described(self)}: its place in the world is too large for 32-bit floats")
@@ -324,7 +324,7 @@ def _count(instances: NDArray[np.float64] | None) -> int | None:
 
 
 def all_instance_transforms(nodes: list[Node]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Node.instance_transforms of nodes, (n, 4, 4), those of one after those of another; and how many each has."""
+    """Node.instance_transforms of nodes, (n, 4, 4), node by node; and their number for each."""
     each = [
         node.world if node.instances is None and node._skin is None else node.instance_transforms().reshape(-1, 4)
         for node in nodes
@@ -334,7 +334,7 @@ def all_instance_transforms(nodes: list[Node]) -> tuple[NDArray[np.float64], NDA
 
 
 def worth_checking(nodes: list[Node]) -> list[Node]:
-    """Those whose `check` may find something, told in one go: most nodes show just a mesh, not far away."""
+    """Nodes whose `check` may fail, found in one batch: most nodes have just a mesh, not far away."""
     worlds = np.concatenate([*(node.world for node in nodes), np.zeros((0, 4))]).reshape(-1, 16)
     with np.errstate(over="ignore", invalid="ignore"):
         near = np.einsum("ij,ij->i", worlds, worlds) <= _FARTHEST
@@ -342,7 +342,7 @@ def worth_checking(nodes: list[Node]) -> list[Node]:
 
 
 def loose(node: Node, above: "Node | Scene") -> list[Node]:
-    """A node that is to come below another or into a scene, and all below it. Raises SceneError unless it is free."""
+    """A node to be added, and its descendants. Raises SceneError unless it has no parent or scene."""
     if not isinstance(node, Node):
         raise SceneError(f"{described(above)}: add: {shown(node)} is not a Node")
     if node._parent is not None:
@@ -354,10 +354,10 @@ def loose(node: Node, above: "Node | Scene") -> list[Node]:
 
 
 def enter(nodes: list[Node], listeners: Listeners | None) -> None:
-    """Nodes that were free come into a scene, or below a node that is in none."""
-    told = list(listeners or ())
+    """Add nodes to a scene, or below a node that is in none."""
+    subscribers = list(listeners or ())
     for node in nodes:
         node._world = None
         node._listeners = listeners
-        for listener in told:
+        for listener in subscribers:
             listener.add(node)

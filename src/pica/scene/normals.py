@@ -1,4 +1,4 @@
-"""Normals, and frames around them, for meshes that come without."""
+"""Normals, and frames around them, for meshes without."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ def face_normals(positions: NDArray[np.floating[Any]], triangles: NDArray[np.uin
     """(triangles, 3) unit normals, on the side from which the corners go counter-clockwise; +Z where no area is."""
     corners = positions[triangles].astype(np.float64)
     edge1, edge2 = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
-    # np.cross takes several times as long for small meshes
+    # np.cross is several times as slow for small meshes
     normals = np.stack([edge1[i - 2] * edge2[i - 1] - edge1[i - 1] * edge2[i - 2] for i in range(3)], axis=1)
     return _unit(normals, np.array([0.0, 0.0, 1.0])).astype(np.float32)
 

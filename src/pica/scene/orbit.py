@@ -17,7 +17,7 @@ _LEVEL = 1e-3
 
 
 def pivot(scene: Scene, camera: Camera) -> NDArray[np.float64]:
-    """(3,) what a camera looks at: the point on its axis that is as far away as the scene's middle."""
+    """(3,) centre of an orbit: the point on the camera's axis that is as far away as the scene's middle."""
     low, high = scene.subject_bounds()
     forward, eye = -camera.transform[:3, 2], camera.transform[:3, 3]
     depth = max(float(((low + high) / 2 - eye) @ forward), 0.1 * float(np.linalg.norm(high - low)))
@@ -25,7 +25,7 @@ def pivot(scene: Scene, camera: Camera) -> NDArray[np.float64]:
 
 
 def orbited(camera: Camera, center: NDArray[np.float64], angle: float) -> Camera:
-    """The camera gone round the vertical axis through `center` (3,) by `angle` radians,
+    """The camera rotated about the vertical axis through `center` (3,) by `angle` radians,
     counter-clockwise as seen from above."""
     rotation = np.eye(4)
     cosine, sine = math.cos(angle), math.sin(angle)
@@ -59,7 +59,7 @@ def encloses(scene: Scene, camera: Camera) -> bool:
 
 
 def framing_all_round(low: NDArray[np.float64], high: NDArray[np.float64], aspect: float, steps: int = 64) -> Camera:
-    """As Camera.framing, but from so far away that the box stays in the picture all the way round its middle."""
+    """As Camera.framing, but far enough for the box to stay in the picture all the way round its middle."""
     camera = Camera.framing(low, high, aspect=aspect)
     center = (low + high) / 2
     corners = np.array(list(itertools.product(*np.transpose([low, high]))))

@@ -24,7 +24,7 @@ _IDENTITIES = optional(integers(np.int64, "n"))
 @checked_names(SceneError)
 @dataclass(frozen=True, eq=False)
 class Particles:
-    """What there is to see of n particles at one moment. Arrays of one row go for all of them."""
+    """The state of n particles at one moment. Arrays of one row apply to all of them."""
 
     positions: Floats
     """(n, 3) metres, in the space of the node that shows them."""
@@ -33,13 +33,13 @@ class Particles:
     colors: Floats = field(default_factory=lambda: np.ones((1, 4)))
     """(n, 4) linear and alpha, 0 to 1; they multiply the material's base colour. Meshes have their own."""
     rotations: Floats = field(default_factory=lambda: np.zeros(1))
-    """(n,) radians, counter-clockwise about the direction to the camera; meshes turn about `axes`."""
+    """(n,) radians, counter-clockwise about the direction to the camera; meshes rotate about `axes`."""
     ages: Floats = field(default_factory=lambda: np.zeros(1))
-    """(n,) share of the life that is over; the first of the second texture coordinates."""
+    """(n,) fraction of the lifetime; the first of the second texture coordinates."""
     identities: NDArray[np.int64] | None = None
-    """(n,) which particle each row is: where that changes it has come and not moved. None: always the same."""
+    """(n,) identity of each row: a change means a new particle, not a motion. None: constant."""
     axes: Floats = field(default_factory=lambda: np.array([[0.0, 1.0, 0.0]]))
-    """(n, 3) unit length, about which meshes turn."""
+    """(n, 3) unit length, rotation axes of meshes."""
 
     def __post_init__(self) -> None:
         shapes = {"positions": (3,), "colors": (4,), "rotations": (), "ages": (), "axes": (3,)}
@@ -77,7 +77,7 @@ class Particles:
 
 
 class Sprites(CameraFacing):
-    """Quads that turn towards the camera of each view, one a particle; `node` shows them. Set `particles` to move them.
+    """Camera-facing quads in each view, one a particle; `node` shows them. Set `particles` to move them.
 
     Second texture coordinates are (age, 0). Use a masked or a blended material, visible from both sides.
     """
@@ -99,7 +99,7 @@ class Sprites(CameraFacing):
 
     @property
     def particles(self) -> Particles:
-        """What the sprites show."""
+        """The particles of the sprites."""
         return self._particles
 
     @particles.setter
@@ -133,9 +133,9 @@ class Sprites(CameraFacing):
 
 
 class Ribbons(CameraFacing):
-    """Strips of triangles along strands of points, which turn about the strand towards the camera; `node` shows them.
+    """Strips of triangles along strands of points, which face the camera about the strand; `node` shows them.
 
-    First texture coordinates go across and along the strand from its first point, 0 to 1.
+    First texture coordinates run across and along the strand from its first point, 0 to 1.
     """
 
     def __init__(self, strands: int, points: int, material: Material, name: str = "ribbons") -> None:
@@ -147,7 +147,7 @@ class Ribbons(CameraFacing):
         self.colors = np.ones((strands, points, 4))
         self.identities: NDArray[np.int64] = np.arange(strands)
         self.version = 1
-        """Counts what `set` was called with."""
+        """Counts calls of `set`."""
         # A rest position is a side, -0.5 or 0.5, the number of the point and that of the strand.
         strand, point, side = (
             grid.ravel() for grid in np.meshgrid(np.arange(strands), np.arange(points), (-0.5, 0.5), indexing="ij")
@@ -166,8 +166,8 @@ class Ribbons(CameraFacing):
         colors: ArrayLike = (1.0, 1.0, 1.0, 1.0),
         identities: NDArray[np.int64] | None = None,
     ) -> None:
-        """Where the strands are: `positions` (strands, points, 3) metres, `widths` (strands, points) metres or what
-        broadcasts to it, `colors` (strands, points, 4) likewise, `identities` (strands,) as for particles."""
+        """Set the strands: `positions` (strands, points, 3) metres, `widths` (strands, points) metres or
+        broadcastable to it, `colors` (strands, points, 4) likewise, `identities` (strands,) as for particles."""
         shape = self.strands, self.points
         places, across, tints = (
             checked(f"ribbons: {name}", doubles(), values)
@@ -204,7 +204,7 @@ class Ribbons(CameraFacing):
 
 
 def facing_section(rest: Floats, uv: Floats, indices: NDArray[np.intp], material: Material) -> Section:
-    """A section whose vertices a deformer writes: only its rest positions and texture coordinates count."""
+    """A section whose vertices a deformer writes: only its rest positions and texture coordinates are used."""
     count = len(rest)
     return Section(
         positions=rest.astype(np.float32),
@@ -219,7 +219,7 @@ def facing_section(rest: Floats, uv: Floats, indices: NDArray[np.intp], material
 
 
 def _pointing(places: Floats, forward: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
-    """Positions, normals and tangents of what looks `forward`, (n, 3), with `up`, (3,), up in the picture."""
+    """Positions, normals and tangents of quads that face `forward`, (n, 3), with `up`, (3,), up on screen."""
     sideways = unit(np.cross(forward, np.eye(3)[np.argmin(np.abs(forward), axis=1)]), np.array([1.0, 0.0, 0.0]))
     right = unit(np.cross(up, forward), sideways)
     return places, forward, np.column_stack([right, np.ones(len(places))])

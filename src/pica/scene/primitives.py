@@ -1,4 +1,4 @@
-"""What is not made of triangles: spheres, capsules, rings, rounded boxes and shapes of the user's own."""
+"""Geometry other than triangles: spheres, capsules, rings, rounded boxes and users' own shapes."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -32,18 +32,18 @@ def _arrays(values: Any) -> dict[str, NDArray[np.generic]]:
 @fields_only
 @dataclass(eq=False)
 class Primitives(Followed):
-    """A part of a mesh with one material: primitives of one shape, which rays meet as they are.
+    """A part of a mesh with one material: primitives of one shape, which rays intersect analytically.
 
-    The functions below make the built-in shapes; docs/guide/primitives.md tells of others. Raises SceneError when the
-    arrays do not fit each other.
+    The functions below make the built-in shapes; docs/guide/primitives.md describes others. Raises SceneError for
+    inconsistent arrays.
     """
 
     shape: TrackedField[str] = TrackedField(text)
     """"sphere", "capsule", "torus", "rounded_box", or the name that register_shape gave to one of your own."""
     parameters: TrackedField[dict[str, NDArray[np.generic]]] = TrackedField(_arrays)
-    """What the shape's `struct Parameters` names: (count,) or (count, components) each."""
+    """The fields of the shape's `struct Parameters`: (count,) or (count, components) each."""
     bounds: TrackedField[NDArray[np.float32]] = TrackedField(floats())
-    """(count, 2, 3) metres, object space: lowest and highest corner of a box that each keeps within."""
+    """(count, 2, 3) metres, object space: lowest and highest corner of each primitive's bounds."""
     material: TrackedField[Material] = TrackedField(instance(Material))
 
     def __post_init__(self) -> None:
@@ -73,7 +73,7 @@ def spheres(centers: ArrayLike, radii: ArrayLike, material: Material) -> Primiti
 
 
 def capsules(starts: ArrayLike, ends: ArrayLike, radii: ArrayLike, material: Material) -> Primitives:
-    """What balls of (n,) `radii` pass through from (n, 3) `starts` to (n, 3) `ends`; metres."""
+    """Spheres of (n,) `radii` swept from (n, 3) `starts` to (n, 3) `ends`; metres."""
     start, end, radius = _points("capsule", starts), _points("capsule", ends), _lengths("capsule", radii, starts)
     if start.shape != end.shape:
         raise SceneError(f"primitives of shape 'capsule': {len(start)} starts, but {len(end)} ends")
@@ -84,7 +84,7 @@ def capsules(starts: ArrayLike, ends: ArrayLike, radii: ArrayLike, material: Mat
 def tori(centers: ArrayLike, radii: ArrayLike, tube_radii: ArrayLike, material: Material) -> Primitives:
     """Rings about axes parallel to Y through (n, 3) `centers`; metres.
 
-    (n,) `radii` reach to the middle of the tubes, whose own are `tube_radii`. Nodes and instances turn them.
+    (n,) `radii` reach to the middle of the tubes, whose own are `tube_radii`. Nodes and instances rotate them.
     """
     center, radius = _points("torus", centers), _lengths("torus", radii, centers)
     tube = _lengths("torus", tube_radii, centers)

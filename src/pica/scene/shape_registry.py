@@ -1,4 +1,4 @@
-"""The shapes that primitives can have, by name: the built-in ones and those that users register."""
+"""The shapes of primitives, by name: built-in ones and those that users register."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -27,11 +27,11 @@ _registered: dict[str, MaterialSource] = {}
 
 
 def register_shape(name: str, path: str | Path) -> None:
-    """Let primitives name a shape of their own: `Primitives("gyroid", parameters, bounds, material)`.
+    """Register a shape for primitives: `Primitives("gyroid", parameters, bounds, material)`.
 
     `path`: a Slang file with one struct that implements IShape or ISignedDistance (docs/guide/primitives.md). It is
-    read now and compiled when a renderer first meets the shape. The same file under the same name again changes
-    nothing. Raises ShapeError for a name that is taken or not a word, and for a file that cannot be read.
+    read now and compiled when a renderer first needs the shape. Registering the same file again does
+    nothing. Raises ShapeError for a name that is in use or no word, and for a file that cannot be read.
     """
     source = read_source(ShapeSource, name, path)
     if name in BUILT_IN or _registered.get(name, source) != source:
@@ -46,7 +46,7 @@ def _built_in(name: str) -> MaterialSource:
 
 
 def shape_source(name: str) -> MaterialSource:
-    """The source of a shape. Raises ShapeError for a name that nobody registered."""
+    """The source of a shape. Raises ShapeError for a name that is not registered."""
     if name in BUILT_IN:
         return _built_in(name)
     if name not in _registered:

@@ -1,4 +1,4 @@
-"""Surfaces with fibres that stand up: velvet, felt, woven cloth, dust."""
+"""Surfaces with fibres: velvet, felt, woven cloth, dust."""
 
 from dataclasses import dataclass
 
@@ -12,10 +12,10 @@ from pica.scene.values import number, vector
 @checked_names(SceneError)
 @dataclass(frozen=True)
 class Sheen:
-    """Light that fibres scatter, most where the surface is seen or lit from the side
+    """Light scattered by fibres, strongest at grazing angles of view or light
     (KHR_materials_sheen; docs/guide/materials.md, "Sheen").
 
-    Raises SceneError for what is out of its range.
+    Raises SceneError for values out of range.
     """
 
     color: CheckedField[Color] = CheckedField(vector(3, 0, 1), WHITE)

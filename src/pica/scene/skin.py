@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 @checked_names(SceneError)
 @dataclass(eq=False)
 class Skin(Fixed):
-    """Joints that vertices follow. Make it when the joints hang in their tree, where they then stay.
+    """The joints of skinned meshes. Make it when the joints are in their tree, where they must stay.
 
     Skinned vertices are relative to `root`, the joints' closest common ancestor, whose world matrix places them; the
     skinned node's own is ignored (glTF 2.0, 3.7.3.3). So a figure that moves as a whole needs a new instance transform
@@ -40,7 +40,7 @@ class Skin(Fixed):
     root: "Node | None" = field(init=False)
     """None where the joints have no ancestor in common: vertices are in world space."""
     links: "tuple[Node, ...]" = field(init=False)
-    """The joints and what lies between them and the root, parents first: moving one of them moves vertices."""
+    """The joints and all nodes between them and the root, parents first: moving one of them moves vertices."""
     _parent_rows: list[int] = field(init=False)
     _joint_rows: list[int] = field(init=False)
 
@@ -75,7 +75,7 @@ class Skin(Fixed):
         return np.eye(4) if self.root is None else self.root.world
 
     def joint_matrices(self) -> Floats:
-        """(joints, 4, 4) M with: a vertex p of the mesh goes to sum(weight * M[joint]) p, relative to the root."""
+        """(joints, 4, 4) M: a vertex p of the mesh is transformed to sum(weight * M[joint]) p, relative to the root."""
         to_root = np.empty((len(self.links) + 1, 4, 4))
         to_root[0] = np.eye(4)
         for row, (link, parent) in enumerate(zip(self.links, self._parent_rows, strict=True), start=1):
@@ -84,10 +84,10 @@ class Skin(Fixed):
 
 
 def deform(section: "Section", node: "Node") -> tuple[Floats, Floats, Floats]:
-    """Positions (vertices, 3), unit normals (vertices, 3) and tangents (vertices, 4) of a section as `node` poses it.
+    """Positions (vertices, 3), unit normals (vertices, 3) and tangents (vertices, 4) of a section, posed by `node`.
 
-    First morphed, then skinned; node.instance_transforms() places them in the world. Tangents are kept at a right
-    angle to the normals. What shaders compute is checked against this. A node with a deformer leaves it all to that.
+    First morphed, then skinned; node.instance_transforms() places them in the world. Tangents stay orthogonal
+    to the normals. It is the reference of the shaders. A node with a deformer uses that instead.
     """
     if node.deformer is not None:
         return node.deformer.deform(section)
@@ -119,7 +119,7 @@ def deformed_positions(section: "Section", node: "Node") -> Floats:
 
 
 def _joints(values: Any) -> "tuple[Node, ...]":
-    from pica.scene.model import Node  # which knows skins
+    from pica.scene.model import Node  # which imports skins
 
     joints = items(Node)(values)
     if not joints:
@@ -129,15 +129,15 @@ def _joints(values: Any) -> "tuple[Node, ...]":
 
 def _with_ancestors(joints: Iterable["Node"]) -> "dict[Node, None]":
     """The nodes and all above them, each once, parents first."""
-    found: dict[Node, None] = {}
+    ordered: dict[Node, None] = {}
     for joint in joints:
         line = []
         node: Node | None = joint
-        while node is not None and node not in found:
+        while node is not None and node not in ordered:
             line.append(node)
             node = node.parent
-        found.update(dict.fromkeys(reversed(line)))
-    return found
+        ordered.update(dict.fromkeys(reversed(line)))
+    return ordered
 
 
 def _morphed(base: NDArray[np.float32], offsets: NDArray[np.float32] | None, weights: Floats | None) -> Floats:
@@ -155,7 +155,7 @@ def _blended(matrices: Floats, joints: NDArray[np.uint16], weights: NDArray[np.f
 
 
 def _cofactors(linear: Floats) -> Floats:
-    """(count, 3, 3) what turns normals where `linear` moves points: cof(A) (a x b) = (A a) x (A b)."""
+    """(count, 3, 3) transforms of normals for `linear`, those of points: cof(A) (a x b) = (A a) x (A b)."""
     x, y, z = linear[:, :, 0], linear[:, :, 1], linear[:, :, 2]
     return np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=2)
 

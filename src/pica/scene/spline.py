@@ -22,11 +22,11 @@ _SAMPLES = 32
 
 
 class Spline(Deformer):
-    """Bends a node's mesh: its +Z runs along the curve, evenly by arc length; +Y is the curve's up, +X its side.
+    """Bends a node's mesh: its +Z follows the curve, evenly by arc length; +Y is the curve's up, +X its side.
 
-    Up turns about the curve as little as may be from that of the start, then by `rolls`. Between one control point and
-    the next, up should turn by less than a right angle. Raises SceneError for fewer than two points or values that do
-    not fit.
+    Up is parallel-transported along the curve, then rotated by `rolls`. Between one control point and
+    the next, up should rotate by less than a right angle. Raises SceneError for fewer than two points or invalid
+    values.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Spline(Deformer):
         if self.extent[0] == self.extent[1]:
             raise SceneError(f"spline: extent: its ends are the same, {self.extent[0]:g}")
         self.version = 0
-        """Counts what `set` was called with."""
+        """Counts calls of `set`."""
         self.rows: Floats
         """(n + 2, 8) x, y, z, roll; up x, y, z, scale: of the control points and one beyond either end."""
         self.places: Floats
@@ -75,8 +75,8 @@ class Spline(Deformer):
         self.changed()
 
     def frame(self, parameters: NDArray[np.floating[Any]]) -> dict[str, Floats]:
-        """The curve at (m,) parameters from 0 to n - 1: center, side, up, (m, 3), scale, (m, 1), and what each of them
-        changes by with the parameter: d_center, d_side, d_up, d_scale."""
+        """The curve at (m,) parameters from 0 to n - 1: center, side, up, (m, 3), scale, (m, 1), and their derivatives
+        by the parameter: d_center, d_side, d_up, d_scale."""
         value, first, second = self._evaluated(parameters)
         velocity, acceleration = first[:, :3], second[:, :3]
         speed = np.maximum(np.linalg.norm(velocity, axis=1, keepdims=True), 1e-12)
@@ -169,7 +169,7 @@ class Spline(Deformer):
 
 
 def bend(mesh: Mesh, spline: Spline, copies: int = 1, name: str = "") -> Node:
-    """A node whose mesh, `copies` of the given one end to end along Z, is bent along the whole spline."""
+    """A node with a mesh, `copies` of the given one end to end along Z, bent along the whole spline."""
     checked("bend: mesh", instance(Mesh), mesh)
     checked("bend: name", text, name)
     checked("bend: spline", instance(Spline), spline)

@@ -1,11 +1,11 @@
 """Tangents after MikkTSpace, the basis in which normal maps are baked (Mikkelsen 2008, "Simulation of Wrinkled
 Surfaces Revisited"; glTF 2.0, 3.7.2.1 names it as the default).
 
-Differences from the reference code, none of which shows on meshes made for baking:
+Differences from the reference code, none of which is visible on meshes made for baking:
 * corners at one vertex (same position, normal and texture coordinates) with the same handedness share a
-  tangent even where no chain of edges joins their triangles, such as two cones that touch at the tip;
+  tangent even if no chain of edges joins their triangles, such as two cones that touch at the tip;
 * a triangle without area in texture space takes the tangent of a neighbour corner by corner, not as a whole;
-* where no triangle gives a direction, any vector at a right angle to the normal stands in.
+* if no triangle gives a direction, any vector at a right angle to the normal is used.
 """
 
 import numpy as np
@@ -24,9 +24,9 @@ def generate_tangents(
 ) -> tuple[NDArray[np.float32], NDArray[np.intp], NDArray[np.uint32]]:
     """Tangents of indexed triangles with unit normals; texture coordinates have v down.
 
-    A vertex where a mirrored and an unmirrored part of the texture meet becomes two. Returns the tangents
-    (vertices, 4), w being the sign of the bitangent; the old vertex that each new one comes from, (vertices,);
-    and the triangles in terms of the new vertices, (triangles, 3).
+    A vertex between a mirrored and an unmirrored part of the texture is split in two. Returns the tangents
+    (vertices, 4), w being the sign of the bitangent; the original vertex of each new one, (vertices,);
+    and the triangles as indices of new vertices, (triangles, 3).
     """
     corners = positions[triangles].astype(np.float64)
     along_u, area = _u_directions(corners, uvs[triangles].astype(np.float64))

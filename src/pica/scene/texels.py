@@ -1,4 +1,4 @@
-"""Texels of arrays that somebody has."""
+"""Conversion of arrays to texels."""
 
 from typing import Any
 
@@ -13,9 +13,9 @@ _WHAT = "uint8, or of floats from 0 to 1"
 
 
 def texels(values: Any) -> NDArray[np.uint8]:
-    """A check of what can become texels, (height, width) or (height, width, 1 to 4): uint8, or floats of 0 to 1.
+    """Checks an array for texels, (height, width) or (height, width, 1 to 4): uint8, or floats of 0 to 1.
 
-    Gives (height, width, 4) uint8, without any change of encoding. One channel is grey, two are grey and alpha.
+    Returns (height, width, 4) uint8, without any change of encoding. One channel is grey, two are grey and alpha.
     """
     given = as_array(values, (), "fiu", _WHAT)
     if given.dtype == np.uint8:

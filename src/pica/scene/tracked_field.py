@@ -1,4 +1,4 @@
-"""Fields that tell who follows a scene when they are set anew."""
+"""Fields that inform a scene's subscribers when they are set."""
 
 from typing import Any, Protocol, TypeVar
 
@@ -8,14 +8,14 @@ _Value = TypeVar("_Value")
 
 
 class Holder(Protocol):
-    """What has such fields."""
+    """An object with such fields."""
 
     def _written(self, field: str, before: Any) -> None:
         """A field that had the value `before` has been set. Also called in construction, with None."""
 
 
 class TrackedField(CheckedField[_Value]):
-    """A field whose holder tells others when it is set."""
+    """A field whose owner informs subscribers when it is set."""
 
     def __set__(self, holder: Holder, value: _Value) -> None:  # type: ignore[override]
         before = holder.__dict__.get(self._name)

@@ -1,7 +1,7 @@
-"""What the fields of a scene can hold: checks that give the value to keep, or say why there is none.
+"""Checks for the fields of a scene: they return the value to store, or raise why it is invalid.
 
-A check is a function of the value that a user gave. What it raises, UnfitError, says only what is wrong; whoever knows
-the field, `checked` or a CheckedField, makes a SceneError of it that names the field. Those of arrays are in arrays.py.
+A check is a function of the user's value. Its UnfitError contains only the fault; the caller,
+`checked` or a CheckedField, makes a SceneError of it with the field's name. Checks of arrays are in arrays.py.
 """
 
 import math
@@ -27,11 +27,11 @@ TOO_LARGE = "is too large for 32-bit floats"
 
 
 class UnfitError(Exception):
-    """Why a value cannot be kept, such as "nan is not finite"."""
+    """Why a value is invalid, such as "nan is not finite"."""
 
 
 def checked(what: str, check: Check[_Value], value: Any, error: type[PicaError] = SceneError) -> _Value:
-    """The value to keep of `what`, such as "spline: points". Raises the error where it does not fit."""
+    """The value to store in `what`, such as "spline: points". Raises the error if it is invalid."""
     try:
         return check(value)
     except UnfitError as unfit:
@@ -56,11 +56,11 @@ def angle(low: float, high: float) -> Check[float]:
     any_number = number()
 
     def check(value: Any) -> float:
-        found = any_number(value)
-        if not low <= found <= high:
-            hint = f"; for degrees, write math.radians({found:g})" if found > 2 * math.pi else ""
-            raise UnfitError(f"{shown(found)} is not from {low:g} to {high:g} radians{hint}")
-        return found
+        number = any_number(value)
+        if not low <= number <= high:
+            hint = f"; for degrees, write math.radians({number:g})" if number > 2 * math.pi else ""
+            raise UnfitError(f"{shown(number)} is not from {low:g} to {high:g} radians{hint}")
+        return number
 
     return check
 
@@ -70,37 +70,37 @@ def positive(high: float = LARGEST) -> Check[float]:
     within = number(high=high)
 
     def check(value: Any) -> float:
-        found = within(value)
-        if found < _SMALLEST:
-            raise UnfitError(f"{shown(found)} is not above 0")
-        return found
+        number = within(value)
+        if number < _SMALLEST:
+            raise UnfitError(f"{shown(number)} is not above 0")
+        return number
 
     return check
 
 
 def whole(low: int = -(1 << 63), high: int = (1 << 63) - 1) -> Check[int]:
-    """A whole number from low to high: of 64 bits where nothing else is said."""
+    """A whole number from low to high: of 64 bits by default."""
 
     def check(value: Any) -> int:
-        found = plain(value)
-        if isinstance(found, bool) or not isinstance(found, Integral):
+        number = plain(value)
+        if isinstance(number, bool) or not isinstance(number, Integral):
             raise UnfitError(f"{shown(value)} is not a whole number")
-        if not low <= int(found) <= high:
+        if not low <= int(number) <= high:
             raise UnfitError(f"{shown(value)} is not from {low} to {high}")
-        return int(found)
+        return int(number)
 
     return check
 
 
 def vector(count: int, low: float = -LARGEST, high: float = LARGEST) -> Check[tuple[Any, ...]]:
-    """So many finite numbers from low to high, in anything that can be gone through."""
+    """So many finite numbers from low to high, in any iterable."""
     one = number(low, high)
 
     def check(values: Any) -> tuple[float, ...]:
-        found = values if type(values) is tuple else tuple(islice(_each(values), count + 1))
-        if len(found) != count:
+        items = values if type(values) is tuple else tuple(islice(_each(values), count + 1))
+        if len(items) != count:
             raise UnfitError(f"{shown(values)} is not {count} numbers")
-        return tuple(one(value) for value in found)
+        return tuple(one(value) for value in items)
 
     return check
 
@@ -121,13 +121,13 @@ def text(value: Any) -> str:
     raise UnfitError(f"{shown(value)} is not text")
 
 
-def choice(*known: str) -> Check[Any]:
+def choice(*options: str) -> Check[Any]:
     """One of some words."""
 
     def check(value: Any) -> str:
-        if isinstance(value, str) and value in known:
+        if isinstance(value, str) and value in options:
             return value
-        raise UnfitError(f"{shown(value)} is not one of {', '.join(known)}")
+        raise UnfitError(f"{shown(value)} is not one of {', '.join(options)}")
 
     return check
 
@@ -145,13 +145,13 @@ def instance(*kinds: type[Any]) -> Check[Any]:
 
 
 def items(kind: type[Any]) -> Check[tuple[Any, ...]]:
-    """Objects of a class, in anything that can be gone through."""
+    """Objects of a class, in any iterable."""
     one = instance(kind)
     return lambda values: tuple(one(value) for value in _each(values))
 
 
 def optional(check: Check[_Value]) -> Check[_Value | None]:
-    """None, or what fits."""
+    """None, or a value that passes the check."""
     return lambda value: None if value is None else check(value)
 
 
@@ -162,15 +162,15 @@ def _each(values: Any) -> Iterator[Any]:
         yield from values
     except UnfitError:
         raise
-    except Exception:  # what going through them raises
+    except Exception:  # raised by iteration
         raise UnfitError(f"{shown(values)} is not several values") from None
 
 
 def _real(value: Any) -> Any:
-    found = plain(value)
-    if isinstance(found, bool) or not isinstance(found, Real):
+    number = plain(value)
+    if isinstance(number, bool) or not isinstance(number, Real):
         raise UnfitError(f"{shown(value)} is not a number")
-    return found
+    return number
 
 
 def _outside(value: Any, low: float, high: float) -> str:

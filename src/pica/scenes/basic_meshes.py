@@ -60,12 +60,12 @@ def lathe(
     pull = np.zeros((len(angles), 2))
     if any(stretch):
         quarter = np.linspace(0, np.pi / 2, max(segments // 4, 1) + 1)
-        angles = np.concatenate([quarter + np.pi / 2 * turn for turn in range(4)] + [[2 * np.pi]])
+        angles = np.concatenate([quarter + np.pi / 2 * quadrant for quadrant in range(4)] + [[2 * np.pi]])
         signs = np.array([(1, -1), (-1, -1), (-1, 1), (1, 1)], np.float64)
         pull = np.concatenate([np.repeat(signs, len(quarter), 0), signs[:1]]) * stretch
     cos, sin = np.cos(angles), -np.sin(angles)  # counter-clockwise from above: +X towards -Z
     radius, height = points[:, :1], points[:, 1:]
-    apart = np.where(radius > 1e-9, 1.0, 0.0)  # what lies on the axis stays there and closes the shape
+    apart = np.where(radius > 1e-9, 1.0, 0.0)  # vertices on the axis stay there and close the shape
     x, z = radius * cos + apart * pull[:, 0], radius * sin + apart * pull[:, 1]
     positions = np.stack(np.broadcast_arrays(x, height, z), -1)
     out, up = -directions[:, 1:], directions[:, :1]
@@ -133,7 +133,7 @@ def pipe(path: ArrayLike, radius: float, material: Material, segments: int = 12)
     forward = _unit(np.concatenate([ahead[:1], ahead[:-1] + ahead[1:], ahead[-1:]]))
     side = _transported(forward)
     angles = np.linspace(0, 2 * np.pi, segments + 1)
-    # v runs along the path, so u turns clockwise as seen from its end.
+    # v runs along the path, so u runs clockwise as seen from its end.
     cos, sin = np.cos(angles)[:, None], -np.sin(angles)[:, None]
     other = np.cross(forward, side)
     out = cos * side[:, None] + sin * other[:, None]
@@ -164,19 +164,19 @@ def filleted(points: ArrayLike, radius: float, segments: int = 4, closed: bool =
     positions, directions = [corners[:1]], [along[:1]]
     for i in range(last):
         before, after = along[i], along[i + 1]
-        turn = np.arccos(np.clip(before @ after, -1, 1))
+        bend = np.arccos(np.clip(before @ after, -1, 1))
         # An edge between two corners lends each of them half of its length.
         room = min(lengths[i] / (1 if i == 0 else 2), lengths[i + 1] / (1 if i + 1 == last else 2))
-        cut = min(radius * np.tan(turn / 2), room)
+        cut = min(radius * np.tan(bend / 2), room)
         toward = after - (before @ after) * before
         if cut < 1e-9 or np.linalg.norm(toward) < 1e-9:
             positions.append(corners[[i + 1, i + 1]])
             directions.append(np.stack([before, after]))
             continue
-        angle = np.linspace(0, turn, segments + 1)[:, None]
+        angle = np.linspace(0, bend, segments + 1)[:, None]
         toward = toward / np.linalg.norm(toward)
         arc = np.sin(angle) * before + (1 - np.cos(angle)) * toward
-        positions.append(corners[i + 1] - cut * before + cut / np.tan(turn / 2) * arc)
+        positions.append(corners[i + 1] - cut * before + cut / np.tan(bend / 2) * arc)
         directions.append(np.cos(angle) * before + np.sin(angle) * toward)
     return np.concatenate([*positions, corners[-1:]]), np.concatenate([*directions, along[-1:]])
 
@@ -251,7 +251,7 @@ def _grid_uv(positions: Floats) -> Floats:
 
 
 def _transported(forward: Floats) -> Floats:
-    """A unit vector across each direction that turns as little as possible from one to the next."""
+    """Unit normals across each direction with minimal rotation from one to the next."""
     start = np.eye(3)[np.argmin(np.abs(forward[0]))]
     sides = [_unit(start - (start @ forward[0]) * forward[0])]
     for direction in forward[1:]:

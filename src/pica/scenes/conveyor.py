@@ -1,4 +1,4 @@
-"""The toy world's conveyor belts and what rides on them."""
+"""The toy world's conveyor belts and goods."""
 
 import math
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from pica.scene.model import Mesh, Node
 from pica.scenes.basic_meshes import box, cylinder, filleted, lathe, pipe, ring, sphere, torus
 from pica.scenes.motion import LOOP, about, delayed, follow, spin
 from pica.scenes.palette import Palette
-from pica.scenes.placing import at, mesh, move, place, stretch, turn
+from pica.scenes.placing import at, mesh, move, place, rotate, stretch
 
 BELT_WIDTH = 0.56
 BELT_RADIUS = 0.13
 """Metres from the axle of an end roller to the outside of the belt."""
 CLEARANCE = 0.012
-"""Metres from the belt to what rides on it: a little more than a slat is high."""
+"""Metres from the belt to the goods: a little more than a slat's height."""
 
 
 @dataclass(frozen=True)
@@ -52,20 +52,20 @@ def conveyor(palette: Palette, accent: Material, belt: Belt) -> Node:
     inner, half = BELT_RADIUS - 0.025, BELT_WIDTH / 2
     outline = [(BELT_RADIUS, half), (BELT_RADIUS, -half), (inner, -half), (inner, half)]
     loop = lathe(outline, palette.rubber, 0.008, 32, closed=True, stretch=(straight, 0.0))
-    place(node, "belt", mesh("belt", [at(loop, turn("x", 90))]), move(0, axle, 0))
+    place(node, "belt", mesh("belt", [at(loop, rotate("x", 90))]), move(0, axle, 0))
 
     slat = mesh("belt slat", [box((0.03, 0.012, BELT_WIDTH * 0.94), palette.dark)])
     for i in range(round(belt.speed * LOOP / 0.42)):
         place(node, f"slat {i}", slat, move(0, belt.height, 0))
 
     rod = cylinder(inner - 0.004, BELT_WIDTH + 0.03, palette.steel, 0.01, 20)
-    roller = mesh("belt roller", [at(rod, turn("x", 90))])
+    roller = mesh("belt roller", [at(rod, rotate("x", 90))])
     for i, x in enumerate(np.linspace(-straight, straight, max(2, round(straight * 2 / 0.8)))):
         place(node, f"roller {i}", roller, move(float(x), axle, 0))
 
-    facing = turn("x", 90)
+    facing = rotate("x", 90)
     wheel = [at(torus(0.085, 0.018, palette.white, 24), facing), at(cylinder(0.035, 0.03, accent, 0.01, 16), facing)]
-    wheel += [at(cylinder(0.012, 0.17, palette.white, 0, 8), turn("z", 120 * i + 30)) for i in range(3)]
+    wheel += [at(cylinder(0.012, 0.17, palette.white, 0, 8), rotate("z", 120 * i + 30)) for i in range(3)]
     drive = mesh("drive wheel", wheel)
     for i, (x, side) in enumerate(((-straight, 1), (straight, 1), (-straight, -1), (straight, -1))):
         place(node, f"drive wheel {i}", drive, move(x, axle, side * (half + 0.12)))
@@ -83,7 +83,7 @@ def conveyor(palette: Palette, accent: Material, belt: Belt) -> Node:
 
 
 def run(node: Node, belt: Belt) -> list[Channel]:
-    """A conveyor's slats go once round a loop, its drive wheels turn with them."""
+    """A conveyor's slats go once round a loop, its drive wheels rotate with them."""
     bend = np.linspace(0, math.pi, 7)
     top, end = 2 * belt.straight / belt.speed, math.pi * BELT_RADIUS / belt.speed
     times = np.concatenate([top + bend / math.pi * end, 2 * top + end + bend / math.pi * end])
@@ -107,7 +107,7 @@ def run(node: Node, belt: Belt) -> list[Channel]:
 
 @dataclass(frozen=True)
 class Good:
-    """Something that rides on belts, standing on y = 0."""
+    """Goods for belts, standing on y = 0."""
 
     mesh: Mesh
     middle: float
@@ -118,9 +118,9 @@ class Good:
 
 
 def goods(palette: Palette) -> list[Good]:
-    """What rides on belts and lies in crates."""
+    """The goods on belts and in crates."""
     stalk = pipe([(0, 0.17, 0), (0.01, 0.24, 0)], 0.01, palette.wood, 6)
-    leaf = at(sphere(0.05, palette.leaf, 12), move(0.05, 0.215, 0), turn("z", 25), stretch(1, 0.18, 0.5))
+    leaf = at(sphere(0.05, palette.leaf, 12), move(0.05, 0.215, 0), rotate("z", 25), stretch(1, 0.18, 0.5))
     round_fruit = [(0, 0.19), (0.09, 0.2), (0.125, 0.1), (0.06, 0), (0, 0.005)]
     tin = [cylinder(0.1, 0.24, palette.copper, 0.02, 24), *(
         at(torus(0.1, 0.008, palette.steel, 24), move(0, y, 0)) for y in (-0.07, 0.07)

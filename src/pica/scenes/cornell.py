@@ -10,7 +10,7 @@ from pica.scene.camera import Camera
 from pica.scene.material import Material
 from pica.scene.model import Node, Scene
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import mesh, move, place, turn
+from pica.scenes.placing import mesh, move, place, rotate
 
 
 def cornell() -> Scene:
@@ -28,15 +28,15 @@ def cornell() -> Scene:
     room = scene.add(Node("room"))
     for name, material, placement in (
         ("floor", white, np.eye(4)),
-        ("ceiling", white, move(0, 2, 0) @ turn("x", 180)),
-        ("back wall", white, move(0, 1, -1) @ turn("x", 90)),
-        ("left wall", red, move(-1, 1, 0) @ turn("z", -90)),
-        ("right wall", green, move(1, 1, 0) @ turn("z", 90)),
+        ("ceiling", white, move(0, 2, 0) @ rotate("x", 180)),
+        ("back wall", white, move(0, 1, -1) @ rotate("x", 90)),
+        ("left wall", red, move(-1, 1, 0) @ rotate("z", -90)),
+        ("right wall", green, move(1, 1, 0) @ rotate("z", 90)),
     ):
         place(room, name, mesh(name, [plane(2, 2, material)]), placement)
-    place(room, "lamp", mesh("lamp", [plane(0.5, 0.4, lamp)]), move(0, 1.99, 0) @ turn("x", 180))
-    place(room, "short box", mesh("short box", [box(0.6, white)]), move(0.34, 0.3, 0.36) @ turn("y", -17))
-    place(room, "tall box", mesh("tall box", [box((0.6, 1.2, 0.6), white)]), move(-0.34, 0.6, -0.28) @ turn("y", 18))
+    place(room, "lamp", mesh("lamp", [plane(0.5, 0.4, lamp)]), move(0, 1.99, 0) @ rotate("x", 180))
+    place(room, "short box", mesh("short box", [box(0.6, white)]), move(0.34, 0.3, 0.36) @ rotate("y", -17))
+    place(room, "tall box", mesh("tall box", [box((0.6, 1.2, 0.6), white)]), move(-0.34, 0.6, -0.28) @ rotate("y", 18))
 
     camera = Camera.look_at((0, 1, 4.9), (0, 1, 0), vertical_fov=np.radians(30.0), name="front")
     node = scene.add(Node("camera", camera=camera))

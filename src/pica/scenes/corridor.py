@@ -17,7 +17,7 @@ from pica.scenes.figures import Armour, figure
 from pica.scenes.lane import Lane
 from pica.scenes.motion import LOOP, follow
 from pica.scenes.palette import lamp, metal, plastic
-from pica.scenes.placing import Matrix, at, mesh, move, place, turn
+from pica.scenes.placing import Matrix, at, mesh, move, place, rotate
 
 WIDTH, HEIGHT, DEPTH = 5.0, 3.0, 9.0
 """Metres inside, along X, Y and Z; the lift is at the end towards -Z."""
@@ -60,16 +60,16 @@ def _shell(room: Node) -> None:
     wall, ceiling = plastic("wall", "#6b7076", 0.5), plastic("ceiling", "#8d9196", 0.6)
     end = -DEPTH / 2
     place(room, "floor", mesh("floor", [plane(WIDTH, DEPTH, floor)]))
-    place(room, "ceiling", mesh("ceiling", [plane(WIDTH, DEPTH, ceiling)]), move(0, HEIGHT, 0) @ turn("x", 180))
+    place(room, "ceiling", mesh("ceiling", [plane(WIDTH, DEPTH, ceiling)]), move(0, HEIGHT, 0) @ rotate("x", 180))
     for name, side in (("left wall", -1), ("right wall", 1)):
         place(
             room,
             name,
             mesh(name, [plane(HEIGHT, DEPTH, wall)]),
-            move(side * WIDTH / 2, HEIGHT / 2, 0) @ turn("z", side * 90),
+            move(side * WIDTH / 2, HEIGHT / 2, 0) @ rotate("z", side * 90),
         )
     place(
-        room, "near wall", mesh("near wall", [plane(WIDTH, HEIGHT, wall)]), move(0, HEIGHT / 2, -end) @ turn("x", -90)
+        room, "near wall", mesh("near wall", [plane(WIDTH, HEIGHT, wall)]), move(0, HEIGHT / 2, -end) @ rotate("x", -90)
     )
     pier = (WIDTH - DOOR_WIDTH) / 2
     parts = [
@@ -96,7 +96,7 @@ def _panels(room: Node) -> None:
         x = side * (WIDTH / 2 - 0.12)
         rail = [pipe([(x, 1.0, -DEPTH / 2 + 0.4), (x, 1.0, DEPTH / 2 - 0.4)], 0.028, steel, 24)]
         stubs = [
-            at(cylinder(0.014, 0.1, steel), move(x + side * 0.05, 1.0, z), turn("z", 90))
+            at(cylinder(0.014, 0.1, steel), move(x + side * 0.05, 1.0, z), rotate("z", 90))
             for z in (-3.6, -1.2, 1.2, 3.6)
         ]
         place(room, f"rail {side}", mesh("rail", [*rail, *stubs]))
@@ -109,22 +109,22 @@ def _panels(room: Node) -> None:
         for x in (-half, half)
     ]
     frame.append(at(box((2 * half + 0.16, 0.16, 0.1), steel, 0.03, 4), move(0, DOOR_HEIGHT + 0.08, z)))
-    frame += [at(ring(0.035, 0.05, 0.02, steel, 0.006), move(1.3, 1.2, z), turn("x", 90))]
+    frame += [at(ring(0.035, 0.05, 0.02, steel, 0.006), move(1.3, 1.2, z), rotate("x", 90))]
     place(room, "door frame", mesh("door frame", frame))
     signals = [
         at(box((0.5, 0.05, 0.03), lamp("floor sign", "#ff5a36", 9.0), 0.012), move(0, DOOR_HEIGHT + 0.3, z)),
-        at(cylinder(0.032, 0.02, lamp("call button", "#6fe3ff", 6.0), 0.008), move(1.3, 1.2, z), turn("x", 90)),
+        at(cylinder(0.032, 0.02, lamp("call button", "#6fe3ff", 6.0), 0.008), move(1.3, 1.2, z), rotate("x", 90)),
     ]
     place(room, "signals", mesh("signals", signals))
 
 
 def _lights(room: Node) -> None:
     for i, z in enumerate((-3.0, 0.0, 3.0)):
-        down = move(0, HEIGHT - 0.05, z) @ turn("x", -90)
+        down = move(0, HEIGHT - 0.05, z) @ rotate("x", -90)
         _lit_panel(room, f"ceiling light {i}", (1.7, 0.6), COOL, 7.0, down)
     for name, side in (("left", -1), ("right", 1)):
         for i, z in enumerate((-1.5, 1.5)):
-            inwards = move(side * (WIDTH / 2 - 0.05), 1.6, z) @ turn("y", side * 90)
+            inwards = move(side * (WIDTH / 2 - 0.05), 1.6, z) @ rotate("y", side * 90)
             _lit_panel(room, f"{name} light {i}", (0.22, 2.0), COOL, 6.0, inwards)
     for side in (-1, 1):
         back = move(side * 1.5, 1.6, DEPTH / 2 - 0.05)
@@ -135,7 +135,7 @@ def _lights(room: Node) -> None:
         (1.2, 0.9),
         WARM,
         9.0,
-        move(0, DOOR_HEIGHT + 0.05, -DEPTH / 2 - WALL - 0.85) @ turn("x", -90),
+        move(0, DOOR_HEIGHT + 0.05, -DEPTH / 2 - WALL - 0.85) @ rotate("x", -90),
     )
 
 
@@ -149,7 +149,7 @@ def _lit_panel(
     shine = Material(f"{name} plate", base_color=(0.0, 0.0, 0.0, 1.0), metallic=0.0, roughness=1.0, specular=0.0)
     shine.emission = (color[0] * radiance, color[1] * radiance, color[2] * radiance)
     plate = place(
-        node, f"{name} plate", mesh("plate", [plane(width, height, shine)]), move(0, 0, 0.001) @ turn("x", -90)
+        node, f"{name} plate", mesh("plate", [plane(width, height, shine)]), move(0, 0, 0.001) @ rotate("x", -90)
     )
     plate.visible_to_reflections = plate.casts_shadows = False
     frame = box((width + 0.08, height + 0.08, 0.04), plastic("lamp frame", "#26292e", 0.35), 0.015)
@@ -165,17 +165,17 @@ def _lift(room: Node) -> list[Node]:
     width = 2 * DOOR_WIDTH + 0.2  # the leaves go aside within it
     parts = [
         at(plane(width, CABIN + WALL, floor), move(0, 0.0005, middle + WALL / 2)),
-        at(plane(width, CABIN, lining), move(0, top, middle), turn("x", 180)),
-        at(plane(width, top, lining), move(0, top / 2, far), turn("x", 90)),
+        at(plane(width, CABIN, lining), move(0, top, middle), rotate("x", 180)),
+        at(plane(width, top, lining), move(0, top / 2, far), rotate("x", 90)),
         *[
-            at(plane(top, CABIN, lining), move(side * width / 2, top / 2, middle), turn("z", side * 90))
+            at(plane(top, CABIN, lining), move(side * width / 2, top / 2, middle), rotate("z", side * 90))
             for side in (-1, 1)
         ],
         *[
             at(box((0.06, top, CABIN - 0.2), lining, 0.02), move(side * 1.15, top / 2, middle - 0.1))
             for side in (-1, 1)
         ],
-        at(cylinder(0.022, 2.2, metal("lift rail", "#d8b98a", 0.12)), move(0, 1.0, far + 0.08), turn("z", 90)),
+        at(cylinder(0.022, 2.2, metal("lift rail", "#d8b98a", 0.12)), move(0, 1.0, far + 0.08), rotate("z", 90)),
     ]
     place(room, "lift", mesh("lift", parts))
     height = DOOR_HEIGHT + 0.04
@@ -212,8 +212,8 @@ def _figures(room: Node) -> list[Channel]:
     room.add(officer)
     channels = walk(officer, LANE)
     for name, armour, where, phase in (
-        ("white guard", Armour(white, steel, suit, visor, glow), move(-1.7, 0, -0.9) @ turn("y", 42), 0.0),
-        ("bronze guard", Armour(bronze, white, suit, visor, glow), move(1.65, 0, -2.1) @ turn("y", -24), 0.4),
+        ("white guard", Armour(white, steel, suit, visor, glow), move(-1.7, 0, -0.9) @ rotate("y", 42), 0.0),
+        ("bronze guard", Armour(bronze, white, suit, visor, glow), move(1.65, 0, -2.1) @ rotate("y", -24), 0.4),
     ):
         guard = figure(name, armour)
         guard.transform = where

@@ -1,4 +1,4 @@
-"""One factory of the toy world on its part of the slab, and what moves in it."""
+"""One factory of the toy world on its part of the slab, and its motion."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ from pica.scenes.conveyor import cable_drum, conveyor, crate, goods, run
 from pica.scenes.lane import Lane
 from pica.scenes.motion import HIDDEN, LOOP, beat, particle, spin, swing
 from pica.scenes.palette import Palette, linear
-from pica.scenes.placing import aim, at, copied, mesh, move, place, turn
+from pica.scenes.placing import aim, at, copied, mesh, move, place, rotate
 from pica.scenes.robot_motion import go_round
 from pica.scenes.tour import (
     CROSS,
@@ -38,11 +38,11 @@ PLOT = (9.0, 6.4)
 LANE = Lane(center=(-1.19, 1.6), straight=(2.1, 0.42), radius=0.65)
 PRESS_X, OVEN_X = -1.2, 1.25
 BACK_ROW = (-1.75, 0.8, 3.3)
-"""Where along X machines stand behind the long belt: in the gaps that the camera sees."""
+"""Positions along X of machines behind the long belt: in the gaps that the camera sees."""
 IN_LANE = (-0.3, -1.95)
-"""Where along X machines stand inside the lane."""
+"""Positions along X of machines inside the lane."""
 MACHINES, ROBOTS = len(BACK_ROW) + len(IN_LANE), 8
-"""The most that one factory has room for."""
+"""Maximum numbers in one factory."""
 GOODS = 16
 CHIPS = 8
 PUFFS = 6
@@ -53,7 +53,7 @@ Make = Callable[[Palette, Material], Node]
 
 
 class Kit:
-    """What all factories of a world share: materials, and things built once and copied."""
+    """Shared by all factories of a world: materials, and objects built once and copied."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self.palette = Palette()
@@ -64,7 +64,7 @@ class Kit:
         self._built: dict[object, Node] = {}
 
     def copy(self, key: object, name: str, make: Callable[[], Node]) -> Node:
-        """A copy of what `make` builds the first time that `key` is asked for."""
+        """A copy of the result of `make`, which is called for the first use of `key`."""
         if key not in self._built:
             self._built[key] = make()
         return copied(self._built[key], name)
@@ -75,7 +75,7 @@ class Kit:
 
 
 class Factory:
-    """A factory for fruit. `node` holds it, `channels` what moves, by the name of the animation."""
+    """A factory for fruit. `node` is its root, `channels` its motion, by the name of the animation."""
 
     def __init__(self, kit: Kit, rng: np.random.Generator, name: str, machines: int, robots: int) -> None:
         self.node = Node(name)
@@ -98,7 +98,7 @@ class Factory:
         place(self.node, "work light", spot, aim((2.6, 4.0, 3.4), (2.75, 0.5, 0.8)))
 
     def _add(self, node: Node, x: float, z: float, degrees: float = 0.0) -> Node:
-        node.transform = move(x, 0.001, z) @ turn("y", degrees)
+        node.transform = move(x, 0.001, z) @ rotate("y", degrees)
         return self.node.add(node)
 
     def _belts(self) -> None:
@@ -113,7 +113,7 @@ class Factory:
         self._block((CROSS_MIDDLE[0], 0.75), 0.6, 2.3)
 
     def _line(self) -> None:
-        """The machines along the belts: hopper, press, oven and kicker, in step with what passes."""
+        """The machines along the belts: hopper, press, oven and kicker, in step with the goods."""
         palette, accents = self._kit.palette, self._kit.accents
         for make, x, accent in (
             (kinds.hopper, HOPPER_X, accents[1]),
@@ -140,7 +140,7 @@ class Factory:
             self.channels["belts"] += tour(node, good, side, yaw, i * LOOP / GOODS)
 
     def _chips(self) -> None:
-        """What flies from under the press at each stroke."""
+        """Particles from under the press at each stroke."""
         material = self._kit.palette.brass
         chip = self._kit.copy("chip", "chip", lambda: Node(mesh=mesh("chip", [box((0.05, 0.012, 0.03), material)])))
         life, start = 0.42, np.array((PRESS_X, LONG.height + 0.32, LONG_MIDDLE[1]))
@@ -245,25 +245,25 @@ class Factory:
 
 
 def _work(machine: Node) -> list[Channel]:
-    """What moves in a machine that stands free."""
+    """The motion of a free-standing machine."""
     channels: list[Channel] = []
     for part in machine.children:
         if part.name == "valve wheel":
             channels += swing(part, (0, 0, 1), 100.0, 3)
-        elif part.name in _TURNS:
-            axis, turns = _TURNS[part.name]
+        elif part.name in _SPINS:
+            axis, turns = _SPINS[part.name]
             channels += spin(part, axis, turns)
     return channels
 
 
-_TURNS = {
+_SPINS = {
     "large gear": ((0, 0, 1), 5),
     "upper gear": ((0, 0, 1), -8),
     "lower gear": ((0, 0, 1), -8),
     "blades": ((0, 0, 1), -28),
     "drum": ((1, 0, 0), 5),
 }
-"""Axis and turns a loop; those of gears go as their teeth, 16 and 10."""
+"""Axis and revolutions a loop; those of gears are inverse to their teeth, 16 and 10."""
 
 
 def _lamp_post(palette: Palette) -> Node:
@@ -284,6 +284,6 @@ def _filled_crate(kit: Kit, rng: np.random.Generator) -> Node:
     filled, orange = crate(kit.palette, kit.palette.accents[4]), kit.goods[0].mesh
     for row in range(2):
         for column in range(2):
-            placement = move(0.26 * column - 0.13, 0.06, 0.22 * row - 0.11) @ turn("y", float(rng.uniform(0, 360)))
+            placement = move(0.26 * column - 0.13, 0.06, 0.22 * row - 0.11) @ rotate("y", float(rng.uniform(0, 360)))
             place(filled, orange.name, orange, placement)
     return filled

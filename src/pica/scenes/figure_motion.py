@@ -1,4 +1,4 @@
-"""How figures stand and walk: feet stay where they are down, knees bend as far as that asks for."""
+"""Standing and walking of figures: feet on the ground stay in place, knees follow by inverse kinematics."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +13,14 @@ from pica.scenes.walking import footfalls, from_down, turned_by
 Floats = NDArray[np.float64]
 
 STRIDE = 0.9
-"""About how many metres a figure goes before the same foot is down again."""
+"""Approximate stride of a figure in metres."""
 LIFT = 0.07
 """Metres between a boot and the floor in mid-step."""
 KEYS_PER_STRIDE = 24
 
 
 def stand(body: Node, phase: float) -> list[Channel]:
-    """To stand, breathe and look about; `phase` is a share of each movement's cycle."""
+    """To stand, breathe and look about; `phase` is a fraction of each movement's cycle."""
     parts = {part.name: part for part in body.walk()}
     channels = swing(parts["torso"], (0, 1, 0), 9.0, 3, phase)
     channels += swing(parts["head"], (0, 1, 0), 34.0, 4, phase + 0.3)
@@ -57,9 +57,9 @@ def walk(body: Node, lane: Lane) -> list[Channel]:
 
 
 def bent_leg(ankles: Floats) -> tuple[Floats, Floats]:
-    """Turns of thigh and shin, (count, 4) each, that bring the ankle to `ankles`, (count, 3) metres from the hip.
+    """Rotations of thigh and shin, (count, 4) each, that bring the ankle to `ankles`, (count, 3) metres from the hip.
 
-    The knee bends towards +Z. What is farther than the leg is long is only pointed at.
+    The knee bends towards +Z. The leg points at targets out of its reach.
     """
     reach = np.clip(np.linalg.norm(ankles, axis=1), abs(THIGH - SHIN) + 1e-6, THIGH + SHIN)
     # The law of cosines, at the hip and at the knee.

@@ -1,7 +1,7 @@
-"""Grown figures in curved armour, to see mirrors in. Each stands on y = 0, looks along +Z and is 1.87 metres tall.
+"""Human figures in curved armour, as mirrors. Each stands on y = 0, looks along +Z and is 1.87 metres tall.
 
-What moves is a node of its own with the pivot where it turns: torso, head, arms and forearms, thighs and shins; the
-boots hang on the figure itself, as they stay level.
+Moving parts are nodes with their pivots: torso, head, arms and forearms, thighs and shins; the
+boots are children of the figure itself, because they stay level.
 """
 
 from dataclasses import dataclass
@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pica.scene.material import Material
 from pica.scene.model import Node, Section
 from pica.scenes.basic_meshes import box, cylinder, frustum, lathe, sphere, torus
-from pica.scenes.placing import at, mesh, move, place, stretch, turn
+from pica.scenes.placing import at, mesh, move, place, rotate, stretch
 
 HIP, HIP_APART = 0.93, 0.1
-"""Metres: how high the thighs turn, and how far from the middle."""
+"""Metres: height of the thighs' pivots, and their distance from the middle."""
 THIGH, SHIN = 0.42, 0.41
 """Metres from hip to knee and from knee to ankle."""
 ANKLE = 0.1
@@ -23,12 +23,12 @@ SIDES = (("left", 1), ("right", -1))
 
 @dataclass(frozen=True)
 class Armour:
-    """What a figure is made of."""
+    """Materials of a figure."""
 
     shell: Material
     trim: Material
     suit: Material
-    """Seen between the shells."""
+    """Visible between the shells."""
     visor: Material
     glow: Material
 
@@ -58,7 +58,7 @@ def figure(name: str, armour: Armour, crest: bool = False) -> Node:
             at(torus(0.045, 0.012, armour.trim, 24), move(0, -0.255, 0)),
             at(sphere(0.052, armour.suit, 24), move(0, -0.315, 0.008), stretch(0.8, 1.35, 1.05)),
         ]
-        forearm = move(x * 0.02, -0.3, 0) @ turn("x", -18)
+        forearm = move(x * 0.02, -0.3, 0) @ rotate("x", -18)
         place(arm, f"{side} forearm", mesh(f"{name} {side} forearm", lower), forearm)
         _leg(body, name, armour, side, x)
     return body
@@ -74,7 +74,7 @@ def _torso(armour: Armour) -> list[Section]:
         at(torus(0.09, 0.028, armour.trim, 48), move(0, 0.455, 0)),
         at(cylinder(0.06, 0.12, armour.suit, 0.01, 24), move(0, 0.48, 0)),
         at(box((0.27, 0.28, 0.12), armour.shell, 0.05, 6), move(0, 0.28, -0.15)),
-        at(cylinder(0.026, 0.02, armour.glow, 0.008, 24), move(0.075, 0.335, 0.138), turn("x", 76)),
+        at(cylinder(0.026, 0.02, armour.glow, 0.008, 24), move(0.075, 0.335, 0.138), rotate("x", 76)),
     ]
 
 
@@ -87,10 +87,10 @@ def _head(armour: Armour, crest: bool) -> list[Section]:
         at(torus(0.098, 0.013, armour.trim, 48), stretch(0.9, 1, 1.05)),
     ]
     parts += [
-        at(cylinder(0.042, 0.03, armour.trim, 0.012), move(x * 0.122, 0.12, -0.01), turn("z", 90)) for _, x in SIDES
+        at(cylinder(0.042, 0.03, armour.trim, 0.012), move(x * 0.122, 0.12, -0.01), rotate("z", 90)) for _, x in SIDES
     ]
     if crest:
-        parts.append(at(cylinder(0.15, 0.022, armour.trim, 0.01, 48), move(0, 0.15, -0.02), turn("z", 90)))
+        parts.append(at(cylinder(0.15, 0.022, armour.trim, 0.01, 48), move(0, 0.15, -0.02), rotate("z", 90)))
     return parts
 
 

@@ -9,7 +9,7 @@ from pica.errors import SceneError
 from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
 from pica.scene.model import Mesh, Section
 from pica.scenes.basic_meshes import merged, pipe, plane
-from pica.scenes.placing import at, move, turn
+from pica.scenes.placing import at, move, rotate
 
 Floats = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def shrub(leaf: Material, bark: Material, leaves: int = 60, height: float = 1.0,
             where = np.array([np.interp(along, share[:, 0], column) for column in path.T])
             size = height * rng.uniform(0.16, 0.26)
             quad = at(plane(0.8 * size, size, leaf), move(0, 0, -size / 2))  # its stalk at the origin, its tip at -Z
-            blades.append(at(quad, move(*where), turn("y", rng.uniform(0, 360)), turn("x", rng.uniform(10, 60))))
+            blades.append(at(quad, move(*where), rotate("y", rng.uniform(0, 360)), rotate("x", rng.uniform(10, 60))))
     return Mesh([merged(twigs), merged(blades)], "shrub")
 
 
@@ -79,7 +79,7 @@ def grass(blade: Material, blades: int = 40, height: float = 0.3, seed: int = 0)
         strip.positions = bent.astype(np.float32)
         strip.normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
         spread = rng.uniform(-0.12, 0.12, 2) * height / 0.3
-        strips.append(at(strip, move(spread[0], 0, spread[1]), turn("y", rng.uniform(0, 360))))
+        strips.append(at(strip, move(spread[0], 0, spread[1]), rotate("y", rng.uniform(0, 360))))
     return Mesh([merged(strips)], "grass")
 
 

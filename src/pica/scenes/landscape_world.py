@@ -19,7 +19,7 @@ from pica.scene.values import checked, whole
 from pica.scenes.basic_meshes import box, cylinder, frustum, sphere
 from pica.scenes.foliage import grass, leaf_material, scatter, shrub
 from pica.scenes.palette import clay, lamp, linear, plastic
-from pica.scenes.placing import aim, at, mesh, move, place, turn
+from pica.scenes.placing import aim, at, mesh, move, place, rotate
 from pica.scenes.sky import Window, gradient_sky
 from pica.scenes.terrain import fractal_heights
 
@@ -101,7 +101,7 @@ def _dragon(world: Node, ground: Landscape) -> Animation:
     place(world, "pole", mesh("pole", [at(cylinder(0.04, 3.5, clay("pole", "#7a5b40")), move(x, base + 1.7, z))]))
     red, gold = plastic("dragon red", "#d9483b", 0.4), plastic("dragon gold", "#f5c95c", 0.3)
     rib = [at(sphere(0.2, red, 20), move(0, 0, 0.15)), at(frustum(0.07, 0.0, 0.2, gold, 0.01, 12), move(0, 0.24, 0.15))]
-    rib.append(at(cylinder(0.12, 0.16, gold, 0.02, 20), move(0, 0, 0.34), turn("x", 90)))
+    rib.append(at(cylinder(0.12, 0.16, gold, 0.02, 20), move(0, 0, 0.34), rotate("x", 90)))
     spline = Spline(_dragon_points(0.0, x, top, z), scales=_DRAGON_SCALES)
     world.add(bend(mesh("dragon", rib), spline, copies=12, name="dragon"))
     cloth = clay("streamer", "#f48d75")
@@ -140,7 +140,7 @@ def _fire(world: Node, ground: Landscape, seed: int) -> Animation:
     y = float(ground.height_at(x, z))
     wood, coal = clay("log", "#5a4030"), lamp("embers", "#ff8a3a", 10.0)
     logs = [
-        at(cylinder(0.07, 0.9, wood, 0.02, 12), turn("y", 60 * i), turn("z", 62), move(0, 0.1, 0)) for i in range(6)
+        at(cylinder(0.07, 0.9, wood, 0.02, 12), rotate("y", 60 * i), rotate("z", 62), move(0, 0.1, 0)) for i in range(6)
     ]
     place(world, "logs", mesh("logs", [*logs, at(sphere(0.16, coal, 16), move(0, 0.05, 0))]), move(x, y + 0.1, z))
     place(world, "fire", PointLight(color=(1.0, 0.55, 0.22), intensity=6.0, radius=0.15), move(x, y + 0.6, z))

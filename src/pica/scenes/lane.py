@@ -1,4 +1,4 @@
-"""The way that robots take round a factory."""
+"""The robots' lane round a factory."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,9 +26,9 @@ class Lane:
         return 4 * sum(self.straight) + 2 * np.pi * self.radius
 
     def at(self, distance: Floats) -> tuple[Floats, Floats]:
-        """Where one is after `distance`, (count,) metres: (count, 3) places and (count,) headings.
+        """Positions (count, 3) and headings (count,) after `distance`, (count,) metres.
 
-        A heading is in radians from +Z towards +X and grows by a full turn a lap.
+        A heading is in radians from +Z towards +X and grows by a full revolution a lap.
         """
         starts, corners, headings = self._pieces
         laps, rest = np.divmod(distance, self.length)

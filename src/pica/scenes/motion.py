@@ -19,14 +19,14 @@ HIDDEN = 0.01
 
 
 def about(axis: ArrayLike, angles: ArrayLike) -> Floats:
-    """(count, 4) turns by `angles`, (count,) radians, about an axis of any length."""
+    """(count, 4) rotations by `angles`, (count,) radians, about an axis of any length."""
     direction = np.asarray(axis, np.float64) / np.linalg.norm(axis)
     half = np.atleast_1d(np.asarray(angles, np.float64))[:, None] / 2
     return np.concatenate([np.sin(half) * direction, np.cos(half)], 1)
 
 
 def product(first: Floats, second: Floats) -> Floats:
-    """(count, 4) the turns of `second` followed by those of `first`; either may be a single one."""
+    """(count, 4) products: rotation by `second`, then by `first`; either may be a single one."""
     # Hamilton's product, scalar part last
     a, b = (np.asarray(each, np.float64) for each in np.broadcast_arrays(first, second))
     vector = a[:, 3:] * b[:, :3] + b[:, 3:] * a[:, :3] + np.cross(a[:, :3], b[:, :3])
@@ -41,7 +41,7 @@ def turned(rotations: Floats, vector: ArrayLike) -> Floats:
 
 
 def rotation_of(matrix: Floats) -> Floats:
-    """(4,) the turn in a (4, 4) matrix without scale."""
+    """(4,) the rotation of a (4, 4) matrix without scale."""
     # The eigenvector of the largest eigenvalue (Bar-Itzhack 2000, "New Method for Extracting the Quaternion").
     m = matrix
     form = np.array([
@@ -50,8 +50,8 @@ def rotation_of(matrix: Floats) -> Floats:
         [m[2, 0] + m[0, 2], m[2, 1] + m[1, 2], m[2, 2] - m[0, 0] - m[1, 1], 0],
         [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], m[0, 0] + m[1, 1] + m[2, 2]],
     ])  # fmt: skip
-    turn: Floats = np.linalg.eigh(form)[1][:, -1]
-    return turn
+    quaternion: Floats = np.linalg.eigh(form)[1][:, -1]
+    return quaternion
 
 
 def follow(
@@ -61,7 +61,7 @@ def follow(
     rotation: Floats | None = None,
     scale: Floats | None = None,
 ) -> list[Channel]:
-    """Keys for a node at `times`, (keys,) seconds from 0 to LOOP; what is None stays as the node's matrix has it.
+    """Keys for a node at `times`, (keys,) seconds from 0 to LOOP; None: constant, from the node's matrix.
 
     `translation` (keys, 3) metres, `rotation` (keys, 4), `scale` (keys, 3). The matrix has no scale of its own.
     """
@@ -74,15 +74,15 @@ def follow(
 
 
 def spin(node: Node, axis: ArrayLike, turns: int) -> list[Channel]:
-    """`turns` whole turns a loop about an axis of the node."""
-    steps = 3 * abs(turns)  # a key is at most half a turn from the next
+    """`turns` whole revolutions a loop about an axis of the node."""
+    steps = 3 * abs(turns)  # two keys are at most half a revolution apart
     angles = np.linspace(0, 2 * np.pi * turns, steps + 1)
     rotation = product(rotation_of(node.transform)[None], about(axis, angles))
     return follow(node, np.linspace(0, LOOP, steps + 1), rotation=rotation)
 
 
 def swing(node: Node, axis: ArrayLike, degrees: float, cycles: int, phase: float = 0.0) -> list[Channel]:
-    """To and fro, `degrees` each way, about an axis of the node; `phase` is a share of a cycle."""
+    """To and fro, `degrees` each way, about an axis of the node; `phase` is a fraction of a cycle."""
     share = np.linspace(0, 1, 12 * cycles + 1)
     angles = np.radians(degrees) * np.sin(2 * np.pi * (cycles * share + phase))
     rotation = product(rotation_of(node.transform)[None], about(axis, angles))

@@ -29,7 +29,7 @@ def metal(name: str, code: str, roughness: float) -> Material:
 
 
 def lamp(name: str, code: str, radiance: float) -> Material:
-    """Shines with `radiance` nits in the brightest channel."""
+    """Emits `radiance` nits in the brightest channel."""
     color = linear(code)
     red, green, blue = (radiance * c / max(color) for c in color)
     return Material(name, base_color=(0.6, 0.6, 0.6, 1.0), metallic=0.0, roughness=0.4, emission=(red, green, blue))

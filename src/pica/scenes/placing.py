@@ -19,7 +19,7 @@ def move(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Matrix:
     return matrix
 
 
-def turn(axis: str, degrees: float) -> Matrix:
+def rotate(axis: str, degrees: float) -> Matrix:
     """(4, 4) rotation about "x", "y" or "z", counter-clockwise as seen from the axis' tip."""
     angle = np.radians(degrees)
     first, second = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]

@@ -1,4 +1,4 @@
-"""How the toy world's robots go: wheels and balls roll, feet step, heads look about."""
+"""Motion of the toy world's robots: wheels and balls roll, feet step, heads look about."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from pica.scenes.walking import footfalls, from_down, turned_by
 Floats = NDArray[np.float64]
 
 STRIDE = 0.32
-"""About how many metres a walker goes before the same foot is down again."""
+"""Approximate stride of a walker in metres."""
 LIFT = 0.05
 """Metres between a foot and the floor in mid-step."""
 KEYS_PER_STRIDE = 16
@@ -46,7 +46,7 @@ def go_round(robot: Node, lane: Lane, start: float, rng: np.random.Generator) ->
 
 
 def _roll(part: Node, times: Floats, distance: Floats, radius: float) -> list[Channel]:
-    """Turn with the way gone; whole turns a loop, so it slips by the part of a turn that a lap leaves over."""
+    """Roll with the distance; whole revolutions a loop, so it slips by the fraction of one that a lap leaves over."""
     gone = distance - distance[0]
     turns = max(1, round(gone[-1] / (2 * np.pi * radius)))
     angles = gone / gone[-1] * 2 * np.pi * turns

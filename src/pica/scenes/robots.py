@@ -1,13 +1,13 @@
 """The toy world's robots. Each stands on y = 0, looks along +Z and is under a metre tall.
 
-What moves is a node of its own with the pivot where it turns: heads, arms, wheels, legs and feet.
+Moving parts are nodes with their pivots: heads, arms, wheels, legs and feet.
 """
 
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Section
 from pica.scenes.basic_meshes import box, cylinder, filleted, frustum, lathe, pipe, ring, sphere, torus
 from pica.scenes.palette import Palette
-from pica.scenes.placing import at, mesh, move, place, stretch, turn
+from pica.scenes.placing import at, mesh, move, place, rotate, stretch
 
 ROBOT_RADIUS = 0.46
 """Metres of floor round a robot's origin that it needs."""
@@ -15,7 +15,7 @@ WHEEL_RADIUS, WHEEL_TRACK = 0.18, 0.295
 """Metres; the track is from the robot's middle to each wheel's."""
 BALL_RADIUS = 0.206
 ANKLE = 0.09
-"""Metres from a walker's sole to where its leg goes in."""
+"""Metres from a walker's sole to its leg's joint."""
 LEGS = (("front left", 1, 1), ("front right", -1, 1), ("back left", 1, -1), ("back right", -1, -1))
 """A walker's legs and on which side along (x, z) they are."""
 
@@ -34,7 +34,7 @@ def roller(palette: Palette, accent: Material) -> Node:
     face = at(box((0.36, 0.2, 0.08), palette.black, 0.04), move(0, 0.16, 0.155))
     eye = at(sphere(0.04, palette.eye, 16), stretch(0.8, 1.15, 0.4))
     eyes = [at(eye, move(x, 0.17, 0.194)) for x in (-0.08, 0.08)]
-    ears = [at(cylinder(0.075, 0.05, accent, 0.02, 20), move(x, 0.16, 0), turn("z", 90)) for x in (-0.245, 0.245)]
+    ears = [at(cylinder(0.075, 0.05, accent, 0.02, 20), move(x, 0.16, 0), rotate("z", 90)) for x in (-0.245, 0.245)]
     antenna = [
         pipe([(0.1, 0.28, 0), (0.1, 0.42, 0)], 0.01, palette.steel, 8),
         at(sphere(0.032, palette.red_lamp, 16), move(0.1, 0.44, 0)),
@@ -42,10 +42,10 @@ def roller(palette: Palette, accent: Material) -> Node:
     skull = at(box((0.46, 0.32, 0.36), palette.white, 0.12), move(0, 0.16, 0))
     place(robot, "head", mesh("roller head", [skull, face, *eyes, *ears, *antenna]), move(0, 0.73, 0))
 
-    tyre = [at(torus(0.135, 0.045, palette.rubber, 32), turn("z", 90))]
-    hub = at(cylinder(0.105, 0.07, palette.white, 0.02, 24), turn("z", 90))
+    tyre = [at(torus(0.135, 0.045, palette.rubber, 32), rotate("z", 90))]
+    hub = at(cylinder(0.105, 0.07, palette.white, 0.02, 24), rotate("z", 90))
     bolts = [
-        at(cylinder(0.018, 0.085, palette.copper, 0.006, 8), turn("x", 72 * i), move(0, 0.062, 0), turn("z", 90))
+        at(cylinder(0.018, 0.085, palette.copper, 0.006, 8), rotate("x", 72 * i), move(0, 0.062, 0), rotate("z", 90))
         for i in range(5)
     ]
     wheel = mesh("roller wheel", [*tyre, hub, *bolts])
@@ -66,7 +66,7 @@ def walker(palette: Palette, accent: Material) -> Node:
     tail_ball = at(sphere(0.035, palette.copper, 16), move(0, 0.67, -0.36))
     place(robot, "body", mesh("walker body", [trunk, band, hatch, light, tail, tail_ball]))
 
-    looking = turn("x", 90)
+    looking = rotate("x", 90)
     parts = [
         at(ring(0.115, 0.15, 0.07, palette.copper, 0.02), looking),
         at(sphere(0.125, palette.white, 32), stretch(1, 1, 0.6)),
@@ -88,7 +88,7 @@ def walker(palette: Palette, accent: Material) -> Node:
 def balancer(palette: Palette, accent: Material) -> Node:
     """A bell on a ball with goggle eyes."""
     robot = Node("balancer")
-    ball = [sphere(0.19, palette.rubber, 32), at(torus(0.188, 0.016, accent, 32), turn("z", 90))]
+    ball = [sphere(0.19, palette.rubber, 32), at(torus(0.188, 0.016, accent, 32), rotate("z", 90))]
     place(robot, "ball", mesh("balancer ball", ball), move(0, BALL_RADIUS, 0))
     bell = lathe(
         [(0, 0.84), (0.17, 0.84), (0.19, 0.6), (0.27, 0.24), (0.235, 0.24), (0.16, 0.5), (0, 0.5)], accent, 0.05, 32
@@ -100,7 +100,7 @@ def balancer(palette: Palette, accent: Material) -> Node:
     head.append(at(torus(0.17, 0.025, palette.steel, 32), move(0, 0.022, 0)))
     for x in (-0.085, 0.085):
         head.append(at(sphere(0.078, palette.white, 24), move(x, 0.13, 0.155)))
-        head.append(at(ring(0.06, 0.086, 0.05, palette.dark, 0.012, 24), move(x, 0.13, 0.15), turn("x", 90)))
+        head.append(at(ring(0.06, 0.086, 0.05, palette.dark, 0.012, 24), move(x, 0.13, 0.15), rotate("x", 90)))
         head.append(at(sphere(0.036, palette.black, 16), move(x * 0.92, 0.13, 0.215)))
     head.append(pipe(filleted([(0, 0.2, -0.05), (0, 0.32, -0.05), (0, 0.34, 0.05)], 0.05)[0], 0.012, palette.steel, 8))
     head.append(at(sphere(0.03, palette.eye, 16), move(0, 0.34, 0.06)))
@@ -124,9 +124,9 @@ def _arms(robot: Node, palette: Palette, accent: Material, shoulder: tuple[float
 
 def _hand(palette: Palette, accent: Material, place: tuple[float, float, float]) -> list[Section]:
     there = move(*place)
-    cuff = at(cylinder(0.042, 0.05, palette.white, 0.014, 16), there, turn("x", 90))
+    cuff = at(cylinder(0.042, 0.05, palette.white, 0.014, 16), there, rotate("x", 90))
     fingers = [
-        at(cylinder(0.018, 0.11, accent, 0.018, 12), there, turn("z", 120 * i), move(0, 0.034, 0.06), turn("x", 80))
+        at(cylinder(0.018, 0.11, accent, 0.018, 12), there, rotate("z", 120 * i), move(0, 0.034, 0.06), rotate("x", 80))
         for i in range(3)
     ]
     return [cuff, *fingers]

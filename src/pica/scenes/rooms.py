@@ -9,7 +9,7 @@ from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.material import Material
 from pica.scene.model import Node, Scene
 from pica.scenes.basic_meshes import box, sphere
-from pica.scenes.placing import aim, mesh, move, place, turn
+from pica.scenes.placing import aim, mesh, move, place, rotate
 
 _WALL = 0.1
 """Metres."""
@@ -34,12 +34,12 @@ def rooms(door: float = 1.0) -> Scene:
     }
     for name, (size, center, material) in slabs.items():
         place(inside, name, mesh(name, [box(size, material)]), move(*center))
-    hinge = move(0, 1, -0.5) @ turn("y", 90 * door)
+    hinge = move(0, 1, -0.5) @ rotate("y", 90 * door)
     place(inside, "door", mesh("door", [box((0.04, 2.0, 0.9), warm)]), hinge @ move(0, 0, 0.45))
     place(inside, "ball", mesh("ball", [sphere(0.5, white)]), move(2.4, 0.5, -0.8))
-    place(inside, "box", mesh("box", [box((0.8, 1.0, 0.8), blue)]), move(-2.6, 0.5, -0.9) @ turn("y", 20))
+    place(inside, "box", mesh("box", [box((0.8, 1.0, 0.8), blue)]), move(-2.6, 0.5, -0.9) @ rotate("y", 20))
     lamp = scene.add(Node("lamp", light=RectangleLight(radiance=20.0, width=0.8, height=0.8)))
-    lamp.transform = move(-2, 2.45, 0) @ turn("x", -90)
+    lamp.transform = move(-2, 2.45, 0) @ rotate("x", -90)
     return _seen(scene, Camera.look_at((1.2, 1.5, 1.8), (-0.2, 1.0, -1.2), vertical_fov=math.radians(75)))
 
 

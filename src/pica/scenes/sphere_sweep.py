@@ -7,7 +7,7 @@ from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
 from pica.scenes.basic_meshes import box, sphere
 from pica.scenes.palette import clay, lamp, metal, plastic
-from pica.scenes.placing import at, mesh, move, place, turn
+from pica.scenes.placing import at, mesh, move, place, rotate
 from pica.scenes.sky import gradient_sky
 
 STEPS = 9
@@ -47,9 +47,9 @@ def _material(kind: str, alpha: float) -> Material:
 
 def _boards(root: Node) -> None:
     for name, code, radiance, size, where in (
-        ("white board", "#ffffff", 6.0, (3.0, 1.2, 0.05), move(0, 4.6, 3.2) @ turn("x", 55)),
-        ("red board", "#ff4a30", 7.0, (1.2, 2.2, 0.05), move(-6.2, 1.6, 0.8) @ turn("y", 75)),
-        ("blue board", "#3f78ff", 9.0, (1.2, 2.2, 0.05), move(6.2, 1.6, 0.8) @ turn("y", -75)),
+        ("white board", "#ffffff", 6.0, (3.0, 1.2, 0.05), move(0, 4.6, 3.2) @ rotate("x", 55)),
+        ("red board", "#ff4a30", 7.0, (1.2, 2.2, 0.05), move(-6.2, 1.6, 0.8) @ rotate("y", 75)),
+        ("blue board", "#3f78ff", 9.0, (1.2, 2.2, 0.05), move(6.2, 1.6, 0.8) @ rotate("y", -75)),
         ("green board", "#4dff7a", 3.0, (0.5, 1.4, 0.05), move(-2.6, 0.9, -2.8)),
         ("yellow board", "#ffc44d", 4.0, (2.4, 0.4, 0.05), move(2.2, 1.2, -2.8)),
     ):

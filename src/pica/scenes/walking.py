@@ -9,10 +9,10 @@ Floats = NDArray[np.float64]
 
 
 def footfalls(lane: Lane, distance: Floats, stride: float, hip: Floats, offset: float, lift: float) -> Floats:
-    """(count, 3) metres in the world: a foot's places while what walks has gone `distance`, (count,) metres.
+    """(count, 3) metres in the world: a foot's positions after the walker has moved by `distance`, (count,) metres.
 
-    The foot comes down again after `stride` metres and is down for half of that way. `hip`, (3,), is where it stands
-    beside what walks, `offset` which share of a stride it is ahead, `lift` how many metres it rises.
+    The foot touches down every `stride` metres and stays down for half of that. `hip`, (3,), is its position
+    relative to the walker, `offset` its phase as a fraction of a stride, `lift` its height in metres.
     """
     step, share = np.divmod(distance / stride + offset, 1)
     # Down for the first half of each step: where the hip passes in the middle of that time.
@@ -24,7 +24,7 @@ def footfalls(lane: Lane, distance: Floats, stride: float, hip: Floats, offset: 
 
 
 def beside(lane: Lane, distance: Floats, offset: Floats) -> Floats:
-    """(count, 3) where a point `offset`, (3,), beside what walks is when that has gone so far."""
+    """(count, 3) positions of a point `offset`, (3,), relative to the walker after these distances."""
     places, headings = lane.at(distance)
     return places + turned_by(np.broadcast_to(offset, places.shape), headings)
 
@@ -37,9 +37,9 @@ def turned_by(points: Floats, headings: Floats) -> Floats:
 
 
 def from_down(directions: Floats) -> Floats:
-    """(count, 4) the shortest turns from -Y to each direction, (count, 3)."""
+    """(count, 4) the shortest rotations from -Y to each direction, (count, 3)."""
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    # Half-way between no turn and the double one: (a x b, 1 + a . b) for unit vectors a and b.
-    turns = np.concatenate([np.cross((0.0, -1.0, 0.0), unit), 1 - unit[:, 1:2]], 1)
-    lengths: Floats = np.linalg.norm(turns, axis=1, keepdims=True)
-    return turns / lengths
+    # Half-way between the identity and twice the rotation: (a x b, 1 + a . b) for unit vectors a and b.
+    quaternions = np.concatenate([np.cross((0.0, -1.0, 0.0), unit), 1 - unit[:, 1:2]], 1)
+    lengths: Floats = np.linalg.norm(quaternions, axis=1, keepdims=True)
+    return quaternions / lengths

@@ -13,7 +13,7 @@ from pica.settings.setting import Group, Level, choice, number, switch
 
 @dataclass(frozen=True)
 class VisibilitySettings(Group):
-    """What each pixel sees first."""
+    """Primary visibility: the surface that each pixel shows."""
 
     primary: Literal["auto", "raster", "rays"] = choice(
         "auto",
@@ -119,7 +119,7 @@ class ShadowsSettings(Group):
 
 @dataclass(frozen=True)
 class AmbientOcclusionSettings(Group):
-    """How open the surroundings of each surface are: dims ambient light that has no shadows of its own."""
+    """Visibility of the surroundings of each surface: dims ambient light that has no shadows of its own."""
 
     levels: ClassVar = {
         "medium": Level("One ray a pixel, left to the filter. There is no cheaper one but ground_truth."),

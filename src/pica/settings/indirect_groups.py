@@ -8,7 +8,7 @@ from pica.settings.setting import Group, Level, choice, number, switch
 
 @dataclass(frozen=True)
 class ReflectionsSettings(Group):
-    """What surfaces mirror of others, of what shines and of the surroundings."""
+    """Specular reflections of surfaces, light sources and surroundings."""
 
     mode: Literal["off", "screen_space", "ray_traced"] = choice(
         "ray_traced",

@@ -1,4 +1,4 @@
-"""Kinds of settings. What is declared here once makes the checks, the messages, the schema and the settings page."""
+"""Kinds of settings. One declaration here makes the checks, the messages, the schema and the settings page."""
 
 import re
 from collections.abc import Mapping
@@ -17,17 +17,17 @@ class Setting(Protocol):
 
     @property
     def default(self) -> Value:
-        """What it is unless set."""
+        """The default value."""
 
     @property
     def text(self) -> str:
-        """What it does."""
+        """The description."""
 
     def read(self, text: str) -> Value:
         """The value that a text such as "0.5" or "false" means; the text itself if it means none."""
 
     def fault(self, value: Any) -> str:
-        """What is wrong with a value, such as "is outside 0 to 1"; empty if nothing is."""
+        """The fault of a value, such as "is outside 0 to 1"; empty if there is none."""
 
     def describe(self) -> dict[str, Any]:
         """Type, limits and texts for the schema, JSON-able."""
@@ -52,7 +52,7 @@ class _Number:
         whole, (low, high) = isinstance(self.default, int), self.range
         if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)):
             return "is not a whole number" if whole else "is not a number"
-        # Not a number is on neither side of anything, so the comparison refuses it too.
+        # Written so that not-a-number fails the comparison too.
         return "" if low <= value <= high else f"is outside {low} to {high} {self.unit}".rstrip()
 
     def describe(self) -> dict[str, Any]:

@@ -58,8 +58,8 @@ class Settings(Group):
     def with_values(self, values: Mapping[str, Value]) -> "Settings":
         """A copy with other levels and values, {"shadows": "high", "shadows.mode": "hard", "seed": 7}.
 
-        Values may also be given as text, as on the command line. Levels come first, in whatever order they are given,
-        so that a single setting decides over the level of its group. Raises SettingsError.
+        Values may also be given as text, as on the command line. Levels are applied first, in any order,
+        so that a single setting overrides the level of its group. Raises SettingsError.
         """
         if not isinstance(values, Mapping) or not all(isinstance(path, str) for path in values):
             raise SettingsError(f'settings: {shown(values)} is not a mapping such as {{"shadows.mode": "hard"}}')
@@ -79,7 +79,7 @@ class Settings(Group):
         return replace(self, **changed, **others)
 
     def values(self) -> dict[str, Value]:
-        """Every setting by its dotted name; `Settings().with_values` of that are these settings again."""
+        """Every setting by its dotted name; `Settings().with_values` of it equals these settings."""
         return {
             dotted(type(group), name): getattr(group, name)
             for group in [*(getattr(self, name) for name in GROUPS), self]
@@ -87,7 +87,7 @@ class Settings(Group):
         }
 
     def summary(self) -> str:
-        """The preset that is nearest and what differs from it, such as "hybrid, shadows.mode=hard"."""
+        """The nearest preset and the differences from it, such as "hybrid, shadows.mode=hard"."""
         own = self.values()
         presets = {name: Settings.preset(name).values() for name in PRESETS}
         differing = {
@@ -98,12 +98,12 @@ class Settings(Group):
         return ", ".join([nearest, *differing[nearest]])
 
     def changed_groups(self, other: "Settings") -> frozenset[str]:
-        """What differs from other settings: names of groups, and "seed"."""
+        """The differences from other settings: names of groups, and "seed"."""
         return frozenset(each.name for each in fields(self) if getattr(self, each.name) != getattr(other, each.name))
 
     @staticmethod
     def schema() -> dict[str, Any]:
-        """Everything that can be set, as plain values that JSON can hold.
+        """The schema of all settings, as plain values that JSON can hold.
 
         "settings": by dotted name "type" (integer, number, choice, boolean), "default", "text", for numbers "unit",
         "range" [low, high] and what "higher" and "lower" values buy, for choices "choices" {value: text}, and "levels"

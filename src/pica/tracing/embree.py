@@ -1,7 +1,7 @@
 """Embree's C interface (Intel Embree 4 API reference), from the shared library that the embreex wheel carries.
 
-embreex's own Python interface traces on one core, holds the interpreter's lock and knows neither moving instances nor
-masks; docs/measurements/tiers.md has the figures. Only its libraries are used here.
+embreex's own Python interface traces on one core, holds the interpreter's lock and supports neither moving instances
+nor masks; docs/measurements/tiers.md has the figures. Only its libraries are used here.
 """
 
 import ctypes
@@ -71,10 +71,10 @@ class Library:
 
 def _libraries() -> Path | None:
     """The folder with the shared libraries of an installed embreex, or None."""
-    found = importlib.util.find_spec("embreex")
-    if found is None or found.origin is None:
+    spec = importlib.util.find_spec("embreex")
+    if spec is None or spec.origin is None:
         return None
-    package = Path(found.origin).parent
+    package = Path(spec.origin).parent
     for folder in (package.parent / "embreex.libs", package / ".dylibs", package):
         if any(folder.glob("libembree4*")) and any(folder.glob("libtbb*")):
             return folder
@@ -82,7 +82,7 @@ def _libraries() -> Path | None:
 
 
 def missing() -> str | None:
-    """What keeps Embree from being used, in words; None where it can be."""
+    """Why Embree cannot be used, in words; None if it can."""
     if importlib.util.find_spec("llvmlite") is None:
         return f"the package llvmlite is not installed; {INSTALL}"
     if _libraries() is None:
@@ -101,7 +101,7 @@ def library() -> Library:
 
 @cache
 def embree_device() -> int:
-    """Embree's own device, one for the process. Raises DeviceError when the library cannot do what pica needs."""
+    """Embree's own device, one per process. Raises DeviceError if the library lacks required features."""
     embree = library()
     device = embree.NewDevice(b"")
     if not device:

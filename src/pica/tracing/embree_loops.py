@@ -1,6 +1,6 @@
 """Loops over rays around Embree's packet calls, as machine code, so that they run on every core at once.
 
-Packets of 16 rays, one array a field (RTCRayHit16, rtcore_ray.h), behind 16 numbers that say which rays count: the rows
+Packets of 16 rays, one array a field (RTCRayHit16, rtcore_ray.h), preceded by 16 validity flags: the rows
 below index the fields.
 """
 
@@ -13,7 +13,7 @@ from pica.tracing.native_code import Code, MachineCode, Number, Row, Variable, m
 
 LANES = 16
 ROWS = 22
-# Rows of a packet: what counts, RTCRay16, then RTCHit16.
+# Rows of a packet: validity, RTCRay16, then RTCHit16.
 _VALID, _RAY, _NEAR, _TIME, _FAR, _MASK, _ID, _FLAGS = 0, 1, 4, 8, 9, 10, 11, 12
 _U, _V, _PRIMITIVE, _GEOMETRY, _INSTANCE = 16, 17, 18, 19, 20
 _NONE = 0xFFFFFFFF
@@ -29,15 +29,15 @@ _OBJECTS = 0xFF
 
 @dataclass(frozen=True)
 class Loops:
-    """The functions. Other threads run meanwhile; what addresses lead to must stay."""
+    """The functions. They release the interpreter's lock; memory at the addresses must stay valid."""
 
     nearest: Callable[..., None]
     """(address of rtcIntersect16, scene, arguments for camera rays, rays, hits, queue, count, records, packet, room for
-    `count` numbers): find the nearest hits of the `count` rays in the queue, and put those without any last in it."""
+    `count` numbers): find the nearest hits of the `count` rays in the queue, and move misses to its end."""
     shadows: Callable[..., None]
-    """(address of rtcIntersect16, of rtcOccluded16, scene, cutouts, rays, hits, queue, count, records, packet): find
-    whether anything is in the way. Opaque sections settle it. Of the others, which the scene `cutouts` has (0: there
-    are none), the nearest is given, for its coverage to be looked up."""
+    """(address of rtcIntersect16, of rtcOccluded16, scene, cutouts, rays, hits, queue, count, records, packet): test
+    occlusion. Hits of opaque sections are final. Of the others, in the scene `cutouts` (0: there
+    are none), the nearest is returned, for its coverage to be evaluated."""
     cull_backs: int
     """Where an RTCFilterFunctionN lies that rejects hits of camera rays on the backs of single-sided sections."""
     code: MachineCode
@@ -45,9 +45,9 @@ class Loops:
 
 @cache
 def loops() -> Loops:
-    """Compiled when first asked for."""
+    """Compiled at first use."""
     code = machine_code({"nearest": (10, _nearest), "shadows": (10, _shadows), "cull_backs": (1, _cull_backs)})
-    function = ctypes.CFUNCTYPE(None, *[ctypes.c_size_t] * 10)  # lets go of the interpreter's lock
+    function = ctypes.CFUNCTYPE(None, *[ctypes.c_size_t] * 10)  # releases the interpreter's lock
     nearest, shadows = (function(code.address(name)) for name in ("nearest", "shadows"))
     return Loops(nearest, shadows, code.address("cull_backs"), code)
 
@@ -61,7 +61,7 @@ class _Packet:
         self.rays, self._hits, self._queue, self._records = rays, hits, code.uints(queue), code.uints(records)
 
     def ray(self, place: Number) -> Number:
-        """Address of the ray that stands at a place in the queue."""
+        """Address of the ray at a position in the queue."""
         return self.rays + self._queue[place].word() * (4 * RAY_COLUMNS)
 
     def hit(self, place: Number) -> Number:
@@ -69,7 +69,7 @@ class _Packet:
         return self._hits + self._queue[place].word() * (4 * HIT_COLUMNS)
 
     def load(self, begin: Number, count: Number, sections: int) -> None:
-        """Take the rays in; `sections`: OPAQUE, CUTOUT or both."""
+        """Load the rays; `sections`: OPAQUE, CUTOUT or both."""
         code, bits = self._code, self.bits
         with code.loop(LANES) as lane:
             bits[_at(_VALID, lane)] = 0
@@ -88,7 +88,7 @@ class _Packet:
             bits[_at(_INSTANCE, lane)] = _NONE
 
     def store(self, begin: Number, count: Number) -> None:
-        """Write what the rays have met."""
+        """Store the hits."""
         code, bits = self._code, self.bits
         with code.loop(LANES) as lane, code.when(begin + lane < count):
             address = self.hit(begin + lane)
@@ -135,7 +135,7 @@ def _nearest(
 
 
 def _misses_last(code: Code, packet: _Packet, queue: Row, count: Number, room: Row) -> None:
-    """Order the queue anew, so that shader threads which run in step do alike."""
+    """Reorder the queue, so that shader threads of one wave take the same path."""
     kept, missed = Variable(code), Variable(code)
 
     def append(row: Row, length: Variable, value: Number) -> None:
@@ -172,7 +172,7 @@ def _shadows(
         sixteen.load(begin, count, OPAQUE)
         code.call(occluded, packet, scene, packet + 4 * LANES, no_arguments)
         with code.loop(LANES) as lane:
-            # Those that something is in the way of sit out, and remember by the number that Embree leaves alone.
+            # Occluded rays are disabled, and marked by the number that Embree does not modify.
             blocked = bits[_at(_VALID, lane)].differs(0) & (sixteen.values[_at(_FAR, lane)] < 0.0)
             bits[_at(_ID, lane)] = code.choose(blocked, bits[_at(_VALID, lane)], 0)
             bits[_at(_VALID, lane)] = bits[_at(_VALID, lane)] ^ bits[_at(_ID, lane)]
@@ -187,9 +187,9 @@ def _shadows(
 
 
 def _cull_backs(code: Code, arguments: Number) -> None:
-    """Embree gives ray and normal in the object's space, where the front is glTF's even under a mirroring transform.
+    """Embree has ray and normal in object space, where glTF's front stays the front under a mirroring transform.
 
-    RTCFilterFunctionNArguments: valid, user's, context, ray, hit, and how many.
+    RTCFilterFunctionNArguments: valid, user's, context, ray, hit, and their number.
     """
 
     valid, ray, hit = (code.words(arguments)[word] for word in (0, 3, 4))

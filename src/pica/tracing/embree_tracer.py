@@ -24,7 +24,7 @@ _CHUNK = 2048
 
 
 class _Worker:
-    """What one thread needs to trace: room for a packet, aligned to 64 bytes, and for a chunk of the queue."""
+    """One thread's memory: a packet, aligned to 64 bytes, and a chunk of the queue."""
 
     def __init__(self) -> None:
         self._memory = np.zeros(4 * LANES * ROWS + 64, np.uint8), np.zeros(_CHUNK, np.uint32)
@@ -35,7 +35,7 @@ class _Worker:
 class _Geometry:
     """A bottom-level structure: Embree scenes with a geometry per section, over pica's own vertices.
 
-    `scene` has all sections, `cutouts` those that are not opaque; 0 where there are none.
+    `scene` has all sections, `cutouts` those that are not opaque; 0 if there are none.
     """
 
     def __init__(self, device: Device, source: RtGeometry, culled: bool) -> None:
@@ -65,7 +65,7 @@ class _Geometry:
         return int(scene)
 
     def update(self) -> bool:
-        """Follow the source: build where it was built, refit where it was refitted. True: there was something to do."""
+        """Build or refit after the source was built or refitted. True if anything changed."""
         source = self._source
         if (self._builds, self._refits) == (source.builds, source.refits):
             return False
@@ -121,7 +121,7 @@ class _Top:
             self._embree.ReleaseGeometry(instance)
 
     def place(self, slots: list[int], transforms: NDArray[np.float32], masks: list[int]) -> None:
-        """Put what slots show somewhere, (n, 3, 4) object to world; takes effect with `commit`."""
+        """Place the objects of slots, (n, 3, 4) object to world; takes effect with `commit`."""
         first, size = transforms.ctypes.data, transforms.strides[0]
         for number, (slot, mask) in enumerate(zip(slots, masks, strict=True)):
             instance = self._instances.get(slot)
@@ -131,7 +131,7 @@ class _Top:
                 self._embree.CommitGeometry(instance)
 
     def commit(self) -> None:
-        """Build anew from the instances as they stand."""
+        """Rebuild from the current instances."""
         self._embree.CommitScene(self.scene)
 
     def __del__(self) -> None:
@@ -158,7 +158,7 @@ class EmbreeTracer:
         self._threads = ThreadPoolExecutor(len(self._workers), "embree")
 
     def __call__(self, recording: Recording, queue: RayQueue) -> bool:
-        """Trace the rays in the queue. The device has finished what fills it."""
+        """Trace the rays in the queue. The device has finished filling it."""
         started = time.perf_counter()
         self._update()
         rays, hits, places = (HostBuffer(self._device, b) for b in (queue.rays, queue.hits, queue.places))
@@ -206,7 +206,7 @@ class EmbreeTracer:
             other.result()
 
     def _update(self) -> None:
-        """Follow what was placed, moved, removed or deformed since the last rays."""
+        """Apply objects placed, moved, removed or deformed since the last rays."""
         moved, objects = self._changes.take(), self._source.objects
         come: defaultdict[RtObject, list[int]] = defaultdict(list)
         for slot in moved:
@@ -226,7 +226,7 @@ class EmbreeTracer:
         slots = list(moved & self._shown.keys())
         rows = self._source.slots.rows[slots]
         transforms, masks = rows["transform"].copy(), rows["id_and_mask"] >> 24
-        flat = np.linalg.det(transforms[:, :, :3]) == 0  # to a plane, a line or a point: nothing to invert or to meet
+        flat = np.linalg.det(transforms[:, :, :3]) == 0  # degenerate: not invertible, and never hit
         transforms[flat], masks[flat] = np.eye(3, 4), 0
         for top in (self._all, self._cutouts):
             if len(top):
@@ -260,7 +260,7 @@ class EmbreeTracer:
 
 
 def _key(placed: RtObject) -> tuple[RtGeometry, bool]:
-    """What tells Embree scenes apart: the geometry, and whether camera rays pass through its backs."""
+    """Key of Embree scenes: the geometry, and whether camera rays cull its back faces."""
     return placed.geometry, ObjectFlags.CULL_DISABLE not in placed.flags
 
 

@@ -1,4 +1,4 @@
-"""What runs on a device that cannot trace rays: Embree does where it is installed, else each stage falls back by itself
+"""Fallbacks on a device without ray tracing: Embree if it is installed, otherwise each stage's own fallback
 (docs/guide/devices.md)."""
 
 import warnings
@@ -10,7 +10,7 @@ from pica.settings.setting import Value
 from pica.tracing import embree
 
 WITHOUT_RAYS = PRESETS["raster"].values
-"""By setting, what each stage does without rays."""
+"""The fallback of each setting without rays."""
 
 
 class WarningLog:
@@ -31,12 +31,12 @@ def runnable(device: Device, settings: Settings) -> Settings:
 
 
 def traces(device: Device) -> bool:
-    """Whether anything traces rays for the device."""
+    """Whether there is a tracer for the device."""
     return device.traces_rays or not embree.missing()
 
 
 def check_traces(device: Device, what: str) -> None:
-    """Raises DeviceError where nothing traces rays for the device. `what`: the user's word for what needs them."""
+    """Raises DeviceError if there is no tracer for the device. `what`: the feature that needs it, for the message."""
     missing = None if device.traces_rays else embree.missing()
     if missing:
         raise DeviceError(f"{what}: device {device.name!r} has no ray tracing pipelines, and {missing}")
@@ -44,9 +44,9 @@ def check_traces(device: Device, what: str) -> None:
 
 def say_once(device: Device, message: str) -> None:
     """A warning, unless the device has given it before."""
-    told = device.shared(WarningLog).messages
-    if message not in told:
-        told.add(message)
+    messages = device.shared(WarningLog).messages
+    if message not in messages:
+        messages.add(message)
         warnings.warn(message, stacklevel=4)
 
 
@@ -65,7 +65,7 @@ def _without_rays(settings: Settings) -> dict[str, Value]:
         "visibility.primary": settings.visibility.primary == "rays",
         "shadows.method": shadows,
         "ambient_occlusion.mode": settings.ambient_occlusion.mode == "ray_traced",
-        # What shadow maps know nothing of.
+        # Shadow maps do not cover the environment.
         "lighting.environment": shadows and settings.lighting.environment == "sampled",
         "reflections.mode": settings.reflections.mode == "ray_traced",
         "global_illumination.mode": settings.global_illumination.mode not in ("off", "light_map"),

@@ -14,7 +14,7 @@ from pica.rhi.device import Device
 from pica.scene.material_registry import MaterialSource
 
 HitDetail = Literal["hit", "surface"]
-"""What an effect wants to know of hits: where, or the evaluated surface too (ray_effect.slang)."""
+"""The detail of hits that an effect needs: position alone, or the evaluated surface too (ray_effect.slang)."""
 _SLANG_BOOL = {True: "true", False: "false"}
 _ANY_HIT = """
 import tracing.ray_effect;
@@ -55,7 +55,7 @@ void closest_{name}(inout PackedSurface payload, ShapeAttributes attributes)
 
 @dataclass(frozen=True)
 class HitGroup:
-    """A hit group, and what a program must be linked with to have it."""
+    """A hit group, and the modules that a program must be linked with for it."""
 
     group: spy.HitGroupDesc
     modules: list[spy.SlangModule]

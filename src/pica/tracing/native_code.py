@@ -1,7 +1,7 @@
-"""Small functions that are written with Python's operators and become machine code in some milliseconds, by LLVM.
+"""Small functions written with Python's operators, compiled to machine code in some milliseconds by LLVM.
 
-A function that `machine_code` is given is called once, with stand-ins for its arguments; whatever it does with these is
-written down as instructions.
+A function is traced: it is called once by `machine_code`, with symbolic arguments, and all operations on these are
+recorded as instructions.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,7 +13,7 @@ from typing import Any
 from llvmlite import binding, ir
 
 WORD, UINT, FLOAT = ir.IntType(64), ir.IntType(32), ir.FloatType()
-"""Addresses and counts; what else memory holds."""
+"""Addresses and counts; other memory content."""
 
 
 class Number:
@@ -99,15 +99,15 @@ class Code:
         self.builder = builder
 
     def uints(self, address: Number) -> Row:
-        """What lies at an address, as UINT."""
+        """The value at an address, as UINT."""
         return Row(self, UINT, address)
 
     def floats(self, address: Number) -> Row:
-        """Likewise as FLOAT."""
+        """The value at an address, as FLOAT."""
         return Row(self, FLOAT, address)
 
     def words(self, address: Number) -> Row:
-        """Likewise as WORD."""
+        """The value at an address, as WORD."""
         return Row(self, WORD, address)
 
     @contextmanager
@@ -160,7 +160,7 @@ class Variable:
         return Number(self._code, self._code.builder.load(self._place, typ=WORD))
 
     def set(self, value: Number) -> None:
-        """Let it be another."""
+        """Assign a new value."""
         self._code.builder.store(value.value, self._place)
 
 
@@ -176,7 +176,7 @@ class MachineCode:
 
 
 def machine_code(functions: dict[str, tuple[int, Callable[..., None]]]) -> MachineCode:
-    """Compile functions for this processor: how many WORDs each takes, and what is called with a Code and these."""
+    """Compile functions for this processor: number of WORD parameters of each, and a callable on a Code and these."""
     _initialize()
     module = ir.Module()
     for name, (count, write) in functions.items():

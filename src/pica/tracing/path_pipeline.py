@@ -32,9 +32,9 @@ _ALL = 0xFFFFFFFF
 
 
 class PathPipeline:
-    """The effect as ray generation shaders that trace a few rays of each path, one after the other.
+    """The effect as ray generation shaders that trace a few rays of each path, one shader after the other.
 
-    A wave takes as long as its longest path, and few paths are long: between the parts those that go on are gathered,
+    A wave takes as long as its longest path, and few paths are long: between the parts, active paths are compacted,
     so that waves are full again.
     """
 

@@ -1,4 +1,4 @@
-"""Ray effects as compute kernels around buffers of rays and hits, which something else traces in between (tier 1)."""
+"""Ray effects as compute kernels around buffers of rays and hits, with an external tracer in between (tier 1)."""
 
 import time
 import weakref
@@ -53,7 +53,7 @@ void advance(uint3 thread : SV_DispatchThreadID)
 
 @dataclass(frozen=True)
 class RayQueue:
-    """Rays that wait to be traced: those for a nearest surface first in `places`, shadow rays from its end."""
+    """Queues of rays: those for a nearest surface first in `places`, shadow rays from its end."""
 
     rays: spy.Buffer
     """44 bytes each (Ray in ray_effect.slang)."""
@@ -71,7 +71,7 @@ Tracer = Callable[[Recording, RayQueue], bool]
 
 @dataclass(frozen=True)
 class KernelRecipe:
-    """One of an effect's two steps as a compute pipeline that knows some material types."""
+    """One of an effect's two steps as a compute pipeline for some material types."""
 
     source: ShaderSource
     entry: str
@@ -115,10 +115,10 @@ class BufferEffect:
         self._host_counts = HostBuffer(device, self._counts)
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
-        """Run the effect to its end. How many steps that takes is known only as they run, so each is submitted.
+        """Run the effect to its end. The number of steps depends on their results, so each is submitted.
 
-        Steps that take turns with the processor are timed by its clock: a device's timestamps would take longer than
-        the last steps do, which few rays need.
+        Steps that alternate with the processor are timed by its clock: a device's timestamps would take longer than
+        the last steps do, which have few rays.
         """
         buffers = self._buffers.for_rays(grid[0] * grid[1])
         types = types_of(values)
@@ -139,7 +139,7 @@ class BufferEffect:
             traced = self._tracer(recording, RayQueue(rays, hits, queue, *waiting))
             values |= {"queue": queue, "next": following, "waiting": spy.uint2(*waiting)}
             advance.parameters.bind(**values)
-            values = {}  # the others stay
+            values = {}  # the others keep their values
             self._step(advance, recording, (sum(waiting), 1, 1), timed=not traced)
 
     def _kernel(self, device: Device, recipe: KernelRecipe) -> ForTypes[Any, _Kernel]:
@@ -159,7 +159,7 @@ class BufferEffect:
             recording.profiler.end(recording.encoder)
 
     def _submit(self, recording: Recording) -> tuple[int, int]:
-        """Submit what is recorded so far and tell how many rays wait: for a nearest surface, and shadow rays."""
+        """Submit the recording, and return the number of queued rays: for a nearest surface, and shadow rays."""
         submission = self._device.handle.submit_command_buffer(recording.encoder.finish())
         recording.encoder = self._device.handle.create_command_encoder()
         self._device.handle.wait_for_submit(submission)
@@ -168,11 +168,11 @@ class BufferEffect:
 
 
 class RayBuffers:
-    """An effect's rays under way, the state of each, and two queues that take turns; and what else each ray has."""
+    """An effect's active rays, their states, two queues that are swapped, and additional per-ray data."""
 
     def __init__(self, device: Device, name: str, source: ShaderSource, shared: bool = False, **more: int) -> None:
-        """`source`: where `rays`, `states` and `next` are declared. `shared`: effects that run one after the other have
-        the same buffers, which may be larger than they need. `more`: bytes a ray of further buffers."""
+        """`source`: declares `rays`, `states` and `next`. `shared`: effects that run one after the other have
+        the same buffers, which may be larger than needed. `more`: bytes per ray of further buffers."""
         layout = device.session.link_program([source.loaded(device)], [])
         strides = {
             parameter.name: parameter.type_layout.element_type_layout.stride
@@ -199,17 +199,17 @@ class Scratch:
     """Buffers of which nothing is needed once an effect has run."""
 
     def __init__(self, device: Device) -> None:
-        self._device = device.part()
+        self._device = device.memory_scope()
         self.buffers: dict[str, spy.Buffer] = {}
         self.shared = False
 
     def make_room(self, label: str, name: str, size: int, stride: int) -> None:
-        """Have a buffer of this name and at least this size; of just this size where nobody shares it."""
-        found = self.buffers.get(name)
-        if found is not None:
-            if found.size == size or (self.shared and found.size > size):
+        """A buffer with this name and at least this size; of exactly this size unless shared."""
+        buffer = self.buffers.get(name)
+        if buffer is not None:
+            if buffer.size == size or (self.shared and buffer.size > size):
                 return
-            self._device.give_back(found)
+            self._device.give_back(buffer)
         self.buffers[name] = self._device.buffer(label, size=size, struct_size=stride)
 
 

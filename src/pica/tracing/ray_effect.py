@@ -31,14 +31,14 @@ def ray_effect(
     parts: tuple[int, ...] = (),
 ) -> RayEffect:
     """The effect struct `effect` of `module`, run through ray buffers and `tracer`
-    where one is given, else as a ray tracing pipeline.
+    if one is given, otherwise as a ray tracing pipeline.
 
-    `simplified`: its surface rays meet simplified materials (RTG 19, 19.3.2.1; docs/how-it-works/materials.md);
-    camera rays never do. `with_module`: a Slang file that says what the effect's leaves open (an `extern` of Slang's).
-    `parts`: of rays that make paths, few of them long, how many to trace before those that go on are gathered anew, and
-    so on (path_pipeline.py; buffers gather after each ray).
-    Raises BindingError when the module does not compile (ShaderError: one outside of the package), DeviceError where
-    nothing traces.
+    `simplified`: its surface rays evaluate simplified materials (RTG 19, 19.3.2.1; docs/how-it-works/materials.md);
+    camera rays never do. `with_module`: a Slang file with implementations for the effect's `extern` declarations.
+    `parts`: for paths, few of them long: how many rays to trace before active paths are compacted, and
+    so on (path_pipeline.py; buffers compact after each ray).
+    Raises BindingError if the module does not compile (ShaderError: one outside of the package), DeviceError without
+    a tracer.
     """
     code = EffectCode(module, effect, detail, simplified, with_module)
     if tracer is None:

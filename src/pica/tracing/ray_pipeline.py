@@ -9,7 +9,7 @@ from pica.gpu_scene.view import SceneView
 from pica.programs.library import programs
 from pica.programs.material_types import STANDARD_ONLY, Bundle, MaterialTypeSet
 from pica.programs.recipes import ForTypes
-from pica.programs.scene_features import LOBES, known_features
+from pica.programs.scene_features import LOBES, supported_features
 from pica.programs.shape_types import modules_for
 from pica.rhi.binding import ProgramParameters
 from pica.rhi.device import Device
@@ -31,7 +31,7 @@ void main() {{ runPipeline<{effect}, HitDetail.{detail}>(DispatchRaysIndex().xy)
 
 @dataclass(frozen=True)
 class ShaderSource:
-    """A Slang module: source under a name of its own, or (without text) a file below the package."""
+    """A Slang module: source under its own name, or (without text) a file below the package."""
 
     name: str
     text: str = ""
@@ -74,9 +74,9 @@ class RayRecipe:
             made = hit_group(device, entry, self.detail, self.simplified)
             modules, entries = [*modules, *made.modules], [*entries, *made.entries]
             groups.append(made.group)
-        # Features have a place in the table too, for places are types' numbers; no ray looks there.
+        # Features have a position in the table too, because positions are types' numbers; rays never use it.
         names = [(variant[0] if isinstance(entry, Bundle) else entry).name for entry in variant]
-        payload = _LARGEST_PAYLOAD if LOBES in known_features(variant) else _PAYLOAD
+        payload = _LARGEST_PAYLOAD if LOBES in supported_features(variant) else _PAYLOAD
         return device.session.link_program(modules, entries), groups, names, payload
 
     def make(
@@ -110,11 +110,11 @@ class _RayProgram:
         self._parameters: dict[tuple[int, int], ProgramParameters] = {}
 
     def _parameters_of(self, part: int, variant: int) -> ProgramParameters:
-        """What differs from part to part, or from frame to frame, would be bound anew each time."""
-        found = self._parameters.get((part, variant))
-        if found is None:
-            found = self._parameters[part, variant] = ProgramParameters(self._device, self._name, self._program)
-        return found
+        """One set for each part and variant, because alternating values would be bound again each time."""
+        parameters = self._parameters.get((part, variant))
+        if parameters is None:
+            parameters = self._parameters[part, variant] = ProgramParameters(self._device, self._name, self._program)
+        return parameters
 
     def __call__(self, recording: Recording, grid: tuple[int, int], values: dict[str, Any]) -> None:
         parameters = self._parameters_of(values.get("part", 0), recording.variant)
@@ -164,7 +164,7 @@ def types_of(values: dict[str, Any]) -> MaterialTypeSet:
 
 
 class RayPipeline:
-    """A ray generation shader with the hit shaders for what it asks of hits and for the scene's material types."""
+    """A ray generation shader with the hit shaders for its detail and for the scene's material types."""
 
     def __init__(self, device: Device, name: str, recipe: RayRecipe) -> None:
         self.name = name

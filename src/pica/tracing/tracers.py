@@ -1,4 +1,4 @@
-"""What traces the rays of a frame: the device's ray tracing pipeline, or a tracer of ray buffers."""
+"""Chooses the tracer of a frame's rays: the device's ray tracing pipeline, or a tracer of ray buffers."""
 
 from functools import cached_property
 
@@ -16,7 +16,7 @@ from pica.tracing.ray_pipeline import RayPipeline, RayRecipe, ShaderSource
 
 
 def uses_embree(device: Device, settings: RaysSettings) -> bool:
-    """Whether ray buffers are Embree's. Raises DeviceError when it is asked for and not installed."""
+    """Whether ray buffers are traced by Embree. Raises DeviceError if it is requested and not installed."""
     missing = embree.missing()
     if settings.tracer == "embree" and missing:
         raise DeviceError(f"setting rays.tracer: Embree cannot trace, as {missing}")

@@ -10,7 +10,7 @@ from pica.quality.sequences import sequence
 from pica.scene.camera import Camera
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from pica.tracing import embree
 from tests.building import CAMERA, lambert, orthographic, placed, scene_of, settings, still_life, uniform
 
@@ -24,7 +24,7 @@ def renderer_of(device, scene, size=SIZE, preset="hybrid", values=None, filters=
     return pica.Renderer(scene, size=size, settings=chosen.with_values(occlusion), device=device)
 
 
-def open_share(device, scene, camera, frames=1, **occlusion):
+def unoccluded(device, scene, camera, frames=1, **occlusion):
     return renderer_of(device, scene, **occlusion).render(frames, camera=camera).aov("ambient_occlusion")
 
 
@@ -41,7 +41,7 @@ def test_under_a_ceiling_a_cone_is_closed(device, nearest, furthest, expected):
     """Rays meet it at 1 / cos: the cosine-weighted share of directions with cos > c is 1 - c^2."""
     scene, camera = under_a_ceiling()
     lengths = {"min_distance": nearest, "max_distance": furthest}
-    found = open_share(device, scene, camera, filters=False, mode="ray_traced", rays=16, **lengths)
+    found = unoccluded(device, scene, camera, filters=False, mode="ray_traced", rays=16, **lengths)
     assert found.shape == SIZE[::-1] and found.dtype == np.float32
     assert found.mean() == pytest.approx(expected, abs=0.01)
 
@@ -50,7 +50,7 @@ def beside_a_wall():
     """A floor and a wall along x = 0, seen from above and aside."""
     scene = scene_of(
         placed(plane(40, 40, lambert())),
-        placed(plane(40, 40, lambert(0.5, double_sided=True)), move(0, 20, 0) @ turn("z", 90)),
+        placed(plane(40, 40, lambert(0.5, double_sided=True)), move(0, 20, 0) @ rotate("z", 90)),
     )
     return scene, orthographic((3, 3, 0), (0, 0, 0), HEIGHT)
 
@@ -81,7 +81,7 @@ def test_beside_a_wall_a_segment_of_the_disk_is_closed(device, mode):
 @pytest.mark.parametrize("mode", MODES)
 def test_an_open_floor_and_the_surroundings_are_open(device, mode):
     camera = Camera.look_at((0, 1, 3), (0, 0.6, 0), vertical_fov=np.radians(60))
-    found = open_share(device, scene_of(placed(plane(9, 9, lambert()))), camera, 3, mode=mode)
+    found = unoccluded(device, scene_of(placed(plane(9, 9, lambert()))), camera, 3, mode=mode)
     np.testing.assert_allclose(found, 1, atol=2e-3)
 
 

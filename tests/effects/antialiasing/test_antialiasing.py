@@ -12,7 +12,7 @@ from pica.scene.light import DirectionalLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane
 from pica.scenes.palette import lamp
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import lambert, placed, scene_of, shining
 
 SIZE = (64, 48)
@@ -27,13 +27,13 @@ def unlit(red, green, blue):
 
 def stage(**parts):
     """A dark wall with parts before it; returns the scene and the parts' nodes."""
-    wall = placed(plane(12, 12, unlit(0.05, 0.3, 0.4)), move(0, 0, -0.5) @ turn("x", 90))
+    wall = placed(plane(12, 12, unlit(0.05, 0.3, 0.4)), move(0, 0, -0.5) @ rotate("x", 90))
     return scene_of(wall, *parts.values())
 
 
 def tilted():
     """A box whose edges run across the pixels."""
-    return placed(box(1.0, unlit(*RED)), turn("z", 17))
+    return placed(box(1.0, unlit(*RED)), rotate("z", 17))
 
 
 def camera(x=0.0, y=0.0):
@@ -88,10 +88,10 @@ def test_coming_to_rest_neither_jumps_nor_leaves_a_trace(device):
 
 def test_what_rests_converges_while_something_else_moves(device):
     fan = placed(box(0.5, unlit(*RED)), move(-1, 0, 0))
-    scene = stage(box=placed(box(0.8, unlit(0.2, 0.8, 0.2)), move(0.8, 0, 0) @ turn("z", 17)), fan=fan)
+    scene = stage(box=placed(box(0.8, unlit(0.2, 0.8, 0.2)), move(0.8, 0, 0) @ rotate("z", 17)), fan=fan)
     renderer = renderer_of(device, scene)
     for frame in range(24):
-        fan.transform = move(-1, 0, 0) @ turn("z", 7 * frame)
+        fan.transform = move(-1, 0, 0) @ rotate("z", 7 * frame)
         moving = shown(renderer.advance(camera()))
     still = renderer_of(device, scene, ACCUMULATE).render(24, camera=camera()).color
     right = np.s_[:, SIZE[0] // 2 + 4 :]
@@ -101,7 +101,7 @@ def test_what_rests_converges_while_something_else_moves(device):
 
 def test_shading_that_changes_at_rest_is_followed(device):
     lamp = shining(DirectionalLight(illuminance=1.0), aim((0, 0, 1), (0, 0, 0)))
-    scene = scene_of(placed(plane(12, 12, lambert(0.5)), turn("x", 90)), lamp)
+    scene = scene_of(placed(plane(12, 12, lambert(0.5)), rotate("x", 90)), lamp)
     renderer = renderer_of(device, scene, {"lighting.environment": "off"})
     dim = renderer.render(30, camera=camera()).color
     lamp.light = DirectionalLight(illuminance=4.0)
@@ -151,7 +151,7 @@ def test_what_comes_to_light_has_no_trail(device):
     scene = stage(passing=passing)
     renderer, exact = renderer_of(device, scene), renderer_of(device, scene, ACCUMULATE)
     for frame in range(14):
-        passing.transform = move(-0.8 + 2.3 * PIXEL * frame, 0, 0) @ turn("x", 90)
+        passing.transform = move(-0.8 + 2.3 * PIXEL * frame, 0, 0) @ rotate("x", 90)
         picture = shown(renderer.advance(camera()))
     reference = truth(exact, camera())
     behind = (reference[..., 0] < 0.06) & (np.roll(reference[..., 0], 2, axis=1) < 0.06)
@@ -164,7 +164,7 @@ def test_bright_edges_leave_nothing_behind(device):
     scene = stage(board=board)
     renderer, exact = renderer_of(device, scene), renderer_of(device, scene, ACCUMULATE)
     for frame in range(24):
-        board.transform = move(-0.8 + 1.3 * PIXEL * frame, 0, 0) @ turn("z", 8)
+        board.transform = move(-0.8 + 1.3 * PIXEL * frame, 0, 0) @ rotate("z", 8)
         picture = shown(renderer.advance(camera()))
     reference = truth(exact, camera())
     left = np.argmax((reference[..., 0] > 0.06).any(0))

@@ -8,7 +8,7 @@ from pica.scene.camera import Camera
 from pica.scene.material import Material
 from pica.scene.orbit import orbited
 from pica.scenes.basic_meshes import torus
-from pica.scenes.placing import aim, turn
+from pica.scenes.placing import aim, rotate
 from pica.scenes.sky import gradient_sky
 from tests.building import placed, scene_of
 
@@ -18,7 +18,7 @@ DEGREES_A_FRAME = 1.5
 
 def ring():
     pink = Material("pink", base_color=(0.9, 0.3, 0.8, 1.0))
-    scene = scene_of(placed(torus(1.0, 0.03, pink, segments=64), turn("x", 90)))
+    scene = scene_of(placed(torus(1.0, 0.03, pink, segments=64), rotate("x", 90)))
     sun = scene.add(pica.Node(light=pica.DirectionalLight(illuminance=40.0)))
     sun.transform = aim((3, 5, 2), (0, 0, 0))
     scene.environment = gradient_sky((0.15, 0.25, 0.5), (0.4, 0.45, 0.5), (0.2, 0.2, 0.2))

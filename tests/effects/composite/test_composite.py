@@ -7,7 +7,7 @@ import pica
 from pica.scene.light import DirectionalLight, PointLight, RectangleLight, SphereLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import CAMERA, lambert, placed, scene_of, settings, shining, sky
 
 SIZE = (48, 32)
@@ -26,7 +26,7 @@ def a_room(material=PLASTIC, *lights):
     return scene_of(
         placed(plane(4, 4, material)),
         placed(sphere(0.4, METAL), move(-0.6, 0.4, 0)),
-        placed(box(0.4, lambert(0.2, emission=(2.0, 1.0, 0.5))), move(0.6, 0.2, 0) @ turn("y", 30)),
+        placed(box(0.4, lambert(0.2, emission=(2.0, 1.0, 0.5))), move(0.6, 0.2, 0) @ rotate("y", 30)),
         shining(DirectionalLight(illuminance=2.0, angular_diameter=0.02), aim((1, 2, 1.5), (0, 0, 0))),
         *(lights or lamps(6)),
         environment=sky(),

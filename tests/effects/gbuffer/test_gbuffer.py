@@ -10,7 +10,7 @@ from pica.scene.light import DirectionalLight
 from pica.scene.material import AlphaMode, Material
 from pica.scene.model import Node
 from pica.scenes.basic_meshes import box, plane, sphere, torus
-from pica.scenes.placing import at, move, stretch, turn
+from pica.scenes.placing import at, move, rotate, stretch
 from tests.building import (
     CAMERA,
     RASTER,
@@ -37,7 +37,7 @@ WAYS = pytest.mark.parametrize("values", [RASTER, RAYS], ids=["raster", "rays"])
 def cones():
     """Single- and double-sided cones, from outside and into them, one mirrored."""
     single, double = lambert(0.2, 0.6, 0.3), lambert(0.7, 0.4, 0.2, double_sided=True)
-    tilt = [turn("x", 110), turn("x", -60), turn("z", 100), turn("x", 160)]
+    tilt = [rotate("x", 110), rotate("x", -60), rotate("z", 100), rotate("x", 160)]
     nodes = [
         placed(open_cone(material), move(x, 0.4 + 0.1 * row, -1.2 * row) @ tilt[index])
         for row, material in enumerate((single, double))
@@ -50,7 +50,9 @@ def cones():
 def masks():
     """Boards with holes, behind each other; their textures are read point by point."""
     nodes = [
-        placed(plane(1.6, 1.6, leaves()), move(0.3 * row, 0.6, -0.8 * row) @ turn("x", 75) @ turn("y", 10 + 20 * row))
+        placed(
+            plane(1.6, 1.6, leaves()), move(0.3 * row, 0.6, -0.8 * row) @ rotate("x", 75) @ rotate("y", 10 + 20 * row)
+        )
         for row in range(3)
     ]
     return scene_of(*nodes, placed(plane(6, 6, lambert(0.4))))
@@ -60,15 +62,15 @@ def glass():
     """Half-transparent planes before a box."""
     material = leaves(AlphaMode.BLEND)
     material.base_color = (0.5, 0.7, 0.9, 0.6)
-    nodes = [placed(plane(1.5, 1.5, material), move(0, 0.6, 0.5 * row) @ turn("x", 80)) for row in range(2)]
+    nodes = [placed(plane(1.5, 1.5, material), move(0, 0.6, 0.5 * row) @ rotate("x", 80)) for row in range(2)]
     return scene_of(*nodes, placed(box(0.8, lambert(0.8, 0.2, 0.2)), move(0, 0.4, -0.8)))
 
 
 def bumpy():
     material = Material(base_color=(0.5, 0.6, 0.7, 1), metallic=0.3, roughness=0.4, normal_texture=bumps())
     nodes = [
-        placed(torus(0.5, 0.2, material), move(-0.6, 0.5, 0) @ turn("x", 50)),
-        placed(box(0.8, material, 0.1), move(0.7, 0.4, 0) @ turn("y", 35)),
+        placed(torus(0.5, 0.2, material), move(-0.6, 0.5, 0) @ rotate("x", 50)),
+        placed(box(0.8, material, 0.1), move(0.7, 0.4, 0) @ rotate("y", 35)),
         placed(sphere(0.4, material), move(0, 0.4, -1.2) @ stretch(1, 0.7, 1)),
     ]
     return scene_of(*nodes, placed(plane(5, 5, lambert(0.5))))
@@ -110,7 +112,7 @@ def test_raster_and_rays_agree(device, name):
 
 @WAYS
 def test_depth_of_a_plane_is_the_distance_along_the_axis(device, values):
-    frame = render(device, scene_of(placed(plane(50, 50, lambert()), turn("x", 90))), 1, front(3.0), values=values)
+    frame = render(device, scene_of(placed(plane(50, 50, lambert()), rotate("x", 90))), 1, front(3.0), values=values)
     np.testing.assert_allclose(frame.aov("depth"), 3.0, rtol=1e-6)
 
 
@@ -150,8 +152,8 @@ def pixel_rays(camera, size):
 @WAYS
 def test_near_plane_cuts(device, values):
     """What lies before the near plane along the axis is not seen, towards the corners as little as in the middle."""
-    near_wall = placed(plane(20, 20, lambert(0.9)), move(0, 0, -1) @ turn("x", 90))
-    far_wall = placed(plane(50, 50, lambert(0.1)), move(0, 0, -3) @ turn("x", 90))
+    near_wall = placed(plane(20, 20, lambert(0.9)), move(0, 0, -1) @ rotate("x", 90))
+    far_wall = placed(plane(50, 50, lambert(0.1)), move(0, 0, -3) @ rotate("x", 90))
     scene = scene_of(near_wall, far_wall)
     for near, seen in ((0.99, 1), (1.01, 2)):
         camera = Camera.look_at((0, 0, 0), (0, 0, -1), vertical_fov=np.radians(90), near=near)
@@ -160,7 +162,7 @@ def test_near_plane_cuts(device, values):
 
 @WAYS
 def test_far_plane_of_an_orthographic_camera_cuts(device, values):
-    wall = placed(plane(50, 50, lambert()), turn("x", 90))
+    wall = placed(plane(50, 50, lambert()), rotate("x", 90))
     for far, seen in ((3.01, 1), (2.99, 0)):
         camera = orthographic((0, 0, 3), (0, 0, 0), 2.0, far=far)
         assert (render(device, scene_of(wall), 1, camera, values=values).aov("instance") == seen).all()
@@ -191,7 +193,7 @@ def test_ids_and_material_values(device, values):
     ]
     empty = Node("empty")
     left, right = (
-        placed(plane(2, 10, material), move(x, 0, 0) @ turn("x", 90))
+        placed(plane(2, 10, material), move(x, 0, 0) @ rotate("x", 90))
         for material, x in zip(materials, (-1, 1), strict=False)
     )
     scene = scene_of(empty, left, right)
@@ -223,7 +225,7 @@ def test_vertex_colours_multiply(device, values):
     wall = plane(2, 2, lambert(0.5, 1, 1))
     wall.colors = np.where(wall.positions[:, :1] < 0, (1, 0, 0.5, 1), (1, 1, 0.5, 1)).astype(np.float32)
     albedo = render(
-        device, scene_of(placed(wall, turn("x", 90))), 1, orthographic((0, 0, 2), (0, 0, 0), 2.0), (64, 64), values
+        device, scene_of(placed(wall, rotate("x", 90))), 1, orthographic((0, 0, 2), (0, 0, 0), 2.0), (64, 64), values
     ).aov("albedo")
     np.testing.assert_allclose(albedo[..., 0], 0.5, atol=1e-3)
     np.testing.assert_allclose(albedo[..., 1], np.tile((np.arange(64) + 0.5) / 64, (64, 1)), atol=1e-3)
@@ -232,8 +234,8 @@ def test_vertex_colours_multiply(device, values):
 
 @WAYS
 def test_backs_of_single_sided_surfaces_are_not_seen(device, values):
-    away = turn("x", -90)
-    behind = placed(plane(50, 50, lambert(0.3)), move(0, 0, -2) @ turn("x", 90))
+    away = rotate("x", -90)
+    behind = placed(plane(50, 50, lambert(0.3)), move(0, 0, -2) @ rotate("x", 90))
     for double_sided, mirrored, expected in ((False, False, 2), (True, False, 1), (False, True, 2)):
         wall = placed(plane(50, 50, lambert(double_sided=double_sided)), away @ stretch(-1 if mirrored else 1, 1, 1))
         frame = render(device, scene_of(wall, behind), 1, front(3.0), values=values)
@@ -244,7 +246,7 @@ def test_backs_of_single_sided_surfaces_are_not_seen(device, values):
 @WAYS
 def test_mask_covers_half_of_a_board(device, values):
     frame = render(
-        device, scene_of(placed(plane(2, 2, leaves()), turn("x", 90))), 1, orthographic((0, 0, 2), (0, 0, 0), 2.0),
+        device, scene_of(placed(plane(2, 2, leaves()), rotate("x", 90))), 1, orthographic((0, 0, 2), (0, 0, 0), 2.0),
         (64, 64), values,
     )  # fmt: skip
     solid = np.kron(np.indices((4, 4)).sum(0) % 2, np.ones((16, 16), int)) == 1
@@ -255,7 +257,7 @@ def test_mask_covers_half_of_a_board(device, values):
 def test_blend_covers_a_share_of_the_frames(device, values):
     material = lambert(alpha_mode=AlphaMode.BLEND)
     material.base_color = (1, 1, 1, 0.25)
-    scene = scene_of(placed(plane(9, 9, material), turn("x", 90)))
+    scene = scene_of(placed(plane(9, 9, material), rotate("x", 90)))
     renderer = pica.Renderer(scene, size=(64, 64), settings=settings(values), device=device)
     covered = [(renderer.render(1, camera=front(2.0)).aov("instance") == 1).mean() for _ in range(4)]
     assert np.mean(covered) == pytest.approx(0.25, abs=0.015)
@@ -314,7 +316,7 @@ CAMERAS = {
 @pytest.mark.parametrize("name", CAMERAS)
 def test_motion_of_a_moving_camera(device, values, name):
     before, camera = CAMERAS[name]
-    scene = scene_of(placed(plane(9, 9, lambert())), placed(box(1, lambert(0.9)), move(0, 0.5, 0) @ turn("y", 30)))
+    scene = scene_of(placed(plane(9, 9, lambert())), placed(box(1, lambert(0.9)), move(0, 0.5, 0) @ rotate("y", 30)))
     frame = frames_of_a_move(device, scene, values, before, camera)
     seen = frame.aov("instance") > 0
     expected = expected_motion(frame, camera, before)
@@ -324,9 +326,9 @@ def test_motion_of_a_moving_camera(device, values, name):
 
 @WAYS
 def test_motion_of_a_moving_object(device, values):
-    scene = scene_of(placed(plane(9, 9, lambert())), placed(box(1, lambert(0.9)), move(0, 0.5, 0) @ turn("y", 30)))
+    scene = scene_of(placed(plane(9, 9, lambert())), placed(box(1, lambert(0.9)), move(0, 0.5, 0) @ rotate("y", 30)))
     node = list(scene.nodes())[1]
-    old, new = node.transform, move(0.2, 0.6, 0.1) @ turn("y", 42) @ stretch(1, 1.1, 1)
+    old, new = node.transform, move(0.2, 0.6, 0.1) @ rotate("y", 42) @ stretch(1, 1.1, 1)
 
     def change():
         node.transform = new
@@ -387,7 +389,7 @@ def test_surroundings_of_an_orthographic_camera_do_not_move(device, values, name
 @WAYS
 def test_depth_change(device, values):
     """The third channel of the motion texture: metres along the axis to where the surface was."""
-    scene = scene_of(placed(plane(50, 50, lambert()), turn("x", 90)))
+    scene = scene_of(placed(plane(50, 50, lambert()), rotate("x", 90)))
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     renderer.advance(front(3.0))
     motion = motion_of(renderer.advance(front(2.75))["motion"].to_numpy())
@@ -409,7 +411,7 @@ def test_auto_rasterizes_on_the_cpu_and_traces_on_gpus(device):
 def test_unlit_shows_its_colour_in_any_light(device, values):
     from tests.building import shining
 
-    wall = placed(plane(50, 50, lambert(0.8, 0.4, 0.2, unlit=True)), turn("x", 90))
+    wall = placed(plane(50, 50, lambert(0.8, 0.4, 0.2, unlit=True)), rotate("x", 90))
     scene = scene_of(wall, shining(DirectionalLight(illuminance=100)), environment=uniform(9))
     frame = render(device, scene, 2, front(2.0), values=values)
     np.testing.assert_allclose(frame.color, np.broadcast_to([0.8, 0.4, 0.2], frame.color.shape), rtol=1e-3)
@@ -418,7 +420,7 @@ def test_unlit_shows_its_colour_in_any_light(device, values):
 def test_sections_placed_by_hand_look_like_nodes(device):
     """The same triangles moved by NumPy and by the node's matrix."""
     section = torus(0.4, 0.15, lambert(0.7))
-    place = move(0.2, 0.5, 0) @ turn("x", 60) @ stretch(1.2, 1.2, 1.2)
+    place = move(0.2, 0.5, 0) @ rotate("x", 60) @ stretch(1.2, 1.2, 1.2)
     by_node, by_hand = (
         render(device, scene_of(node), 1, CAMERA) for node in (placed(section, place), placed(at(section, place)))
     )

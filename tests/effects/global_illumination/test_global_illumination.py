@@ -10,7 +10,7 @@ from pica.quality.effects import MeasuredEffect
 from pica.scene.light import RectangleLight
 from pica.scene.material import Image, Material, Sampler, Texture
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import checkered, lambert, placed, scene_of, settings, shining
 
 SIZE = (96, 64)
@@ -76,7 +76,7 @@ def test_metal_fields_keep_no_light_from_matte_ones(device, mode):
     floor = Material(base_color=(0.6, 0.6, 0.6, 1), metallic=1.0, roughness=1.0, metallic_roughness_texture=texture)
     scene = scene_of(
         placed(plane(4, 4, floor)),
-        placed(plane(4, 3, lambert(0.8)), move(0, 1.5, -2) @ turn("x", 90)),
+        placed(plane(4, 3, lambert(0.8)), move(0, 1.5, -2) @ rotate("x", 90)),
         shining(RectangleLight(radiance=20.0, width=0.8, height=0.5), move(0, 1, -1)),
     )
     values = {"global_illumination.mode": mode, "global_illumination.bounces": "1"}
@@ -206,7 +206,7 @@ def test_surfels_lie_evenly(device):
 def test_what_is_known_of_surfels_can_be_seen(device):
     renderer = pica.Renderer(pica.scenes.court(), size=SIZE, settings=settings(SURFELS), device=device)
     renderer.render(8)
-    assert not any(recipe.module.endswith("surfel_views.slang") for recipe in device.planned)  # nobody asked for it
+    assert not any(recipe.module.endswith("surfel_debug.slang") for recipe in device.planned)  # nobody asked for it
     renderer.debug = True
     picture = renderer.render(1)
     view = {

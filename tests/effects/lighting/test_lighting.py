@@ -12,7 +12,7 @@ from pica.scene.environment import Environment
 from pica.scene.light import DirectionalLight, DiskLight, PointLight, RectangleLight, SphereLight, SpotLight, TubeLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import (
     lambert,
     leaves,
@@ -41,7 +41,7 @@ def stage(*lights, environment=None):
         placed(plane(4, 4, lambert(0.7, 0.6, 0.5))),
         placed(sphere(0.35, shiny), move(-0.6, 0.35, 0.1)),
         placed(box(0.5, Material(base_color=(0.3, 0.5, 0.8, 1), metallic=0.0, roughness=0.6)), move(0.5, 0.25, -0.3)),
-        placed(plane(0.6, 0.6, leaves()), move(0.1, 0.3, 0.6) @ turn("x", 65)),
+        placed(plane(0.6, 0.6, leaves()), move(0.1, 0.3, 0.6) @ rotate("x", 65)),
         *lights,
         environment=environment,
     )
@@ -51,7 +51,7 @@ def lamp(double_sided=False):
     """Emissive triangles: a small bright quad under which the stage stands, and a dim ball."""
     quad = lambert(0.5, emission=(20.0, 15.0, 10.0), double_sided=double_sided)
     return (
-        placed(plane(0.4, 0.3, quad), move(0.2, 1.5, 0.3) @ turn("x", 170)),
+        placed(plane(0.4, 0.3, quad), move(0.2, 1.5, 0.3) @ rotate("x", 170)),
         placed(sphere(0.15, lambert(0.5, emission=(1.0, 3.0, 4.0)), 12), move(-0.9, 0.8, -0.6)),
     )
 
@@ -99,7 +99,7 @@ def test_irradiance_of_a_directional_light(device):
     """A Lambert floor sends back albedo / pi of the illuminance, times the cosine."""
     for angle in (0, 40, 75):
         floor = placed(plane(9, 9, lambert(0.8, 0.4, 0.2)))
-        sun = shining(DirectionalLight((1, 0.5, 0.25), 3.0), turn("z", angle) @ turn("x", -90))
+        sun = shining(DirectionalLight((1, 0.5, 0.25), 3.0), rotate("z", angle) @ rotate("x", -90))
         color = render(device, scene_of(floor, sun), 1, ABOVE, SIZE).color
         expected = np.multiply((0.8, 0.4, 0.2), (1, 0.5, 0.25)) * 3 * math.cos(math.radians(angle)) / math.pi
         np.testing.assert_allclose(color, np.broadcast_to(expected, color.shape), rtol=0.005)
@@ -127,7 +127,7 @@ def test_irradiance_of_a_point_light(device):
 
 def test_cone_of_a_spot(device):
     light = SpotLight(intensity=5.0, inner_cone_angle=math.radians(20), outer_cone_angle=math.radians(35))
-    scene = scene_of(placed(plane(9, 9, lambert(0.6))), shining(light, move(0, 1, 0) @ turn("x", -90)))
+    scene = scene_of(placed(plane(9, 9, lambert(0.6))), shining(light, move(0, 1, 0) @ rotate("x", -90)))
     color = render(device, scene, 1, ABOVE, SIZE).color[..., 0]
     x, z = floor_points(SIZE)
     angle = np.degrees(np.arctan(np.hypot(x, z)))
@@ -150,7 +150,8 @@ def test_irradiance_under_a_uniform_sky(device):
 def test_irradiance_of_a_disk_above(device):
     """On the axis: pi L sin^2 of the half angle; pictures of a few pixels around the axis."""
     scene = scene_of(
-        placed(plane(9, 9, lambert(1.0))), shining(DiskLight(radiance=3.0, radius=0.5), move(0, 1, 0) @ turn("x", -90))
+        placed(plane(9, 9, lambert(1.0))),
+        shining(DiskLight(radiance=3.0, radius=0.5), move(0, 1, 0) @ rotate("x", -90)),
     )
     color = render(device, scene, 256, orthographic((0, 0.9, 0), (0, 0, 0), 0.02), (16, 16)).color
     np.testing.assert_allclose(color.mean(), 3.0 * 0.5**2 / (1 + 0.5**2), rtol=0.01)
@@ -158,7 +159,7 @@ def test_irradiance_of_a_disk_above(device):
 
 def test_specular_zero_is_pure_lambert(device):
     """From every side the same radiance; with the dielectric reflection it is not."""
-    sun = shining(DirectionalLight(illuminance=math.pi), turn("x", -90))
+    sun = shining(DirectionalLight(illuminance=math.pi), rotate("x", -90))
 
     def seen(specular, eye):
         floor = placed(plane(9, 9, lambert(0.5, specular=specular)))
@@ -174,7 +175,7 @@ def test_specular_zero_is_pure_lambert(device):
 def board_shadow(device, mode, light, frames):
     """The floor under a square board of half a metre, as the share of the light that arrives."""
     board = placed(box((0.5, 0.01, 0.5), lambert()), move(0, 0.5, 0))
-    scene = scene_of(placed(plane(9, 9, lambert(1.0))), board, shining(light, turn("x", -90)))
+    scene = scene_of(placed(plane(9, 9, lambert(1.0))), board, shining(light, rotate("x", -90)))
     camera = orthographic((0, 0.4, 0), (0, 0, 0), 1.0)
     values = {"shadows.mode": mode, "shadows.denoiser": "off"}  # effects/shadows/ has the filters' tests
     color = render(device, scene, frames, camera, (64, 64), values).color[..., 0]
@@ -218,7 +219,7 @@ def test_no_shadows(device):
 def test_shadow_of_a_mask_has_holes(device):
     """Half of the board is clear: half of its shadow is lit."""
     board = placed(plane(0.5, 0.5, leaves()), move(0, 0.5, 0))
-    sun = shining(DirectionalLight(illuminance=math.pi), turn("x", -90))
+    sun = shining(DirectionalLight(illuminance=math.pi), rotate("x", -90))
     scene = scene_of(placed(plane(9, 9, lambert(1.0))), board, sun)
     color = render(device, scene, 1, orthographic((0, 0.4, 0), (0, 0, 0), 1.0), (64, 64)).color[..., 0]
     assert (color < 0.01).mean() == pytest.approx(0.25 / 2, abs=0.005)
@@ -228,7 +229,7 @@ def test_shadow_of_a_mask_has_holes(device):
 
 def test_lights_do_not_shine_through_what_they_stand_on(device):
     """No light leaks and no surface shades itself: a sun at grazing angles on a closed box."""
-    sun = shining(DirectionalLight(illuminance=math.pi), turn("z", 88) @ turn("x", -90))
+    sun = shining(DirectionalLight(illuminance=math.pi), rotate("z", 88) @ rotate("x", -90))
     floor = placed(plane(9, 9, lambert(1.0)))
     color = render(device, scene_of(floor, sun), 8, ABOVE, SIZE).color
     np.testing.assert_allclose(color, math.cos(math.radians(88)), rtol=0.01)
@@ -259,7 +260,7 @@ def test_lights_beyond_the_slots_share_one_ray_and_bring_all_their_light(device,
 @pytest.mark.parametrize(("level", "rays"), [("low", 1), ("medium", 2)])
 def test_no_scene_takes_more_rays_than_the_budget(device, level, rays):
     """One for each of most pixels, or two."""
-    sun = shining(DirectionalLight(illuminance=0.1, angular_diameter=0.02), turn("x", -60))
+    sun = shining(DirectionalLight(illuminance=0.1, angular_diameter=0.02), rotate("x", -60))
     sun.name = "sun"
     scene = stage(*many_lights(12), *lamp(), sun, environment=uniform(0.3, 0.4, 0.5))
     renderer = pica.Renderer(scene, size=SIZE, settings=pica.Settings().with_values({"shadows": level}), device=device)
@@ -324,7 +325,7 @@ def test_the_shared_ray_goes_where_the_light_comes_from(device):
 def test_with_all_slots_taken_each_light_keeps_its_own_shadow(device):
     """The strongest light is hidden everywhere, the last slot, the sky, nowhere."""
     roof = placed(plane(9, 9, lambert()), move(0, 50, 0))
-    sun = shining(DirectionalLight(illuminance=1000.0), turn("x", -90))
+    sun = shining(DirectionalLight(illuminance=1000.0), rotate("x", -90))
     rest = [shining(PointLight(intensity=1e-3), move(place / 28 - 0.5, 0.5, 0)) for place in range(29)]
     scene = scene_of(placed(plane(9, 9, lambert(1.0))), roof, sun, *rest, environment=uniform(1.0))
     color = render(device, scene, 32, ABOVE, SIZE, {"shadows.max_lights": "29"}).color
@@ -333,8 +334,8 @@ def test_with_all_slots_taken_each_light_keeps_its_own_shadow(device):
 
 def test_shadow_layers_show_the_lights_one_by_one(device):
     """Strongest first; 1 where the sample is free."""
-    left = shining(DirectionalLight(illuminance=1.0), turn("z", 45) @ turn("x", -90))
-    strong = shining(DirectionalLight(illuminance=5.0), turn("x", -90))
+    left = shining(DirectionalLight(illuminance=1.0), rotate("z", 45) @ rotate("x", -90))
+    strong = shining(DirectionalLight(illuminance=5.0), rotate("x", -90))
     scene = scene_of(placed(plane(9, 9, lambert())), placed(box(0.3, lambert()), move(0, 0.3, 0)), left, strong)
     layers = render(device, scene, 1, ABOVE, SIZE).aov("shadows")
     assert layers.shape == (48, 64, 2) and set(np.unique(layers)) == {0, 1}
@@ -349,7 +350,7 @@ def test_emission_is_seen_on_the_front_only(device):
         material.double_sided = double_sided
         frame = render(
             device,
-            scene_of(placed(plane(9, 9, material), turn("x", angle))),
+            scene_of(placed(plane(9, 9, material), rotate("x", angle))),
             1,
             Camera.look_at((0, 0, 2), (0, 0, 0)),
             SIZE,

@@ -8,7 +8,7 @@ from pica.quality.effects import MeasuredEffect
 from pica.scene.camera import Camera
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import lambert, placed, scene_of, settings
 
 SIZE = (48, 32)
@@ -24,7 +24,7 @@ def furnace():
     shining = (SHINES,) * 3
     mirror = Material(base_color=(1, 1, 1, 1), metallic=1.0, roughness=0.0)
     walls = lambert(REFLECTS, emission=shining, double_sided=True)
-    return scene_of(placed(box(2, walls)), placed(plane(1.98, 1.98, mirror), move(0, 0, -0.98) @ turn("x", 90)))
+    return scene_of(placed(box(2, walls)), placed(plane(1.98, 1.98, mirror), move(0, 0, -0.98) @ rotate("x", 90)))
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from pica.scene.light import DiskLight, PointLight, RectangleLight, SphereLight,
 from pica.scene.material import Material
 from pica.scene.orbit import orbited, pivot
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import held, lambert, left_in, placed, scene_of, settings, shining, trace, uniform
 
 SIZE = (64, 48)
@@ -52,11 +52,11 @@ def glossy_room():
     return (
         scene_of(
             placed(plane(4, 4, floor)),
-            placed(plane(4, 3, wall), move(0, 1.5, -2) @ turn("x", 90)),
-            placed(plane(3, 4, wall), move(-2, 1.5, 0) @ turn("z", -90)),
+            placed(plane(4, 3, wall), move(0, 1.5, -2) @ rotate("x", 90)),
+            placed(plane(3, 4, wall), move(-2, 1.5, 0) @ rotate("z", -90)),
             placed(sphere(0.4, metal(0.35)), move(0.4, 0.4, -0.4)),
             placed(sphere(0.2, bulb), move(-0.9, 0.5, 0.2)),
-            shining(RectangleLight(radiance=8.0, width=0.8, height=0.5), move(0.8, 2.2, 0.5) @ turn("x", -90)),
+            shining(RectangleLight(radiance=8.0, width=0.8, height=0.5), move(0.8, 2.2, 0.5) @ rotate("x", -90)),
             shining(PointLight(intensity=3.0), move(-1, 1.6, -1)),
             environment=clouds(),
         ),
@@ -70,13 +70,13 @@ def lamps():
     return (
         scene_of(
             placed(plane(4, 4, floor)),
-            placed(plane(4, 3, wall), move(0, 1.5, -2) @ turn("x", 90)),
+            placed(plane(4, 3, wall), move(0, 1.5, -2) @ rotate("x", 90)),
             placed(sphere(0.4, metal(0.4)), move(0.4, 0.4, -0.4)),
             placed(box((0.8, 0.8, 0.05), wall), move(-0.7, 0.4, -1.2)),
-            shining(RectangleLight(radiance=3.0, width=1.4, height=1.0), move(0.8, 1.7, -1.2) @ turn("x", -30)),
+            shining(RectangleLight(radiance=3.0, width=1.4, height=1.0), move(0.8, 1.7, -1.2) @ rotate("x", -30)),
             shining(DiskLight(radiance=3.0, radius=0.7), move(-0.7, 0.9, -1.0)),
             shining(SphereLight(radiance=2.0, radius=0.45), move(-0.9, 1.5, 0)),
-            shining(TubeLight(radiance=2.0, radius=0.2, length=1.0), move(0.3, 1.7, -0.6) @ turn("z", 20)),
+            shining(TubeLight(radiance=2.0, radius=0.2, length=1.0), move(0.3, 1.7, -0.6) @ rotate("z", 20)),
         ),
         VIEW,
     )
@@ -190,19 +190,19 @@ def test_a_picture_at_rest_becomes_that_of_own_rays(device):
         )
         measured = MeasuredEffect(renderer, "reflections")
         if not own:
-            renderer._stages.reflections._own = None
+            renderer._stages.reflections._correction = None
         for _ in range(180):
             renderer.advance(camera, jittered=False, capture=measured.offers)
         found, truth = measured.result()["reflections"], measured.reference(1024)["reflections"]
         errors.append(np.nanmean((found - truth) ** 2))
         if own:
-            missing = held(renderer, "reflections", "missing light")
-            before = missing.to_numpy()[..., 3].max()
+            correction = held(renderer, "reflections", "correction")
+            before = correction.to_numpy()[..., 3].max()
             for _ in range(34):
                 renderer.advance(
                     Camera.look_at((1.3, 0.9, 2.2), (0, 0.4, 0), vertical_fov=np.radians(40)), jittered=False
                 )
-            assert before > 30 and 0 < missing.to_numpy()[..., 3].max() < 4
+            assert before > 30 and 0 < correction.to_numpy()[..., 3].max() < 4
     assert errors[0] < 0.5 * errors[1], errors
 
 
@@ -310,7 +310,7 @@ def test_off_traces_nothing_and_leaves_what_shines_to_the_samples(device):
 @pytest.mark.parametrize("way", ["sampled", "prefiltered"])
 def test_what_mirrors_show_is_lit_by_the_environment(device, way):
     """However that lights what the camera sees: a mirror before a matt wall under a white sky."""
-    mirror = placed(plane(3, 3, metal(0.1)), move(0, 1, -1) @ turn("x", 90))
+    mirror = placed(plane(3, 3, metal(0.1)), move(0, 1, -1) @ rotate("x", 90))
     scene = scene_of(mirror, placed(box((3, 2, 0.2), lambert(0.8)), move(0, 1, 2)), environment=uniform(1, 0.8, 0.6))
     values = {"reflections.mode": "ray_traced", "lighting.environment": way, "global_illumination.mode": "off"}
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
@@ -347,10 +347,10 @@ def test_mirror_rays_draw_a_glossy_floor(device, alpha, bias, better):
         values = {"reflections.mode": "ray_traced", "reflections.reconstruction": way}
         renderer = pica.Renderer(scene, size=(96, 72), settings=settings(values), device=device)
         measured = MeasuredEffect(renderer, "reflections")
-        ends = left_in(renderer, "reflections", "ends")
-        renderer.advance(camera, jittered=False, capture=lambda: {*measured.offers(), *ends()})  # noqa: B023
+        hits = left_in(renderer, "reflections", "hit position and pdf")
+        renderer.advance(camera, jittered=False, capture=lambda: {*measured.offers(), *hits()})  # noqa: B023
         found = np.nan_to_num(measured.result()["reflections"])
-        densities = renderer.captured["test.ends"]()[..., 3]
+        densities = renderer.captured["test.hit position and pdf"]()[..., 3]
         assert (densities < 0).any() == (way == "mirror_rays"), "mirror rays have none"
         if truth is None:
             truth = np.nan_to_num(measured.reference(512)["reflections"])

@@ -7,7 +7,7 @@ import pica
 from pica.scene.camera import Camera
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import lambert, placed, scene_of, settings, sky, uniform
 
 SIZE = (96, 64)
@@ -29,7 +29,7 @@ def lamps_on(floor):
     red, white = lambert(0, emission=(4.0, 0.5, 0.5)), lambert(0, emission=(2.0, 2.0, 2.0))
     return scene_of(
         placed(plane(8, 8, floor)),
-        placed(box((0.7, 0.5, 0.4), red), move(-0.6, 0.4, -0.6) @ turn("y", 20)),
+        placed(box((0.7, 0.5, 0.4), red), move(-0.6, 0.4, -0.6) @ rotate("y", 20)),
         placed(box((0.5, 0.8, 0.3), white), move(0.5, 0.4, -0.4)),
     )
 
@@ -87,7 +87,7 @@ def test_light_is_neither_made_nor_lost(device):
     """White metals below a white sky send on all that comes, whatever of it comes over others."""
     white = metal(0.3, 1, 1, 1)
     balls = [placed(sphere(0.4, white), move(x, 0.4, 0)) for x in (-0.5, 0.5)]
-    wall = placed(plane(20, 4, white), move(0, 2, -1.5) @ turn("x", 90))
+    wall = placed(plane(20, 4, white), move(0, 2, -1.5) @ rotate("x", 90))
     scene = scene_of(placed(plane(20, 20, white)), wall, *balls, environment=uniform(1, 1, 1))
     frame = rendered(device, scene, SCREEN)
     seen = frame.aov("instance") > 0

@@ -9,7 +9,7 @@ import pica
 from pica.scene.light import DirectionalLight, PointLight, RectangleLight, SphereLight, SpotLight
 from pica.scene.material import AlphaMode
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import lambert, leaves, orthographic, placed, render, scene_of, settings, shining, trace
 
 SIZE = (96, 64)
@@ -50,9 +50,9 @@ def psnr(a, b):
 def things():
     return [
         floor(),
-        placed(box(0.7, lambert(0.5)), move(0.4, 0.5, -0.6) @ turn("y", 30) @ turn("x", 20)),
+        placed(box(0.7, lambert(0.5)), move(0.4, 0.5, -0.6) @ rotate("y", 30) @ rotate("x", 20)),
         placed(sphere(0.4, lambert(0.5)), move(-0.9, 0.6, 0.2)),
-        placed(plane(0.8, 0.8, leaves()), move(0.9, 0.5, 0.7) @ turn("x", 20)),
+        placed(plane(0.8, 0.8, leaves()), move(0.9, 0.5, 0.7) @ rotate("x", 20)),
     ]
 
 
@@ -134,7 +134,7 @@ def replace_node(node):
 @pytest.mark.parametrize("height", [2.0, 0.3, 0.1])
 @pytest.mark.parametrize("mode", ["hard", "soft"])
 def test_nothing_shadows_itself(device, height, mode):
-    tilted = placed(plane(1.5, 1.5, lambert(0.5)), move(1.0, 0.8, 0) @ turn("z", -20) @ turn("x", 10))
+    tilted = placed(plane(1.5, 1.5, lambert(0.5)), move(1.0, 0.8, 0) @ rotate("z", -20) @ rotate("x", 10))
     diameter = 0.05 if mode == "soft" else 0.0
     values = {**MAPS, "shadows.mode": mode, "shadow_maps.cascade_size": "256"}
     assert arriving(device, scene_of(floor(10), sun((1, height, 0.4), diameter)), values).min() == 1
@@ -160,7 +160,7 @@ def test_a_ball_has_no_acne(device):
 
 def test_a_wall_throws_its_shadow_from_behind(device):
     for side in (1, -1):
-        wall = placed(plane(1, 1, lambert(0.5)), move(0, 0.5, 0) @ turn("x", 90 * side))
+        wall = placed(plane(1, 1, lambert(0.5)), move(0, 0.5, 0) @ rotate("x", 90 * side))
         assert (visibility(device, scene_of(floor(), wall, sun((0, 1, 1)))) < 0.1).mean() > 0.02
 
 

@@ -11,7 +11,7 @@ import pica
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, PointLight, RectangleLight, SphereLight
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from tests.building import lambert, left_in, orthographic, placed, scene_of, settings, shining
 
 SIZE = (96, 64)
@@ -30,7 +30,7 @@ def stage(*lights):
     grey = lambert(0.6)
     return scene_of(
         placed(plane(8, 8, grey)),
-        placed(box(0.6, grey), move(0.4, 0.301, -0.3) @ turn("y", 25), "box"),
+        placed(box(0.6, grey), move(0.4, 0.301, -0.3) @ rotate("y", 25), "box"),
         placed(sphere(0.3, grey), move(-0.6, 0.7, 0.2), "ball"),
         *lights,
     )
@@ -95,7 +95,7 @@ def test_penumbra_widens_with_the_distance_of_the_occluder(device, denoiser):
     widths = []
     for height in (0.3, 0.6, 0.9):
         board = placed(box((2.0, 0.01, 2.0), lambert()), move(-1, height, 0))
-        sun = shining(DirectionalLight(illuminance=2.0, angular_diameter=diameter), turn("x", -90))
+        sun = shining(DirectionalLight(illuminance=2.0, angular_diameter=diameter), rotate("x", -90))
         scene = scene_of(placed(plane(9, 9, lambert())), board, sun)
         camera = orthographic((0, 0.25, 0), (0, 0, 0), 0.5)
         frame = renderer_of(device, scene, (64, 32), denoiser=denoiser).render(48, camera=camera)

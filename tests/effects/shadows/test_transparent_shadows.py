@@ -11,7 +11,7 @@ from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, SphereLight
 from pica.scene.material import Image, Material, Sampler, Texture
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import aim, move, turn
+from pica.scenes.placing import aim, move, rotate
 from pica.tracing import embree
 from tests.building import lambert, orthographic, placed, render, scene_of, settings, shining, trace, uniform
 
@@ -27,7 +27,7 @@ WAYS = [
 ]
 COLORS = [(0.9, 0.5, 0.3), (0.4, 0.9, 0.8), (0.7, 0.7, 0.95)]
 TILTS = [0, 25, 50]
-DOWN = turn("x", -90)
+DOWN = rotate("x", -90)
 ABOVE = orthographic((0, 0.2, 0), (0, 0, 0), 0.3)
 """Sees the floor alone, from below what is at half a metre and higher."""
 
@@ -68,7 +68,7 @@ def test_three_panes_give_the_product_of_their_colours_and_interfaces(device, va
     for index, (color, tilt) in enumerate(zip(COLORS, TILTS, strict=True)):
         side = 180 * (index % 2)  # a pane is the same from both sides
         pane = plane(3, 3, glass(color, transmission=0.9, roughness=0.0))
-        panes.append(placed(pane, move(0, 1.4 + 1.5 * index, 0) @ turn("x", tilt + side)))
+        panes.append(placed(pane, move(0, 1.4 + 1.5 * index, 0) @ rotate("x", tilt + side)))
         expected *= 0.9 * np.array(color) * (1 - schlick(math.cos(math.radians(tilt)))) ** 2
     found = arriving(device, panes, values, diameter, tracer)
     np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=0.01)
@@ -78,7 +78,7 @@ def test_three_panes_give_the_product_of_their_colours_and_interfaces(device, va
 def test_light_leaves_a_solid_only_below_the_critical_angle(device, tracer):
     color = np.array((0.9, 0.7, 0.5))
     for tilt, leaves in ((0, True), (35, True), (50, False)):
-        slab = placed(box((3, 0.2, 3), glass(color, thin_walled=False)), move(0, 2, 0) @ turn("x", tilt))
+        slab = placed(box((3, 0.2, 3), glass(color, thin_walled=False)), move(0, 2, 0) @ rotate("x", tilt))
         found = arriving(device, slab, PIPELINE, tracer=tracer)
         expected = np.zeros(3)
         if leaves:  # Snell's law, which gives no angle at 50 degrees
@@ -107,7 +107,7 @@ def test_a_texture_says_where_light_comes_through(device):
 
 def invisible_pane():
     """Takes no light and does not show, but rays must find the way through."""
-    pane = placed(plane(4, 4, glass(specular=0.0)), move(0, 0.6, 0) @ turn("x", 10))
+    pane = placed(plane(4, 4, glass(specular=0.0)), move(0, 0.6, 0) @ rotate("x", 10))
     pane.visible_to_camera = False
     return pane
 
@@ -140,7 +140,7 @@ def test_what_takes_no_light_changes_nothing(device, tracer):
 
 def test_filtered_shadows_of_glass_come_near_the_truth(device):
     ball = placed(sphere(0.3, glass((0.9, 0.4, 0.3), thin_walled=False)), move(0, 0.5, 0))
-    pane = placed(plane(0.8, 0.8, glass((0.3, 0.8, 0.4))), move(-0.5, 0.8, 0.1) @ turn("x", 30))
+    pane = placed(plane(0.8, 0.8, glass((0.3, 0.8, 0.4))), move(-0.5, 0.8, 0.1) @ rotate("x", 30))
     light = shining(DirectionalLight(illuminance=2.0, angular_diameter=0.1), aim((0.6, 2, 0.5), (0, 0, 0)))
     scene = scene_of(floor(), ball, pane, light)
     view = Camera.look_at((0.3, 2.0, 2.4), (0, 0.2, 0), vertical_fov=math.radians(40))

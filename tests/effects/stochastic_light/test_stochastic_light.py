@@ -10,7 +10,7 @@ from pica.scene.environment import Environment
 from pica.scene.light import PointLight, RectangleLight, SphereLight
 from pica.scene.material import Image, Material, Sampler, Texture
 from pica.scenes.basic_meshes import box, plane, sphere
-from pica.scenes.placing import move, turn
+from pica.scenes.placing import move, rotate
 from tests.building import edges, lambert, orthographic, placed, scene_of, settings, shining, sky, trace
 
 SIZE = (64, 48)
@@ -39,7 +39,7 @@ def many_lights(number=60):
 
 
 def glow():
-    return placed(plane(0.4, 0.3, lambert(0.5, emission=(20.0, 15.0, 10.0))), move(0.2, 1.5, 0.3) @ turn("x", 170))
+    return placed(plane(0.4, 0.3, lambert(0.5, emission=(20.0, 15.0, 10.0))), move(0.2, 1.5, 0.3) @ rotate("x", 170))
 
 
 SCENES = {
@@ -162,7 +162,7 @@ def test_highlights_of_mirrors_stay_where_they_are_seen(device):
     metal = Material(base_color=(0.9, 0.9, 0.9, 1), metallic=1.0, roughness=0.12)
     balls = [placed(sphere(0.35, metal), move(x, 0.35, z)) for x in (-0.9, 0, 0.9) for z in (-0.5, 0.5)]
     lamp = RectangleLight(radiance=20.0, width=0.5, height=0.15)
-    lamps = [shining(lamp, move(x, 1.6, z) @ turn("x", -90)) for x in (-0.8, 0, 0.8) for z in (-0.8, 0.6)]
+    lamps = [shining(lamp, move(x, 1.6, z) @ rotate("x", -90)) for x in (-0.8, 0, 0.8) for z in (-0.8, 0.6)]
     scene = scene_of(placed(plane(4, 4, lambert(0.3))), *balls, *lamps)
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(), device=device)
     for frame in range(16):

@@ -1,1 +1,1 @@
-"""Ambient occlusion: which share of the hemisphere above a surface is open nearby."""
+"""Ambient occlusion: visibility of the hemisphere above a surface, nearby."""

@@ -3,8 +3,8 @@
 import numpy as np
 import slangpy as spy
 
+from pica.effects.ambient_occlusion.debug_aovs import offer_occlusion_aovs, unoccluded
 from pica.effects.ambient_occlusion.filter import HorizonFilter, RayFilter
-from pica.effects.ambient_occlusion.views import occlusion_views, open_share
 from pica.filtering.accumulation import accumulate_grid
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
@@ -20,8 +20,8 @@ _FOLDER = "effects/ambient_occlusion"
 
 
 class AmbientOcclusion(Effect):
-    """Share of the cosine-weighted hemisphere about the shading normal that is open between min_distance and
-    max_distance (RTG 25, 25.2.3): a texture (width, height) whose red channel goes from 0 to 1; 1 where there is no
+    """Visibility of the cosine-weighted hemisphere about the shading normal between min_distance and
+    max_distance (RTG 25, 25.2.3): a texture (width, height) whose red channel is from 0 to 1; 1 without a
     surface.
     """
 
@@ -46,7 +46,7 @@ class AmbientOcclusion(Effect):
         self._by_many_rays = ManySamples(device, reference, "AmbientVisibility", "hit", tracer)
 
     def reference(self) -> Reference:
-        """The open share by many rays."""
+        """Visibility by many rays."""
         layers = {"open": ReferenceLayer(self.name, self._lengths)}
         inputs = "frame", "gbuffer", "scene"
         return Reference(self._by_many_rays, inputs, layers)
@@ -65,11 +65,11 @@ class AmbientOcclusion(Effect):
                 )
             if self._search is not None:
                 graph.add(self._search, accumulate_grid(graph.size), averaged=int(self._filters), **shared)
-            graph.offer("debug.ambient_occlusion.raw", (raw,), open_share)
+            graph.offer("debug.ambient_occlusion.raw", (raw,), unoccluded)
             if self._filter is None:
-                graph.offer(self.name, (raw,), open_share)
+                graph.offer(self.name, (raw,), unoccluded)
                 return raw
             history, occlusion = self._filter(graph, raw)
-            occlusion_views(graph, history, occlusion)
-            graph.offer(self.name, (occlusion,), open_share)
+            offer_occlusion_aovs(graph, history, occlusion)
+            graph.offer(self.name, (occlusion,), unoccluded)
         return occlusion

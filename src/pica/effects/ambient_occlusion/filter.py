@@ -13,7 +13,7 @@ _HORIZON_RAYS = 8
 
 
 class _Mean:
-    """The mean of the frames so far."""
+    """The accumulated mean of the frames."""
 
     def __init__(self, device: Device, rays: int, smoothed: bool) -> None:
         self._rays, self._smoothed = rays, smoothed
@@ -37,7 +37,7 @@ class _Mean:
 
 
 class RayFilter:
-    """First in time, then in the picture, as wide as what the history does not know yet asks for."""
+    """A temporal filter, then a spatial one whose width depends on the remaining variance."""
 
     def __init__(self, device: Device, rays: int, max_distance: float) -> None:
         self._max_distance = max_distance
@@ -59,7 +59,7 @@ class RayFilter:
 
 
 class HorizonFilter:
-    """In time; horizons.slang has already taken the mean over 4x4 pixels (Jimenez et al. 2016, section 4.3)."""
+    """Temporal only; horizons.slang has already averaged over 4x4 pixels (Jimenez et al. 2016, section 4.3)."""
 
     def __init__(self, device: Device) -> None:
         self._mean = _Mean(device, _HORIZON_RAYS, smoothed=True)

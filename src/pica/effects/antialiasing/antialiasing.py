@@ -16,8 +16,8 @@ from pica.settings import AntialiasingSettings
 
 
 class Antialiasing(Effect):
-    """The picture since the first frame (width, height, rgba32_float): the plain mean where nothing changes, a history
-    that follows the motion elsewhere (RTG 25, 25.1, last step). Alpha likewise, where the background is transparent."""
+    """The accumulated picture (width, height, rgba32_float): the plain mean at rest, otherwise a reprojected
+    history (RTG 25, 25.1, last step). Alpha likewise, if the background is transparent."""
 
     name = "antialiasing"
 
@@ -32,7 +32,7 @@ class Antialiasing(Effect):
         self._restarted = False
 
     def restart(self) -> None:
-        """Begin the picture anew with the next frame; other histories stay."""
+        """Restart accumulation with the next frame; other histories stay."""
         self._restarted = True
 
     def __call__(self, graph: FrameGraph, radiance: Texture, exposure: Buffer) -> tuple[Texture, Texture | None]:

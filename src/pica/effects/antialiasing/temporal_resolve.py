@@ -26,8 +26,8 @@ class TemporalResolve:
         exposure: Buffer,
         restarts: Callable[[Any], bool] | None = None,
     ) -> Texture:
-        """The picture with this frame's `samples` (render size). `exposure`: of the frame before. `restarts` takes the
-        frame: whether its picture is to begin anew."""
+        """The picture with this frame's `samples` (render size). `exposure`: of the previous frame. `restarts`: whether
+        accumulation restarts, as a function of the frame."""
         formats = {"picture": spy.Format.rgba32_float, "deviation": spy.Format.rgba16_float}
         history = graph.history(self._name, formats, graph.output_size)
         state = history.state

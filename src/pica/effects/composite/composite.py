@@ -1,4 +1,4 @@
-"""The picture of a frame before antialiasing: the sum of what all stages give."""
+"""The picture of a frame before antialiasing: the sum of all stages' light."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -21,20 +21,20 @@ _MOST = {BOTH_PARTS: 4, SIGNAL: 8}
 
 
 class Composite(Effect):
-    """Sums light towards the camera (width, height, rgba32_float), nits: parts, what surfaces emit, and what is seen of
-    the surroundings."""
+    """Adds up light towards the camera (width, height, rgba32_float), nits: parts, emission, and visible
+    surroundings."""
 
     name = "composite"
     aov_names = ("combined", "environment")
 
     def __init__(self, device: Device, transparent: bool) -> None:
-        """`transparent`: surroundings that the camera sees are left out."""
+        """`transparent`: without surroundings that the camera sees directly."""
         self._device, self._transparent = device, transparent
         self._sum = self._made("composite")
 
     @cached_property
     def _sum_so_far(self) -> MaterialPass:
-        # A pass whose parameters differ from dispatch to dispatch would be bound anew each time.
+        # A pass whose parameters differ between dispatches would be bound again each time.
         return self._made("composite_so_far")
 
     def _made(self, name: str) -> MaterialPass:
@@ -78,7 +78,7 @@ class Composite(Effect):
 
 
 def _filled_up(graph: FrameGraph, textures: Sequence[Texture], kind: spy.Format) -> tuple[Texture, ...]:
-    """As many as the shader's array has. Raises GraphError where there are more."""
+    """Padded to the length of the shader's array. Raises GraphError if there are more."""
     if len(textures) > _MOST[kind]:
         raise GraphError(f"composite: {len(textures)} parts of {kind.name}; it sums at most {_MOST[kind]}")
     return (*textures, *[graph.nothing(kind)] * (_MOST[kind] - len(textures)))

@@ -1,4 +1,4 @@
-"""The G-buffer effect: which triangle each pixel sees, by raster or by rays, then what it is made of."""
+"""The G-buffer effect: the visible triangle of each pixel, by raster or by rays, then its surface."""
 
 from typing import Any, Literal
 
@@ -14,7 +14,7 @@ from pica.graph.graph import FrameGraph
 from pica.graph.resources import Lifetime, write
 from pica.programs.library import programs
 from pica.programs.recipes import ForTypes, MaterialPass
-from pica.programs.scene_features import COATS, LOBES, known_features
+from pica.programs.scene_features import COATS, LOBES, supported_features
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.device import Device
 from pica.rhi.passes import RasterPass, RasterState
@@ -26,7 +26,7 @@ _BOXES = Facing.BOXES, Facing.BOXES_MIRRORED
 
 
 class RasterVisibility:
-    """Writes which triangle each pixel sees, by rasterization. One indirect draw per kind of section."""
+    """Rasterizes the visible triangle of each pixel. One indirect draw per kind of section."""
 
     def __init__(self, device: Device) -> None:
         self._passes = {
@@ -69,7 +69,7 @@ class RasterVisibility:
             if draws.kind not in self._passes:
                 self._passes[draws.kind] = self._pass(self._device, draws.kind)
         frame.profiler.begin(frame.encoder, "raster")
-        for draws in drawn:  # Slang-RHI's own barrier would come within the render pass, which Vulkan does not allow
+        for draws in drawn:  # Slang-RHI would place its barrier within the render pass, which Vulkan forbids
             frame.encoder.set_buffer_state(draws.arguments, spy.ResourceState.indirect_argument)
         with frame.encoder.begin_render_pass(self._targets[visibility]) as encoder:
             for draws in drawn:
@@ -142,9 +142,9 @@ class GBufferEffect(Effect):
     def __call__(self, graph: FrameGraph, scene: SceneView) -> GBuffer:
         """The G-buffer of this frame."""
         with graph.scope(self.name):
-            known = known_features(scene.material_types)
+            known = supported_features(scene.material_types)
             optional = [feature.word for feature in known & {COATS, LOBES}]
-            # Whoever advances a renderer by hand reads them after the frame.
+            # Callers of `advance` read them after the frame.
             gbuffer = GBuffer(graph, graph.size, optional, Lifetime.KEPT)
             if self._raster is not None:
                 self._raster(graph, scene, gbuffer)
@@ -178,7 +178,7 @@ class GBufferEffect(Effect):
             graph.offer("rays.primary_rays", (), lambda: pixels, on_request=True)
 
     def _find_coordinates(self, frame: FrameContext, constants: ParameterBlock, **inputs: Any) -> None:
-        """By a pass that nothing compiles before somebody asks for it."""
+        """By a pass that is compiled only on request."""
         if self._coordinates is None:
             self._coordinates = programs(self._device).compute(f"{_FOLDER}/texture_coordinates.slang")
         self._coordinates(frame, frame.grid, frame=constants, **inputs)

@@ -2,10 +2,10 @@
 
 import slangpy as spy
 
+from pica.effects.global_illumination.debug_aovs import offer_irradiance_aovs
 from pica.effects.global_illumination.light_map.light_map_indirect import LightMapIndirect
 from pica.effects.global_illumination.path_traced.path_traced import PathTracedIndirect
 from pica.effects.global_illumination.surfels.surfels import SurfelIndirect
-from pica.effects.global_illumination.views import arriving_views
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
@@ -51,7 +51,7 @@ class GlobalIllumination(Effect):
         self._by_many_paths = ManySamples(device, _REFERENCE, "IndirectLight", "surface", tracer, is_light=True)
 
     def reset(self) -> None:
-        """Drop the surfels."""
+        """Discard the surfels."""
         self._way.reset()
 
     def reference(self) -> Reference:
@@ -76,8 +76,8 @@ class GlobalIllumination(Effect):
     ) -> IndirectResult:
         """What this frame's surfaces reflect diffusely of others.
 
-        For surfels and light maps, `occlusion`: of the screen, None or detail finer than they are. For surfels,
-        `exposure`: a float, what one nit was shown as in the frame before.
+        For surfels and light maps, `occlusion`: screen-space visibility, finer than they are, or None. For surfels,
+        `exposure`: a float, the displayed value of one nit in the previous frame.
         """
         with graph.scope(self.name):
             arriving = graph.texture("arriving", spy.Format.rgba32_float)
@@ -89,5 +89,5 @@ class GlobalIllumination(Effect):
             else:
                 self._way(graph, gbuffer, light, pictures)
             graph.offer("diffuse_indirect", (pictures.reflected,), light_of)
-            arriving_views(graph, arriving)
+            offer_irradiance_aovs(graph, arriving)
         return IndirectResult(arriving, pictures.reflected, self._way.is_smooth, self._bounces, self._way.cache)

@@ -1,1 +1,1 @@
-"""Direct light from everything that shines."""
+"""Direct light of all light sources."""

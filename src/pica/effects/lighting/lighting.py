@@ -40,11 +40,11 @@ class DirectLighting(Effect):
         """The direct light of this frame, both parts as frame/signals/light.py has them; without `shadows` there are
         none.
 
-        `noisy`: where the light of noisy slots goes (StochasticLightDenoiser.samples) instead. None where there are
+        `noisy`: output for the light of noisy slots (StochasticLightDenoiser.samples). None if there are
         none.
-        `mirrored`: where what surfaces mirror of the prefiltered environment goes, likewise (Reflections.surroundings).
-        `occlusion`: the open share of each pixel's surroundings, which dims the prefiltered environment, the only light
-        here that has no shadows of its own.
+        `mirrored`: output for specular light of the prefiltered environment, likewise (Reflections.surroundings).
+        `occlusion`: visibility of each pixel's surroundings, which dims the prefiltered environment, the only light
+        here without shadows of its own.
         """
         with graph.scope(self.name):
             self._prefiltered.add_update(graph, scene)
@@ -72,7 +72,7 @@ class DirectLighting(Effect):
         return direct
 
     def offer(self, graph: FrameGraph, *shares: Texture) -> None:
-        """Let all direct light be looked at, which is the sum of these."""
+        """Offer direct light, the sum of these."""
         with graph.scope(self.name):
             graph.offer("diffuse_direct", shares, diffuse_of)
             graph.offer("glossy_direct", shares, specular_of)

@@ -15,7 +15,7 @@ _COSINE_LOBE = -1.0
 
 
 class PrefilteredEnvironment:
-    """Radiance by direction and roughness, and irradiance. Where it is not wanted, one black texel stands in."""
+    """Radiance by direction and roughness, and irradiance. One black texel if it is not wanted."""
 
     def __init__(self, device: Device, wanted: bool) -> None:
         self._size = size = _SIZE if wanted else (1, 1)

@@ -56,8 +56,8 @@ class Post(Effect):
                 automatic=int(self._settings.auto_exposure),
             )
             display = graph.texture("display", spy.Format.rgba8_unorm, graph.output_size, lifetime=Lifetime.KEPT)
-            shown = {"exposure": exposure, "display": write(display)}
-            graph.add(self._tone_map, graph.output_grid, radiance=radiance, size=size, **shown)
+            outputs = {"exposure": exposure, "display": write(display)}
+            graph.add(self._tone_map, graph.output_grid, radiance=radiance, size=size, **outputs)
         return display
 
     @cached_property
@@ -65,8 +65,8 @@ class Post(Effect):
         return self._device.compute("effects/post/straighten.slang")
 
     def _straightened(self, graph: FrameGraph, picture: Texture, alpha: Texture, channel: int) -> Texture:
-        """The radiance of what covers a pixel, however much of it: that is exposed and tone mapped."""
+        """The radiance of the covered part of each pixel, which is exposed and tone mapped."""
         straight = graph.texture("straight", spy.Format.rgba32_float, graph.output_size)
-        shown = {"picture": picture, "alpha": alpha, "straight": write(straight)}
-        graph.add(self._straighten, graph.output_grid, size=spy.uint2(*graph.output_size), channel=channel, **shown)
+        outputs = {"picture": picture, "alpha": alpha, "straight": write(straight)}
+        graph.add(self._straighten, graph.output_grid, size=spy.uint2(*graph.output_size), channel=channel, **outputs)
         return straight

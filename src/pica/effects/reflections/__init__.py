@@ -1,1 +1,1 @@
-"""What surfaces mirror: a quarter of a ray a pixel, rebuilt from neighbours and earlier frames."""
+"""Specular reflections: a quarter of a ray a pixel, reconstructed from neighbours and earlier frames."""

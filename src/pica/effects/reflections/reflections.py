@@ -1,13 +1,18 @@
-"""What surfaces mirror: a quarter of a ray a pixel, rebuilt from neighbours and earlier frames (RTG 25, 25.2.2)."""
+"""Specular reflections: a quarter of a ray a pixel, then reuse in space and time (RTG 25, 25.2.2)."""
 
 from typing import Any
 
 import slangpy as spy
 
-from pica.effects.reflections.own_rays import OwnRays
+from pica.effects.reflections.convergence_correction import ConvergenceCorrection
+from pica.effects.reflections.debug_aovs import (
+    REPROJECTION_AOVS,
+    offer_history_aovs,
+    offer_reflection_aovs,
+    offer_reprojection_aovs,
+)
 from pica.effects.reflections.ray_traced.traced_rays import TracedRays
 from pica.effects.reflections.screen_space.screen_rays import ScreenRays
-from pica.effects.reflections.views import PAST_VIEWS, accumulated_views, past_views, reflection_views
 from pica.filtering.reprojection import Reprojection
 from pica.frame.aovs import light_of
 from pica.frame.effect import Effect, Reference, ReferenceLayer
@@ -41,7 +46,7 @@ class Reflections(Effect):
         cache: str | None,
         filters: bool,
     ) -> None:
-        """`cache`: the module of the cache of indirect light that the calls give, where they give one. `filters`:
+        """`cache`: the module of the cache of indirect light, if calls pass one. `filters`:
         DebugSettings.filters."""
         self._device, self._cache, self._filters = device, cache, filters
         by_rays = settings.mode == "ray_traced"
@@ -52,18 +57,18 @@ class Reflections(Effect):
         self._reconstruct = programs(device).compute(f"{_FOLDER}/{step}.slang")
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
-        self._own = OwnRays(device) if filters and not self._mirrors else None
+        self._correction = ConvergenceCorrection(device) if filters and not self._mirrors else None
         reference = f"{_FOLDER}/reflection_reference.slang"
         self._by_many_paths = ManySamples(device, reference, "MirroredLight", "surface", tracer, is_light=True)
 
     def reset(self) -> None:
-        """Drop what rays of earlier frames brought."""
-        if self._own is not None:
-            self._own.reset()
+        """Discard the state of earlier frames."""
+        if self._correction is not None:
+            self._correction.reset()
 
     def surroundings(self, graph: FrameGraph) -> Texture | None:
-        """Where the next call looks for what surfaces mirror of the prefiltered environment, (width, height,
-        rgba32_float) over albedo; None: that is not for reflections to bring, and no picture is mirrored."""
+        """The texture for specular light of the prefiltered environment, (width, height,
+        rgba32_float) over albedo; None if reflections do not add it, and without screen-space reflections."""
         with graph.scope(self.name):
             return None if self._screen is None else graph.texture("mirrored surroundings", _LIGHT)
 
@@ -88,19 +93,19 @@ class Reflections(Effect):
     ) -> Texture:
         """What this frame's surfaces mirror, as frame/signals/light.py has it.
 
-        `indirect`: what else lights that; None: nothing. `surroundings`: as the function of that name gave it, filled;
-        with it `picture`, the light of this frame towards the camera without what is mirrored.
+        `indirect`: indirect light at hits; None: none. `surroundings`: the texture of that function, filled;
+        with it `picture`, the light of this frame towards the camera without reflections.
         """
         with graph.scope(self.name):
             history = graph.history("history", {"history": _LIGHT}, layers=1)
-            # Rays over the depth buffer find what was mirrored in the frame before.
+            # Screen-space rays read the reflections of the previous frame.
             lifetime = Lifetime.FRAME if self._screen is None else Lifetime.KEPT
             reflected = graph.texture("reflected", SIGNAL, lifetime=lifetime)
-            ends = graph.texture("ends", _LIGHT, graph.half_size)
-            brought = single = graph.texture("light", spy.Format.rgba32_uint, graph.half_size)
+            hit_position_and_pdf = graph.texture("hit position and pdf", _LIGHT, graph.half_size)
+            ray_light = single = graph.texture("light", spy.Format.rgba32_uint, graph.half_size)
             if self._traced is not None:
                 mirrors = int(self._mirrors)
-                single = self._traced(graph, gbuffer, light, indirect, ends, brought, mirrors)
+                single = self._traced(graph, gbuffer, light, indirect, hit_position_and_pdf, ray_light, mirrors)
             if self._screen is not None:
                 assert surroundings is not None and picture is not None
                 state = history.state
@@ -111,18 +116,18 @@ class Reflections(Effect):
                     mirrors=int(self._mirrors),
                     picture=picture,
                     reflected=reflected,
-                    ends=write(ends),
-                    light=write(brought),
+                    hitPositionAndPdf=write(hit_position_and_pdf),
+                    light=write(ray_light),
                 )
-            signal = self._rebuild(graph, history, ends, brought)
+            signal = self._rebuild(graph, history, hit_position_and_pdf, ray_light)
             graph.add(
                 self._filter,
                 graph.grid,
                 signal=signal,
                 reflected=write(reflected),
             )
-            if self._own is not None:
-                self._own(graph, reprojection, ends, single, reflected)
+            if self._correction is not None:
+                self._correction(graph, reprojection, hit_position_and_pdf, single, reflected)
             graph.offer("reflections", (reflected,), light_of)
         return reflected
 
@@ -130,7 +135,7 @@ class Reflections(Effect):
         self,
         graph: FrameGraph,
         history: History,
-        ends: Texture,
+        hit_position_and_pdf: Texture,
         light: Texture,
     ) -> Texture:
         """(width, height, rgba32_float) mirrored light over albedo from half as many rays, and its variance."""
@@ -139,33 +144,33 @@ class Reflections(Effect):
         graph.add(
             self._reconstruct,
             graph.grid,
-            ends=ends,
+            hitPositionAndPdf=hit_position_and_pdf,
             light=light,
             reconstructed=write(reconstructed),
             distances=write(distances),
             **({} if self._mirrors else {"filtered": int(self._filters)}),
         )
-        reflection_views(graph, light, reconstructed, distances)
+        offer_reflection_aovs(graph, light, reconstructed, distances)
         if not self._filters:
             return reconstructed
         signal = graph.texture("signal", _LIGHT)
         past = {"reconstructed": reconstructed, "distances": distances}
         graph.add(self._accumulate, graph.grid, known=history.known, signal=write(signal), **history.swap(), **past)
-        accumulated_views(graph, signal, history["history"])
-        if graph.wants(*PAST_VIEWS):
+        offer_history_aovs(graph, signal, history["history"])
+        if graph.wants(*REPROJECTION_AOVS):
             self._show_past(graph, signal, history, past)
         return signal
 
     def _show_past(self, graph: FrameGraph, signal: Texture, history: History, past: dict[str, Any]) -> None:
         """Views of the frame before are made by a pass of their own."""
         formats = {"ofSurface": _LIGHT, "ofImage": _LIGHT, "choice": spy.Format.rg32_float}
-        shown = {name: graph.texture(name, kind) for name, kind in formats.items()}
+        textures = {name: graph.texture(name, kind) for name, kind in formats.items()}
         graph.add(
-            self._device.compute(f"{_FOLDER}/reflection_views.slang"),
+            self._device.compute(f"{_FOLDER}/reflection_debug.slang"),
             graph.grid,
             signal=signal,
             previousHistory=history["history"].previous,
             **past,
-            **{name: write(texture) for name, texture in shown.items()},
+            **{name: write(texture) for name, texture in textures.items()},
         )
-        past_views(graph, shown)
+        offer_reprojection_aovs(graph, textures)

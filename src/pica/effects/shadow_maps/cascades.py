@@ -15,11 +15,11 @@ Vector = NDArray[np.float64]
 _STEP = math.sqrt(2.0)
 """Ratio between the distances at which the shadowed part of the view may begin and end."""
 _LEAST_RATIO = 1e-3
-"""Of the nearest to the farthest of these distances."""
+"""Fraction of the distance between nearest and farthest."""
 _MARGIN = 0.25
-"""Share of its radius by which a cascade is larger than need be, so that it need not be drawn in every frame."""
+"""Margin of a cascade, as a fraction of its radius, so that it need not be drawn in every frame."""
 _PROACTIVE = 0.75
-"""Share of its margin after which a cascade is drawn anew, if no other has to be."""
+"""Fraction of its margin after which a cascade is redrawn, if no other one must be."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,9 @@ def view_range(camera: Camera, box: Box) -> tuple[float, float]:
 
 
 def slice_sphere(camera: Camera, aspect: float, near: float, far: float) -> Sphere:
-    """The smallest sphere about a point of the view axis that holds the view between two distances.
+    """The smallest sphere about a point of the view axis that contains the frustum between two distances.
 
-    The same size wherever the camera looks, so that its texels need not change.
+    Its size is independent of the view direction, so its texels need not change.
     """
     eye, forward = camera.transform[:3, 3], -camera.transform[:3, 2]
     if camera.orthographic_height is not None:
@@ -66,63 +66,63 @@ def slice_sphere(camera: Camera, aspect: float, near: float, far: float) -> Sphe
 
 
 def spheres(camera: Camera, aspect: float, box: Box, settings: ShadowMapsSettings) -> list[Sphere]:
-    """What each cascade has to hold. Fewer than settings.cascades where one of them holds the whole scene."""
+    """The bounds of each cascade. Fewer than settings.cascades if one of them contains the whole scene."""
     center = (box[0] + box[1]) / 2
     whole = Sphere(center, max(float(np.linalg.norm(box[1] - box[0])) / 2, 1e-6))
     near, far = view_range(camera, box)
     ends = split_distances(near, far, settings.cascades, settings.cascade_split)
-    wanted = []
+    result = []
     for begin, end in itertools.pairwise(ends):
-        wanted.append(slice_sphere(camera, aspect, begin, end))
-        if wanted[-1].radius >= whole.radius:
-            return [*wanted[:-1], whole]
-    return wanted
+        result.append(slice_sphere(camera, aspect, begin, end))
+        if result[-1].radius >= whole.radius:
+            return [*result[:-1], whole]
+    return result
 
 
 class Cascades:
-    """The views of one directional light. A view stays as it is for as long as it holds what it has to."""
+    """The views of one directional light. A view stays as long as it contains its bounds."""
 
     def __init__(self, settings: ShadowMapsSettings) -> None:
         self._settings = settings
         self._drawn: list[Sphere | None] = [None] * settings.cascades
 
     def forget(self) -> None:
-        """Light or scene have changed: every view is to be drawn anew."""
+        """Invalidate every view, after a change of light or scene."""
         self._drawn = [None] * self._settings.cascades
 
-    def update(self, wanted: list[Sphere], light: Camera, box: Box) -> list[tuple[int, Camera]]:
-        """The cascades that are to be drawn to hold these spheres, each with its orthographic view from the light.
+    def update(self, targets: list[Sphere], light: Camera, box: Box) -> list[tuple[int, Camera]]:
+        """The cascades that must be drawn to contain these spheres, each with its orthographic view from the light.
 
-        `light` is seen from where the light comes; its position does not matter. When no view has to be drawn, that
-        with the least left of its margin is, so that seldom two have to be at once.
+        `light`: its matrix; the position does not matter. If no view must be drawn, the one with the
+        least margin left is, so that seldom two must be at once.
         """
         axes = light.transform[:3, :3]
-        needs = [self._need(drawn, sphere, axes) for drawn, sphere in zip(self._drawn, wanted, strict=False)]
+        needs = [self._need(drawn, sphere, axes) for drawn, sphere in zip(self._drawn, targets, strict=False)]
         stale = [cascade for cascade, need in enumerate(needs) if need > 1]
         if not stale and max(needs) > _PROACTIVE:
             stale = [int(np.argmax(needs))]
-        self._drawn[len(wanted) :] = [None] * (self._settings.cascades - len(wanted))
-        return [(cascade, self._fit(cascade, wanted[cascade], light, box)) for cascade in stale]
+        self._drawn[len(targets) :] = [None] * (self._settings.cascades - len(targets))
+        return [(cascade, self._fit(cascade, targets[cascade], light, box)) for cascade in stale]
 
-    def _need(self, drawn: Sphere | None, wanted: Sphere, axes: Vector) -> float:
-        """How much of its margin a view has used; infinite where it cannot be kept at all."""
-        largest = wanted.radius * (1 + _MARGIN)
-        if drawn is None or drawn.radius < wanted.radius or drawn.radius > largest * (1 + 1e-6):
+    def _need(self, drawn: Sphere | None, target: Sphere, axes: Vector) -> float:
+        """How much of its margin a view has used; infinite if it is invalid."""
+        largest = target.radius * (1 + _MARGIN)
+        if drawn is None or drawn.radius < target.radius or drawn.radius > largest * (1 + 1e-6):
             return math.inf
-        moved = float(np.abs((wanted.center - drawn.center) @ axes[:, :2]).max())
-        return moved / max(drawn.radius - wanted.radius, 1e-3 * wanted.radius)
+        moved = float(np.abs((target.center - drawn.center) @ axes[:, :2]).max())
+        return moved / max(drawn.radius - target.radius, 1e-3 * target.radius)
 
-    def _fit(self, cascade: int, wanted: Sphere, light: Camera, box: Box) -> Camera:
-        axes, radius = light.transform[:3, :3], wanted.radius * (1 + _MARGIN)
-        # In steps of whole texels, so that an edge falls on the same texels wherever the camera goes.
+    def _fit(self, cascade: int, target: Sphere, light: Camera, box: Box) -> Camera:
+        axes, radius = light.transform[:3, :3], target.radius * (1 + _MARGIN)
+        # In steps of whole texels, so that an edge falls on the same texels wherever the camera moves.
         texel = 2 * radius / self._settings.cascade_size
-        place = wanted.center @ axes
+        place = target.center @ axes
         place[:2] = np.round(place[:2] / texel) * texel
-        # All that may throw a shadow into the view lies in the box; the axes' -Z is where the light goes.
+        # The box contains all casters of the view; light travels along the axes' -Z.
         corners = np.array(np.meshgrid(*np.transpose(box))).reshape(3, -1).T @ axes
         depth = max(float(np.ptp(corners[:, 2])), 1e-6)
         place[2] = corners[:, 2].max() + 0.01 * depth
         transform = light.transform.copy()
         transform[:3, 3] = axes @ place
-        self._drawn[cascade] = Sphere(wanted.center, radius)
+        self._drawn[cascade] = Sphere(target.center, radius)
         return replace(light, transform=transform, orthographic_height=2 * radius, near=0.0, far=1.02 * depth)

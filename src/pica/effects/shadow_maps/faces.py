@@ -1,4 +1,4 @@
-"""Where the shadow maps of lights with a place lie: one view for a spot light, five or six for the others."""
+"""Views of local lights' shadow maps: one for a spot light, five or six for others."""
 
 import math
 
@@ -11,9 +11,9 @@ from pica.scene.light import DiskLight, Light, RectangleLight, SpotLight
 _WIDEST_SPOT = math.radians(60.0)
 """Half the angle from which on a single view would waste its middle: it gets the faces of a cube."""
 _GUARD = 3.0
-"""Texels beyond the edges of a face, so that what filters need of the neighbourhood is there."""
+"""Texels beyond the edges of a face, for filters."""
 _NEAREST = 1e-4
-"""Of the scene's radius: what is nearer to the light than this throws no shadow."""
+"""Near plane, as a fraction of the scene's radius: nearer objects cast no shadow."""
 
 
 def face_count(light: Light) -> int:
@@ -24,9 +24,9 @@ def face_count(light: Light) -> int:
 
 
 def light_faces(light: Light, world: Matrix, scene_radius: float, size: int) -> list[Camera]:
-    """Perspective views from the middle of a light that is placed by a (4, 4) matrix; `size`: texels along an edge.
+    """Perspective views from the centre of a light with a (4, 4) matrix; `size`: texels along an edge.
 
-    Flat lights need no view of what lies behind them. What lies within a ball of light throws no shadow.
+    Flat lights need no view of their back. Objects within a sphere light cast no shadow.
     """
     row = pack_light(light, world)
     place, forward = row["position"].astype(np.float64), row["direction"].astype(np.float64)

@@ -26,7 +26,7 @@ class MapArray:
             )
             for view in self._views
         ]
-        """What to begin a render pass with, of each layer."""
+        """The render pass attachments of each layer."""
         self.state = spy.RenderState(
             {
                 "viewports": [spy.Viewport.from_size(size, size)],

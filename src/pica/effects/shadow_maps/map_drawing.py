@@ -1,4 +1,4 @@
-"""Draws shadow maps: a compute pass lists what each view sees, then one or two indirect draws a view."""
+"""Draws shadow maps: a compute pass lists the casters of each view, then one or two indirect draws a view."""
 
 from dataclasses import dataclass
 
@@ -26,11 +26,11 @@ class StaleMap:
     maps: MapArray
     layer: int
     mask: int
-    """The shadow bits of the light's channels (gpu_scene/masks.py): what has none of them throws no shadow."""
+    """The shadow bits of the light's channels (gpu_scene/masks.py): instances without them cast no shadow."""
 
 
 class MapDrawing:
-    """Whatever may throw a shadow is drawn from both sides: a wall throws one from either."""
+    """Casters are drawn double-sided: a wall casts a shadow from either side."""
 
     def __init__(self, device: Device, view_count: int) -> None:
         """`view_count`: the most views that are drawn in one frame."""
@@ -48,7 +48,7 @@ class MapDrawing:
         self._arguments = device.buffer("shadow map draws", size=DRAW_SIZE, usage=_INDIRECT)
 
     def give_back(self) -> None:
-        """Nobody needs these buffers any more."""
+        """Book the buffers as released."""
         self._device.give_back(self._stale, self.counts, self._arguments)
 
     def __call__(self, frame: FrameContext, scene: SceneView, views: spy.Buffer, stale: list[StaleMap]) -> None:

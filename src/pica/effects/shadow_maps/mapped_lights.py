@@ -1,4 +1,4 @@
-"""The shadow maps of some lights, kept up to date."""
+"""The shadow maps of some lights, redrawn when outdated."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -38,7 +38,7 @@ VIEW = np.dtype(
 
 @dataclass
 class _MappedLight:
-    """A light and its views, one behind the other from `first` on."""
+    """A light and its views, contiguous from `first` on."""
 
     node: Node
     first: int
@@ -47,15 +47,15 @@ class _MappedLight:
 
     @property
     def mask(self) -> int:
-        """Of what its shadow rays would meet."""
+        """Mask of its shadow rays."""
         return shadow_mask(self.node.light.lighting_channels) if self.node.light is not None else 0
 
 
 class MappedLights:
-    """Maps of these lights, and the views that they show.
+    """Maps of these lights, and their views.
 
-    A map is drawn when something it may show has come, gone, moved or deformed, and a cascade when the camera has used
-    up its margin (cascades.py); otherwise it stays.
+    A map is drawn when one of its possible casters was added, removed, moved or deformed, and a cascade when the
+    camera has used up its margin (cascades.py).
     """
 
     def __init__(self, device: Device, settings: ShadowMapsSettings, nodes: list[Node]) -> None:
@@ -84,7 +84,7 @@ class MappedLights:
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """What map_lookup.slang has to know."""
+        """Parameters of map_lookup.slang."""
         return {
             "views": self._views,
             "slotViews": self._slots,
@@ -103,12 +103,12 @@ class MappedLights:
         return self._draw.counts
 
     def give_back(self) -> None:
-        """Nobody needs these maps any more."""
+        """Book the maps as released."""
         self._device.give_back(self._cascades.texture, self._faces.texture, self._views, self._slots)
         self._draw.give_back()
 
     def update(self, frame: FrameContext, scene: SceneView) -> None:
-        """Record the drawing of what is out of date."""
+        """Record the drawing of outdated maps."""
         stale: list[StaleMap] = []
         if scene.revision != self._revision:
             self._revision = scene.revision
@@ -142,9 +142,9 @@ class MappedLights:
         for light in self._lights:
             if light.cascades is None:
                 continue
-            wanted = spheres(frame.camera, aspect, scene.bounds, self._settings)
-            light.count = len(wanted)
-            for cascade, view in light.cascades.update(wanted, seen_from(light.node), scene.bounds):
+            targets = spheres(frame.camera, aspect, scene.bounds, self._settings)
+            light.count = len(targets)
+            for cascade, view in light.cascades.update(targets, seen_from(light.node), scene.bounds):
                 place = light.first + cascade
                 self._set(place, view, self._cascades.size)
                 stale.append(StaleMap(place, self._cascades, place, light.mask))
@@ -160,5 +160,5 @@ def _float3(corner: NDArray[np.float64]) -> spy.float3:
 
 
 def seen_from(node: Node) -> Camera:
-    """A camera that looks where a directional light shines."""
+    """A camera along a directional light."""
     return Camera.look_at(node.world[:3, 2], np.zeros(3))

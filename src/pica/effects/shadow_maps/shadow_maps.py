@@ -1,4 +1,4 @@
-"""Shadows without rays: depth maps seen from the lights, filtered as wide as the penumbra should be."""
+"""Shadows without rays: depth maps from the lights, filtered by the width of the penumbra."""
 
 from functools import partial
 from typing import Any
@@ -30,7 +30,7 @@ class ShadowMaps(Effect):
             min_filter=spy.TextureFilteringMode.point, mag_filter=spy.TextureFilteringMode.point
         )
         self.maps = MappedLights(device, settings.shadow_maps, [])
-        """Of the lights in the newest frame. They are as large as the lights ask for, whatever the picture's size."""
+        """Of the lights in the newest frame. Their size is independent of the picture's."""
 
     def __call__(
         self,

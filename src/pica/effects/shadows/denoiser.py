@@ -24,7 +24,7 @@ _STEPS = (1, 2, 4, 8, 16)
 _MOST_LIGHTS = 16
 """ShadowsSettings.denoised_lights has no more."""
 _REMEMBERED = {"signal": spy.Format.rgba16_float, "moments": spy.Format.rgba16_float}
-"""shadow_history.slang has what they hold."""
+"""Their content is documented in shadow_history.slang."""
 _TILE = 8
 """penumbra_tiles.slang: GROUP."""
 
@@ -40,7 +40,7 @@ class ShadowDenoiser:
             return programs(device).compute_with(LIGHTS, f"effects/shadows/{name}.slang")
 
         self._accumulate = compute("shadow_history")
-        # A pass whose parameters differ from dispatch to dispatch is bound anew each time; five passes are not.
+        # A pass whose parameters differ between dispatches is bound again each time; five passes are not.
         self._svgf = [compute("svgf") for _ in _STEPS]
         self._tiles = compute("penumbra_tiles")
         self._footprint = compute("footprint")
@@ -54,7 +54,7 @@ class ShadowDenoiser:
         self._source: spy.Buffer | None = None
 
     def reset(self) -> None:
-        """Drop what is known of lights."""
+        """Discard the lights' state."""
         self._lights = []
 
     def __call__(
@@ -64,13 +64,13 @@ class ShadowDenoiser:
         samples: Texture,
         slopes: Texture,
     ) -> dict[str, Texture]:
-        """filtered: (width, height, denoised slots, rgba16_float) the fraction of each slot's light that arrives; and
-        what views.py shows besides.
+        """filtered: (width, height, denoised slots, rgba16_float) visibility of each slot's light; and
+        the textures for debug_aovs.py.
 
-        `samples` and `slopes`: as shadow_rays.slang writes them.
+        `samples` and `slopes`: as written by shadow_rays.slang.
         """
         layers = len(slots.denoised)
-        # A history with room for more lights than there are goes on when one has gone.
+        # A history with slots for more lights than there are stays valid when one is removed.
         self._layers = max(self._layers, layers)
         history = graph.history("history", _REMEMBERED, layers=self._layers)
         deviation = graph.texture("deviation", spy.Format.r16_float, layers=self._layers)
@@ -196,7 +196,7 @@ class ShadowDenoiser:
             )
 
     def _follow(self, frame: FrameContext, lights: list[Node], first: int) -> bool:
-        """Note how far the lights from `first` on have come since the frame before; whether any has."""
+        """Measure how far the lights from `first` on have moved since the previous frame; returns whether any has."""
         places = {light: _place(light) for light in lights[first:]}
         motions = np.zeros((_MOST_LIGHTS, 4), np.float32)
         for row, (light, place) in zip(motions, places.items(), strict=False):

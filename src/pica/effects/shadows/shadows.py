@@ -6,8 +6,8 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.effects.shadows.debug_aovs import offer_shadow_aovs
 from pica.effects.shadows.denoiser import ShadowDenoiser
-from pica.effects.shadows.views import shadow_views
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.signals.shadows import ShadowTextures, visibility_layers
 from pica.gpu_scene.view import SceneView
@@ -40,7 +40,7 @@ class Shadows(Effect):
         self._by_many_rays = ManySamples(device, reference, "LightVisibility", "surface", tracer)
 
     def reset(self) -> None:
-        """Drop what is known of lights."""
+        """Discard the lights' state."""
         self._denoiser.reset()
 
     def reference(self) -> Reference | None:
@@ -87,7 +87,7 @@ class Shadows(Effect):
             if denoised:
                 textures = self._denoiser(graph, slots, samples, slopes)
                 filtered = textures["filtered"]
-                shadow_views(graph, {"samples": samples, **textures}, slots.svgf)
+                offer_shadow_aovs(graph, {"samples": samples, **textures}, slots.svgf)
             for slot in range(len(slots.single_lights)):
                 self._offer_result(graph, slot, bits, filtered, slot < denoised)
         return ShadowTextures(bits, filtered, samples)
@@ -102,7 +102,7 @@ class Shadows(Effect):
             graph.offer(name, (bits,), lambda bits: visibility_layers(bits, slot + 1)[..., slot], on_request=True)
 
     def _rays_for(self, scene: SceneView) -> RayEffect:
-        """Only where light goes through surfaces must the rays know their materials."""
+        """Shadow rays need materials only if some surface is transmissive."""
         detail: HitDetail = "surface" if scene.transparent else "hit"
         if detail not in self._effects:
             module = f"{_FOLDER}/shadow_rays.slang"

@@ -1,8 +1,8 @@
-"""Light of the slots that many sources share, from one noisy sample a pixel and frame."""
+"""Light of slots shared by many sources, from one noisy sample a pixel and frame."""
 
 import slangpy as spy
 
-from pica.effects.stochastic_light.views import stochastic_light_views
+from pica.effects.stochastic_light.debug_aovs import offer_stochastic_light_aovs
 from pica.filtering.accumulation import accumulate_grid
 from pica.filtering.convergence import COMPLETE_FROM, UNFILTERED_FROM
 from pica.filtering.reprojection import Reprojection
@@ -23,13 +23,13 @@ _STEPS = (1, 3, 9)
 
 
 class StochasticLightDenoiser(Effect):
-    """Filters noisy light: a history in time, then an a-trous filter as wide as its variance asks for."""
+    """Filters noisy light: a temporal filter, then an a-trous filter whose width depends on the variance."""
 
     name = "stochastic_light"
 
     def __init__(self, device: Device) -> None:
         self._accumulate = programs(device).compute(f"{_FOLDER}/stochastic_light_history.slang")
-        # A pass whose parameters differ from dispatch to dispatch would be bound anew each time.
+        # A pass whose parameters differ between dispatches would be bound again each time.
         self._passes = [device.compute(f"{_FOLDER}/stochastic_light_filter.slang") for _ in _STEPS]
         self._modulate = programs(device).compute(f"{_FOLDER}/stochastic_light_modulate.slang")
         self._remembers = self._smooths = True
@@ -92,7 +92,7 @@ class StochasticLightDenoiser(Effect):
                 smoothed=lambda frame: int(self._smooths),
                 shared=write(shared),
             )
-            stochastic_light_views(graph, samples, result, history["history"])
+            offer_stochastic_light_aovs(graph, samples, result, history["history"])
         return shared
 
     def _remembering(self, frame: FrameContext) -> bool:

@@ -1,4 +1,4 @@
-"""What global illumination gives to other effects of a frame."""
+"""Outputs of global illumination for other effects of a frame."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,12 +6,12 @@ from typing import Any
 from pica.graph.resources import Texture, write
 
 ENDLESS = 32
-"""Surfaces on the way of light that is reflected without a limit, for references: more bring next to nothing."""
+"""Path length of light without a bounce limit, for references: longer paths contribute next to nothing."""
 
 
 @dataclass(frozen=True)
 class IndirectCache:
-    """What knows the indirect light of places that the picture does not show."""
+    """A cache of indirect light for positions outside the picture."""
 
     module: str
     """Path below the package of the Slang module that stands for frame/signals/indirect_cache.slang's."""
@@ -24,25 +24,25 @@ class IndirectResult:
     """Diffuse indirect light of a frame."""
 
     arriving: Texture
-    """(width, height, rgba32_float) light that arrives in each pixel, over albedo in nits; alpha 0: not known."""
+    """(width, height, rgba32_float) irradiance of each pixel, as nits over albedo; alpha 0: invalid."""
     reflected: Texture
     """(width, height) of that what surfaces reflect diffusely, as frame/signals/light.py has it."""
     known: bool
-    """Whether `arriving` may be asked: without filters it holds single rays."""
+    """Whether `arriving` may be read: without filters it holds single rays."""
     bounces: int
-    """Surfaces that light may meet on its way where neither picture nor cache have it."""
+    """Maximum number of bounces of paths that neither the picture nor a cache ends."""
     cache: IndirectCache | None
-    """What may be asked beside `arriving`."""
+    """The cache for positions that `arriving` does not have."""
 
 
 @dataclass(frozen=True)
 class IndirectPictures:
-    """What each way to indirect light fills."""
+    """The textures that each method of global illumination fills."""
 
     arriving: Texture
     """As IndirectResult's."""
     reflected: Texture
-    """Likewise."""
+    """As IndirectResult.reflected."""
 
     def arguments(self) -> dict[str, Any]:
         """For the pass that fills them."""

@@ -1,6 +1,6 @@
-"""Light towards the camera, a picture for each kind, which the composite sums.
+"""Light towards the camera, a picture for each kind, which the composite adds up.
 
-Each is (width, height) of nits, three floats of 21 bits (packFloat21x3); 0 where nothing but the surroundings is seen.
+Each is (width, height) of nits, three floats of 21 bits (packFloat21x3); 0 where only the surroundings are visible.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""What the shadows of a frame's light slots are, whoever makes them: rays or shadow maps."""
+"""The shadows of a frame's light slots, from rays or shadow maps."""
 
 from dataclasses import dataclass
 
@@ -10,12 +10,12 @@ from pica.graph.resources import Texture
 
 @dataclass(frozen=True)
 class ShadowTextures:
-    """What the shadows of a frame are."""
+    """The textures with the shadows of a frame."""
 
     bits: Texture
     """(width, height, rg32_uint) one bit a slot. Red: the light's sample is not hidden; green: a ray was traced."""
     filtered: Texture
-    """(width, height, denoised slots, rgba16_float) share of a slot's light that reaches the pixel, 0 to 1."""
+    """(width, height, denoised slots, rgba16_float) visibility of a slot's light, 0 to 1."""
     samples: Texture | None
     """(width, height, slots, rgba16_float) the same of this frame's samples, weighted; in other than transparent scenes
     of the denoised slots alone. None where no rays are traced."""

@@ -1,4 +1,4 @@
-"""Meshes whose vertices are written anew, one at a time, and the upkeep of their bottom-level structures."""
+"""Meshes whose vertices are rewritten, and updates of their bottom-level structures."""
 
 from pica.errors import SceneError
 from pica.gpu_scene.deformation.bending import Bending
@@ -19,15 +19,15 @@ from pica.scene.spline import Spline
 _REBUILD_AT = 1.5
 """Estimated cost of a refitted bottom-level structure, over that when it was built, at which it is rebuilt."""
 _CHECK_EVERY = 8
-"""Refits between two looks at how loose the boxes have become."""
+"""Refits between two checks of the tree's quality."""
 
 
 class Deformation:
-    """Keeps the vertices of a mesh that deforms, and their structures, up to date."""
+    """Updates the vertices of a deforming mesh, and its structures."""
 
     def __init__(self, geometry: GeometryBuffers, mesh: GpuMesh, write: VertexWriter, watched: Node | None) -> None:
-        """`watched`: the node by which to see how loose refits have become, or None where `write` says itself when a
-        refit will not do."""
+        """`watched`: the node to measure the quality of refits by, or None if `write` decides by itself when to
+        rebuild."""
         self.mesh = mesh
         self.write = write
         self._geometry = geometry
@@ -38,11 +38,11 @@ class Deformation:
 
     @property
     def is_new(self) -> bool:
-        """Whether there are no structures yet."""
+        """Whether the structures have not been built yet."""
         return self._refits is None
 
     def forget(self) -> None:
-        """The node goes: book its buffers as given back."""
+        """Book the buffers as released after the node's removal."""
         self.write.forget()
 
     def __call__(self, recording: Recording) -> None:
@@ -76,7 +76,7 @@ def deform_all(recording: Recording, deformations: list[Deformation]) -> None:
 
 
 def deformation_of(device: Device, node: Node, geometry: GeometryBuffers, mesh: GpuMesh) -> Deformation:
-    """What deforms a node's mesh for all views."""
+    """The deformation of a node's mesh, shared by all views."""
     return Deformation(geometry, mesh, _writer(device, node, mesh.sections), node)
 
 
@@ -90,7 +90,7 @@ def _writer(device: Device, node: Node, sections: list[PlacedSection]) -> Vertex
 
 
 def check_deforming(node: Node) -> None:
-    """Raises SceneError for a node whose mesh is to deform, but of whose vertices or primitives nothing here can."""
+    """Raises SceneError for a node whose deformer does not support its vertices or primitives."""
     if node.deforms and node.mesh is not None and any(len(primitives) for primitives in node.mesh.primitives):
         raise SceneError(f"node {node.name!r}: its mesh has primitives, which cannot be skinned or morphed")
     if node.deformer is not None and not isinstance(node.deformer, Spline | DynamicVertices | Sprites | Ribbons):
@@ -103,7 +103,7 @@ def check_deforming(node: Node) -> None:
 def facing_of(
     device: Device, node: Node, geometry: GeometryBuffers, mesh: GpuMesh, previous: GrowingBuffer
 ) -> tuple[Deformation, FacingWriter]:
-    """What turns a node's mesh towards the camera of one view, whose own previous positions are `previous`."""
+    """The deformation that turns a node's mesh towards one view's camera; `previous`: the view's previous positions."""
     write: FacingWriter
     if isinstance(node.deformer, Sprites):
         write = SpriteWriter(device, node.deformer, mesh.sections, previous)

@@ -16,7 +16,7 @@ CORNER = np.dtype([("at", "u4"), ("others", "u4", 2), ("tangent", "f4", 2)])
 
 
 class DynamicWriter(VertexWriter):
-    """Uploads the arrays where they were set anew; normals and tangents follow on the device."""
+    """Uploads arrays that were set; normals and tangents are computed on the device."""
 
     shader = "dynamic"
 

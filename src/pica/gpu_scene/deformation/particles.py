@@ -32,9 +32,9 @@ STRAND_POINT = np.dtype([("position", "f4", 3), ("width", "f4"), ("color", "f4",
 
 
 class FacingWriter(VertexWriter):
-    """Writes what turns towards the camera of one view, and where it was in the view's frame before.
+    """Writes geometry that faces the camera of one view, and its positions in the view's previous frame.
 
-    Uploads arrays when they are set anew, and where the camera is every time.
+    Uploads arrays when they are set, and the camera's position in every frame.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class FacingWriter(VertexWriter):
         super().__init__(device, sections)
         self._deformer, self._previous = deformer, previous
         self._version = 0
-        self._come = False
+        self._had_new = False
         self._needs_rebuild = True
         self._identities: NDArray[np.int64] | None = None
         self.eye = FROM_THE_FRONT
@@ -52,7 +52,7 @@ class FacingWriter(VertexWriter):
 
     @property
     def needs_rebuild(self) -> bool:
-        """True where there were new arrays; a camera alone turns triangles on the spot, for which a refit will do."""
+        """True if arrays were set; if only the camera moved, triangles rotate in place and a refit suffices."""
         return self._needs_rebuild
 
     def _target(self, geometry: GeometryBuffers, placed: PlacedSection) -> dict[str, Any]:
@@ -65,31 +65,31 @@ class FacingWriter(VertexWriter):
     def _upload(self, recording: Recording) -> None:
         deformer = self._deformer
         self._needs_rebuild = self._version != deformer.version
-        if self._needs_rebuild or self._come:
-            come = self._have_come()
-            self._upload_arrays(recording.encoder, come)
-            self._version, self._come = deformer.version, bool(come.any())
+        if self._needs_rebuild or self._had_new:
+            is_new = self._new_particles()
+            self._upload_arrays(recording.encoder, is_new)
+            self._version, self._had_new = deformer.version, bool(is_new.any())
         self._shared["eye"] = spy.float4(*self.eye.place)
 
-    def _have_come(self) -> NDArray[np.bool_]:
-        """(n,) what was not there in the frame before."""
+    def _new_particles(self) -> NDArray[np.bool_]:
+        """(n,) which particles were not there in the previous frame."""
         before, self._identities = self._identities, self._present()
-        come = np.ones(len(self._identities), bool)
+        is_new = np.ones(len(self._identities), bool)
         if before is not None:
             both = min(len(before), len(self._identities))
-            come[:both] = before[:both] != self._identities[:both]
-        return come
+            is_new[:both] = before[:both] != self._identities[:both]
+        return is_new
 
     def _section_parameters(self, section: Section) -> dict[str, Any]:
         return {"base": self._device.structured("places in particles", section.positions)}
 
     @abstractmethod
     def _present(self) -> NDArray[np.int64]:
-        """(n,) identities of what there is."""
+        """(n,) identities of the particles."""
 
     @abstractmethod
-    def _upload_arrays(self, encoder: spy.CommandEncoder, come: NDArray[np.bool_]) -> None:
-        """Record the upload; `come` (n,): what was not there in the frame before."""
+    def _upload_arrays(self, encoder: spy.CommandEncoder, is_new: NDArray[np.bool_]) -> None:
+        """Record the upload; `is_new` (n,): which were not there in the previous frame."""
 
 
 class SpriteWriter(FacingWriter):
@@ -112,9 +112,9 @@ class SpriteWriter(FacingWriter):
         particles = self._sprites.particles
         return np.arange(len(particles.positions)) if particles.identities is None else particles.identities
 
-    def _upload_arrays(self, encoder: spy.CommandEncoder, come: NDArray[np.bool_]) -> None:
+    def _upload_arrays(self, encoder: spy.CommandEncoder, is_new: NDArray[np.bool_]) -> None:
         rows = packed(self._sprites.particles)
-        rows["is_new"] = come
+        rows["is_new"] = is_new
         self._shared["particleCount"] = len(rows)
         if len(rows):
             encoder.upload_buffer_data(self._shared["particles"], 0, rows.view(np.uint8))
@@ -139,12 +139,12 @@ class RibbonWriter(FacingWriter):
     def _present(self) -> NDArray[np.int64]:
         return self._ribbons.identities
 
-    def _upload_arrays(self, encoder: spy.CommandEncoder, come: NDArray[np.bool_]) -> None:
+    def _upload_arrays(self, encoder: spy.CommandEncoder, is_new: NDArray[np.bool_]) -> None:
         rows = np.zeros((self._ribbons.strands, self._ribbons.points), STRAND_POINT)
         rows["position"], rows["width"] = self._ribbons.positions, self._ribbons.widths
         rows["color"] = self._ribbons.colors
         encoder.upload_buffer_data(self._shared["points"], 0, rows.reshape(-1).view(np.uint8))
-        encoder.upload_buffer_data(self._shared["isNew"], 0, come.astype(np.uint32))
+        encoder.upload_buffer_data(self._shared["isNew"], 0, is_new.astype(np.uint32))
 
 
 def packed(particles: Particles) -> NDArray[np.void]:

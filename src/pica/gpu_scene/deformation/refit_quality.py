@@ -1,7 +1,7 @@
-"""How much costlier to trace a refitted tree has become than when it was built.
+"""How much costlier a refitted tree is to trace than the same tree when it was built.
 
-Drivers do not tell the cost of their trees. What a refit spoils is that triangles which lay together when the tree
-was built, and so share boxes, drift apart. So a sample of runs of neighbouring triangles is watched: the mean area of
+Drivers do not report the cost of their trees. Refits degrade a tree because triangles that were neighbours when it
+was built, and share boxes, drift apart. So runs of neighbouring triangles are sampled: the mean area of
 their boxes over the area of the whole mesh's box is the surface area heuristic's cost of that level of the tree
 (MacDonald and Booth 1990, "Heuristics for Ray Tracing Using Space Subdivision"), up to a factor that cancels.
 """

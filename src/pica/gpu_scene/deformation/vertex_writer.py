@@ -1,4 +1,4 @@
-"""A compute pass that writes the vertices of one node's mesh: what skins, splines and particles have in common."""
+"""A compute pass that writes the vertices of one node's mesh: common code of skins, splines and particles."""
 
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar
@@ -17,7 +17,7 @@ SHAPE = np.dtype([("position", "f4", 3), ("normal", "f4", 3), ("tangent", "f4", 
 
 
 class VertexWriter(ABC):
-    """Runs `shader` over the vertices of each section. What it reads lies in buffers made once."""
+    """Runs `shader` over the vertices of each section. Its input buffers are allocated once."""
 
     shader: ClassVar[str]
 
@@ -45,17 +45,17 @@ class VertexWriter(ABC):
 
     @property
     def needs_rebuild(self) -> bool:
-        """Whether what was written last lies so differently that a tree refitted to it would be of no use."""
+        """Whether the last positions differ so much that a refitted tree would be of no use."""
         return False
 
     def forget(self) -> None:
-        """The node goes: book the buffers as given back."""
+        """Book the buffers as released after the node's removal."""
         values = [*self._shared.values(), *(v for _, parameters in self._sections for v in parameters.values())]
         self._device.give_back(*(value for value in values if isinstance(value, spy.Buffer)))
 
     @abstractmethod
     def _upload(self, recording: Recording) -> None:
-        """Record the upload of what changed since the last call."""
+        """Record the upload of changes since the last call."""
 
     @abstractmethod
     def _section_parameters(self, section: Section) -> dict[str, Any]:

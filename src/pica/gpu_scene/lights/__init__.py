@@ -1,1 +1,1 @@
-"""Everything that shines, as the tables that shaders sample."""
+"""All light sources, as the tables that shaders sample."""

@@ -1,4 +1,4 @@
-"""The triangles that shine, in one table with the chance that each is chosen."""
+"""The emissive triangles, in one table with their selection probabilities."""
 
 from collections.abc import Iterator, Sequence
 
@@ -12,17 +12,17 @@ from pica.scene.model import Section
 # gpu_scene/table_rows.slang: EmissiveTriangle
 EMISSIVE_TRIANGLE = np.dtype([("record", "u4"), ("primitive", "u4"), ("cumulative", "f4")])
 _AT_ONCE = 1 << 20
-"""Triangles whose areas are computed together."""
+"""Number of triangles whose areas are computed in one batch."""
 
 
 class EmissiveTriangles:
-    """Runs of triangles, each of one section as some records place it. They stay where they are while others come and
-    go: where some have gone are holes without power, which are never chosen."""
+    """Runs of triangles, each of one section as placed by some records. They keep their rows while others are added and
+    removed; removed ones leave rows without power, which are never chosen."""
 
     def __init__(self) -> None:
         self._runs = Runs()
         self._added: dict[int, list[tuple[NDArray[np.int64], int, int]]] = {}
-        """By who added them: records, the first triangle of the first, triangles of each."""
+        """By key: records, first triangle of the first one, triangles of each."""
         self._rows = np.zeros(0, EMISSIVE_TRIANGLE)
         self._powers = np.zeros(0)
         self.revision = 0
@@ -33,7 +33,7 @@ class EmissiveTriangles:
 
     @property
     def rows(self) -> NDArray[np.void]:
-        """(n,) EMISSIVE_TRIANGLE, holes included, without what is cumulative."""
+        """(n,) EMISSIVE_TRIANGLE, including removed ones, without cumulative fields."""
         return self._rows[: self._runs.end]
 
     @property
@@ -42,7 +42,7 @@ class EmissiveTriangles:
         return self._powers[: self._runs.end]
 
     def has(self, key: int) -> bool:
-        """Whether anything was added under this key."""
+        """Whether triangles were added under this key."""
         return key in self._added
 
     def starts(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
@@ -54,7 +54,7 @@ class EmissiveTriangles:
     def add(
         self, key: int, records: NDArray[np.int64], section: Section, to_world: NDArray[np.float32]
     ) -> NDArray[np.int64]:
-        """Triangles of a section that records (n,) place at `to_world` (n, 3, 4): where those of each start, (n,)."""
+        """Add the triangles of a section, placed by records (n,) at `to_world` (n, 3, 4); returns first rows, (n,)."""
         each = len(section.indices)
         count = each * len(records)
         first = self._runs.take(count)
@@ -75,7 +75,7 @@ class EmissiveTriangles:
         return first + each * np.arange(len(records))
 
     def remove(self, key: int) -> None:
-        """Take out what was added under this key."""
+        """Remove the triangles under this key."""
         added = self._added.pop(key, [])
         for records, first, each in added:
             count = each * len(records)
@@ -85,7 +85,7 @@ class EmissiveTriangles:
 
 
 def emissive_table(parts: Sequence[EmissiveTriangles]) -> tuple[NDArray[np.void], float]:
-    """(n,) EMISSIVE_TRIANGLE of these, those of one after those of the other, and the power of all in lumen."""
+    """(n,) EMISSIVE_TRIANGLE of all tables, one after the other, and their total power in lumen."""
     if not any(parts):
         return np.zeros(0, EMISSIVE_TRIANGLE), 0.0
     rows, powers = (np.concatenate(values) for values in zip(*((p.rows, p.powers) for p in parts), strict=True))

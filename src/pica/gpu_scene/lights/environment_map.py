@@ -28,9 +28,9 @@ class EnvironmentMap:
         self.revision = 0
         """Counts how often it was replaced."""
         self.source = environment
-        """What it was made of."""
+        """The environment it was made of."""
         self.fields = self._made()
-        """Those of shaders/environment.slang: EnvironmentMap."""
+        """Fields of EnvironmentMap in shaders/environment.slang."""
 
     def replace(self, environment: Environment | None) -> None:
         """Show another one."""

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from pica.gpu_scene.lights.light_rows import LUMINANCE
 
 SMALLEST_SHARE = 2.0**-10
-"""Of a row's average: no lit texel gets less, so that single precision can still tell it from its neighbour."""
+"""Smallest probability of a lit texel over its row's mean: single precision still separates neighbouring texels."""
 
 
 def build_tables(radiance: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -34,7 +34,7 @@ def _filtered(texels: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _raised(weights: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
-    """Lift what is lit but very dark to SMALLEST_SHARE of the mean."""
+    """Raise very dark lit texels to SMALLEST_SHARE of the mean."""
     least = weights.mean(axis=axis, keepdims=True) * SMALLEST_SHARE
     return np.where(weights > 0, np.maximum(weights, least), 0.0)
 

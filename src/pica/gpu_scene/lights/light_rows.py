@@ -79,9 +79,9 @@ def scene_radius(scene: Scene) -> float:
 def pack_light(light: Light, world: Matrix) -> Row:
     """One light as a LIGHT_DTYPE scalar, placed by its node's (4, 4) world matrix; selection probability 0.
 
-    The node's scale counts for rectangles, disks, spheres and tubes and, as KHR_lights_punctual has it, for no other
-    light. A sheared rectangle is squared up at the same area; under uneven scale a ball keeps its volume, a tube its
-    length and the area of its section.
+    The node's scale affects rectangles, disks, spheres and tubes and, following KHR_lights_punctual, no other
+    light. A sheared rectangle becomes rectangular with the same area; under uneven scale a ball keeps its volume, a
+    tube its length and cross-section area.
     """
     row = np.zeros((), LIGHT_DTYPE)
     row["type"] = LIGHT_TYPES[type(light)]
@@ -113,7 +113,7 @@ def pack_light(light: Light, world: Matrix) -> Row:
 
 
 def light_power(light: Light, world: Matrix, scene_radius: float) -> float:
-    """Luminous power in lumen that may reach a scene of `scene_radius` metres, for choosing among lights.
+    """Luminous power in lumen within a scene of `scene_radius` metres, for light selection.
 
     Pharr, Jakob and Humphreys 2023, section 12.1 and 12.2 (the spot's smooth edge taken half way).
     """
@@ -156,7 +156,7 @@ def _strength(light: Light) -> float:
 
 def _half_axes(light: RectangleLight | DiskLight, world: Matrix) -> tuple[Matrix, Matrix]:
     if isinstance(light, DiskLight):
-        # Whatever the matrix does to a disk, the singular vectors are the axes of the ellipse.
+        # Under any matrix, the singular vectors are the axes of the disk's ellipse.
         axes, lengths, _ = np.linalg.svd(world[:3, :2] * light.radius, full_matrices=False)
         return axes[:, 0] * lengths[0], axes[:, 1] * lengths[1]
     half_x, half_y = world[:3, 0] * light.width / 2, world[:3, 1] * light.height / 2
@@ -179,7 +179,7 @@ def _ball_scale(world: Matrix) -> float:
 
 
 def _tube_scale(world: Matrix) -> float:
-    """Of a tube's radius: the square root of what its section grows by."""
+    """Of a tube's radius: square root of the factor on its cross-section."""
     along = float(np.linalg.norm(world[:3, 0]))
     return math.sqrt(float(abs(np.linalg.det(world[:3, :3]))) / max(along, 1e-300))
 

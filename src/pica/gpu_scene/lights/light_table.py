@@ -1,4 +1,4 @@
-"""Everything that shines in one table: the lights, all emissive triangles as one entry, the environment as one."""
+"""All light sources in one table: the lights, all emissive triangles as one entry, the environment as one."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -16,13 +16,13 @@ from pica.scene.channels import ALL_CHANNELS, channel_bits
 from pica.scene.environment import Environment
 
 _EVEN_SHARE = 0.5
-"""Of the choice among lights that ignores their power: no light far from the others starves."""
+"""Fraction of the selection that ignores power, so that no light far from the others is missed."""
 
 
 class LightTable:
-    """The rows of gpu_scene/lights/lights.slang, strongest light first, and what goes with them.
+    """The rows of gpu_scene/lights/lights.slang, strongest light first, and their parameters.
 
-    Another one takes its place when something that shines comes or goes.
+    It is replaced when a light source is added or removed.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class LightTable:
         """`nodes`: of the lights with a shape of their own, by place in the table."""
         self.light_count = len(self.nodes)
         self.names = [node.light.name or node.name for node in self.nodes if node.light]
-        """What the lights are called, in the order of their rows."""
+        """The lights' names, in the order of their rows."""
         powers, markers = strengths.tolist(), list[NDArray[np.void]]()
         emissive, emissive_power = emissive_table(triangles)
         self.emissive_light = self.light_count if len(emissive) else None
@@ -75,11 +75,11 @@ class LightTable:
         return bool((self._table["channels"][: self.light_count] != channel_bits(ALL_CHANNELS)).any())
 
     def buffers(self) -> list[spy.Buffer]:
-        """What the table takes on the device."""
+        """Its buffers on the device."""
         return [value for value in self.parameters.values() if isinstance(value, spy.Buffer)]
 
     def update(self, encoder: spy.CommandEncoder, lights: PlacedLights) -> None:
-        """Upload the lights anew after some moved or were set. How often each is chosen stays as it was."""
+        """Upload the rows after lights moved or were set. Selection probabilities stay."""
         shares = self._table["selectionProbability"].copy()
         self._table[: self.light_count] = lights.rows(self._slots)
         self._table["selectionProbability"] = shares

@@ -1,4 +1,4 @@
-"""The lights of a scene's nodes, packed and measured as they come, so that others need not be looked at again."""
+"""The lights of a scene's nodes, packed when they change."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ _PLACED = np.dtype([("row", LIGHT_DTYPE), ("power", "f8"), ("power_by_area", "f8
 
 
 class PlacedLights:
-    """Rows by slot; a light keeps its slot until it goes."""
+    """Rows by slot; a light keeps its slot until it is removed."""
 
     def __init__(self) -> None:
         self._slots: dict[Node, int] = {}
@@ -24,14 +24,14 @@ class PlacedLights:
         """Counts how often lights came or went."""
 
     def follow(self, node: Node) -> None:
-        """Take a node's light as it is now: it may have come, gone, moved or been set."""
+        """Update a node's light: added, removed, moved or set."""
         light = node.light
         if light is None:
             self.remove(node)
             return
         if node not in self._slots:
-            self._come(node)
-        # What a light far away sends grows with the cross-section of the scene.
+            self._take_slot(node)
+        # The power of a directional light grows with the cross-section of the scene.
         far = isinstance(light, DirectionalLight)
         power = light_power(light, node.world, 1.0)
         placed = self._placed[self._slots[node]]
@@ -43,7 +43,7 @@ class PlacedLights:
         return node in self._slots
 
     def remove(self, node: Node) -> None:
-        """The node goes, with its light if it has one."""
+        """Remove the node's light, if it has one."""
         slot = self._slots.pop(node, None)
         if slot is not None:
             self._nodes[slot] = None
@@ -55,9 +55,9 @@ class PlacedLights:
         return self._placed["row"][slots]
 
     def strongest_first(self, radius: float) -> tuple[NDArray[np.int64], list[Node], NDArray[np.float64]]:
-        """Slots, nodes and powers in lumen, in a scene of `radius` metres. Equal ones as they came.
+        """Slots, nodes and powers in lumen, in a scene of `radius` metres; equal ones in order of addition.
 
-        The strongest directional light comes before all others: its shadow is the one that is seen everywhere.
+        The strongest directional light comes first: its shadow covers the most pixels.
         """
         slots = np.fromiter(self._slots.values(), np.int64, len(self._slots))
         placed = self._placed[slots]
@@ -70,7 +70,7 @@ class PlacedLights:
         nodes = [node for slot in slots.tolist() if (node := self._nodes[slot]) is not None]
         return slots, nodes, powers[order]
 
-    def _come(self, node: Node) -> None:
+    def _take_slot(self, node: Node) -> None:
         slot = self._slots[node] = self._places.take(1)
         if slot >= len(self._placed):
             self._placed = np.append(self._placed, np.zeros(max(slot + 1 - len(self._placed), slot, 8), _PLACED))

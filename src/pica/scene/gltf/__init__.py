@@ -12,9 +12,9 @@ from pica.text import printable
 
 
 def read(path: str | Path, budget: Budget | None = None, allow_outside: bool = False) -> Scene:
-    """Read a .gltf or .glb file with all that it refers to, which lies in its folder unless `allow_outside`.
+    """Read a .gltf or .glb file with all files that it refers to, which must be in its folder unless `allow_outside`.
 
-    Raises SceneError, one line that names the file, the place in its JSON and the fault; warns about what is left out.
+    Raises SceneError, one line with the file, the place in its JSON and the fault; warns about ignored content.
     """
     try:
         document = Document(Path(path), budget, allow_outside)

@@ -20,7 +20,7 @@ _SPECIAL = {"sparse", "normalized"}
 
 
 class DenseAccessor(NamedTuple):
-    """An accessor whose elements lie in a buffer view, dense and not normalized."""
+    """An accessor with contiguous or strided elements in a buffer view, dense and not normalized."""
 
     kind: str
     dtype: np.dtype[Any]
@@ -31,11 +31,11 @@ class DenseAccessor(NamedTuple):
     """Of its first element in the buffer."""
     stride: int
     view_end: int
-    """Of the buffer view in the buffer, which may be shorter than the file says."""
+    """Of the buffer view in the buffer, which may be shorter than declared."""
 
 
 class AccessorTable:
-    """The dense accessors of a file. Faults are for who reads the others one by one to find."""
+    """The dense accessors of a file. Faults are left to the reader of single accessors."""
 
     def __init__(self, accessors: Sequence[Element], views: Sequence[Element]) -> None:
         kinds = [entry.values.get("type") for entry in accessors]
@@ -66,5 +66,5 @@ class AccessorTable:
         self._fits = fits.tolist()
 
     def get(self, index: Any) -> DenseAccessor | None:
-        """The accessor that a value of the file refers to; None where that is not one of these."""
+        """The accessor that a value of the file refers to; None if it is not one of these."""
         return self._found[index] if type(index) is int and 0 <= index < len(self._fits) and self._fits[index] else None

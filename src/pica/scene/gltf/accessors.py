@@ -36,18 +36,18 @@ def read_accessor(
 ) -> NDArray[Any]:
     """(count, components) as stored, of the accessor that `source` refers to under `key`; only `wanted` rows if given.
 
-    What it takes counts by the rows that are read. Raises SceneError unless the accessor's type is one of `types`.
+    The budget counts the rows that are read. Raises SceneError unless the accessor's type is one of `types`.
     """
     index: Any = source.values.get(key)
     dense = document.dense_accessors.get(index)
     if dense is not None and dense.kind in types:
-        found = document.small_accessors.get(index)
-        if found is None:
-            found = _dense(document, dense)
-        if found is not None:
+        array = document.small_accessors.get(index)
+        if array is None:
+            array = _dense(document, dense)
+        if array is not None:
             rows = dense.elements if wanted is None else len(wanted)
             document.take(document.entries("accessors")[index], bytes=rows * dense.width * _COPIES)
-            return found if wanted is None else found[wanted]
+            return array if wanted is None else array[wanted]
     accessor = _accessor(document, source, key)
     dtype = accessor.choice("componentType", COMPONENTS)
     kind, shape = accessor.text("type"), accessor.choice("type", _SHAPES)
@@ -82,7 +82,7 @@ def read_floats(
         scaled = values.astype(np.float32) / np.float32(np.iinfo(values.dtype).max)
         return np.maximum(scaled, np.float32(-1))
     floats = values.astype(np.float32, copy=wanted is None)  # wanted rows are a copy already
-    # The sum of squares tells in one go that nothing is amiss; if it does not, look more closely.
+    # A finite sum of squares proves that all values are valid; otherwise they are searched.
     if not np.vdot(floats, floats) <= LARGEST and not np.isfinite(floats).all():
         raise source.fault(f"holds numbers that are not finite ({_accessor(document, source, key).place()})", key)
     return floats
@@ -93,7 +93,7 @@ def read_indices(document: Document, source: Element, key: str, below: int) -> N
     values = read_accessor(document, source, key, ("SCALAR",))[:, 0]
     if values.dtype.kind != "u":
         raise source.fault(f"must be unsigned integers ({_accessor(document, source, key).place()})", key)
-    most = np.maximum.reduce(values)  # half of the time that values.max() takes
+    most = np.maximum.reduce(values)  # twice as fast as values.max()
     if most >= below:
         raise source.fault(f"names vertex {most} of {below} ({_accessor(document, source, key).place()})", key)
     return values.astype(np.uint32)
@@ -104,7 +104,7 @@ def _accessor(document: Document, source: Element, key: str) -> Element:
 
 
 def _dense(document: Document, accessor: DenseAccessor) -> NDArray[Any] | None:
-    """(count, components) without a copy; None where its buffer is not what the file says."""
+    """(count, components) without a copy; None if its buffer is not as declared."""
     buffers = document.entries("buffers")
     if accessor.buffer >= len(buffers):
         return None
@@ -118,7 +118,7 @@ def _dense(document: Document, accessor: DenseAccessor) -> NDArray[Any] | None:
 def _elements(
     document: Document, source: Element, count: int, shape: tuple[int, int], dtype: np.dtype[Any]
 ) -> NDArray[Any]:
-    """(count, components) out of the buffer view of `source`, without a copy where they lie one after the other."""
+    """(count, components) from the buffer view of `source`, without a copy if they are contiguous."""
     content, stride = document.view(source)
     offset = source.integer("byteOffset", default=0)
     columns, rows = shape

@@ -23,16 +23,16 @@ _TYPES: dict[Path, tuple[str, ...]] = {
 }  # fmt: skip
 _WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 _KEY_BYTES = 4 * 8
-"""What a number of a key takes: it is kept, and once more in the track of its animation and in that of all together."""
+"""Bytes per number of a key: itself, and copies in the track of its animation and in that of all together."""
 _INTERPOLATIONS: dict[str, Interpolation] = {"STEP": "STEP", "LINEAR": "LINEAR", "CUBICSPLINE": "CUBICSPLINE"}
 
 _plain_channel = unchecked_constructor(Channel)
 
 
 def read_animations(document: Document, nodes: dict[Element, Node]) -> list[Animation]:
-    """The file's animations, as far as they concern `nodes`, those of the scene by what the file says of them.
+    """The file's animations of `nodes`, the scene's nodes by their indices in the file.
 
-    Raises SceneError; warns once of channels that move what cannot be moved.
+    Raises SceneError; warns once of channels with an unsupported target.
     """
     return [_animation(document, entry, nodes) for entry in document.entries("animations")]
 
@@ -60,22 +60,22 @@ def _animation(document: Document, entry: Element, nodes: dict[Element, Node]) -
 
 
 def _target(document: Document, channel: Element) -> tuple[Element | None, Path | None]:
-    """What a channel moves; None, with a warning, where that is nothing that can be moved. Raises SceneError."""
+    """The target of a channel; None, with a warning, if it is unsupported. Raises SceneError."""
     nodes, target = document.entries("nodes"), channel.values.get("target")
     if type(target) is dict:  # as it should be: no Element is needed
         path, row = target.get("path"), target.get("node")
         if type(path) is str and path in _PATHS and type(row) is int and 0 <= row < len(nodes):
             return nodes[row], _PATHS[path]
-    found = channel.object("target", required=True)
-    known = _PATHS.get(found.text("path"))
-    if "node" not in found or known is None:
+    channel_target = channel.object("target", required=True)
+    target_path = _PATHS.get(channel_target.text("path"))
+    if "node" not in channel_target or target_path is None:
         document.warn("animates what is not a node's translation, rotation, scale or weights, which is left out")
         return None, None
-    return found.reference("node", nodes), known
+    return channel_target.reference("node", nodes), target_path
 
 
 def _channels(document: Document, entry: Element, moves: list[_Move]) -> list[Channel]:
-    """The channels. Those with few keys, as nearly all of a large file have, take a fifth of the time of others."""
+    """The channels. Those with few keys, nearly all in a large file, are read together in a fifth of the time."""
     accessors = document.small_accessors
     accessors.prefetch(move.sampler.values.get(key) for move in moves for key in ("input", "output"))
     inputs = {index for move in moves if type(index := move.sampler.values.get("input")) is int}
@@ -83,7 +83,7 @@ def _channels(document: Document, entry: Element, moves: list[_Move]) -> list[Ch
     keys = [_few_keys(move, times, accessors) for move in moves]
     turns = [few.values for few, move in zip(keys, moves, strict=True) if few is not None and move.path == "rotation"]
     if turns and not np.concatenate(turns).any(axis=1).all():
-        keys = [None] * len(keys)  # whoever looks at them one by one says which it is
+        keys = [None] * len(keys)  # the reader of single channels finds the fault
     numbers = sum(few.times.size + few.values.size for few in keys if few is not None)
     document.take(entry, bytes=numbers * _KEY_BYTES + OBJECT_BYTES * (len(keys) - keys.count(None)))
     return [
@@ -111,10 +111,10 @@ class _FewKeys(NamedTuple):
 def _few_keys(
     move: _Move, times: dict[int, NDArray[np.float64] | None], accessors: SmallAccessors
 ) -> _FewKeys | None:  # fmt: skip
-    """The keys of a channel that moves a node and has been prefetched; None for others, and where anything is amiss."""
-    found = move.sampler.values
-    source, interpolation = found.get("input"), found.get("interpolation", "LINEAR")
-    values = accessors.get(found.get("output"))
+    """The keys of a valid channel whose accessors are prefetched; None for others."""
+    sampler = move.sampler.values
+    source, interpolation = sampler.get("input"), sampler.get("interpolation", "LINEAR")
+    values = accessors.get(sampler.get("output"))
     at = times[source] if type(source) is int else None
     if at is None or values is None or interpolation not in ("LINEAR", "STEP"):
         return None

@@ -1,4 +1,4 @@
-"""The file of an asset, and those beside it that it names (2.8)."""
+"""The file of an asset, and other files that it names (2.8)."""
 
 import os
 from pathlib import Path, PureWindowsPath
@@ -14,11 +14,11 @@ _LONGEST_NAME = 4096
 
 
 class AssetFiles:
-    """Reads an asset's file, and files that it names: only regular ones, which lie in its folder or below it.
+    """Reads an asset's file, and files that it names: only regular ones, in its folder or below it.
 
-    Its folder is that of the path as given, or that of the file which a symbolic link leads to from there: in a cache
-    of a model hub, links lie where the names say and all contents in one folder. `allow_outside` reads files from
-    everywhere. What is read counts in the budget.
+    Its folder is that of the path as given, or that of the target of a symbolic link: in a cache
+    of a model hub, links have the files' names and all contents are in one folder. `allow_outside` reads files from
+    everywhere. The budget counts all reads.
     """
 
     def __init__(self, path: Path, budget: Budget, allow_outside: bool) -> None:
@@ -42,8 +42,8 @@ class AssetFiles:
             return self._content(file, length, what)
 
     def _open(self, name: str, what: str) -> BinaryIO:
-        # From the path without links, nothing but the file itself is reached by following none: so what has been
-        # checked is what is opened, whoever changes the folder in between.
+        # A resolved path contains no links, so opening it without following any reaches the file that
+        # was checked, even if the folder is changed in between.
         path = resolved(self._path.parent / name, what)
         if self._allow_outside:
             return open_file(path, what)

@@ -23,14 +23,14 @@ _MOST_WARNINGS = 20
 _NO_GLTF = "not glTF, .gltf or .glb, which is all that is read; convert it, in Blender for one; it is no JSON"
 
 _JSON_BYTES = {b"{": 256, b"[": 72, b",": 32, b'"': 20}
-"""What a JSON text takes once it is read, by the characters that stand for objects, arrays, further values and strings;
-about as measured with CPython 3.11, an Element for each object included."""
+"""Bytes of parsed JSON per character of objects, arrays, further values and strings;
+about as measured with CPython 3.11, including an Element for each object."""
 
 
 class Document:
-    """An open glTF file. Its arrays and buffers are read when first asked for.
+    """An open glTF file. Its arrays and buffers are read at first use.
 
-    What that takes, and what is made of it, counts in the budget. `allow_outside`: whether it may name files that lie
+    The budget counts them and all that is made from them. `allow_outside`: whether it may name files
     outside its folder.
     """
 
@@ -53,11 +53,11 @@ class Document:
 
     @property
     def _is_foreign(self) -> bool:
-        """Whether its name says that it is something else, such as an .obj."""
+        """Whether its suffix is that of another format, such as .obj."""
         return self._path.suffix.lower() not in (".gltf", ".glb", ".json", "")
 
     def take(self, source: Element, key: str = "", **amounts: int) -> None:
-        """Count what a part of the file asks for, by the names of Limits, before it is taken. Raises SceneError."""
+        """Count amounts by the names of Limits, before they are allocated. Raises SceneError."""
         try:
             self.budget.take(**amounts)
         except SceneError as error:
@@ -79,20 +79,20 @@ class Document:
 
     @cached_property
     def dense_accessors(self) -> AccessorTable:
-        """The accessors that need no closer look."""
+        """The accessors that can be read together."""
         try:
             views = self.entries("bufferViews")
-        except SceneError:  # for who needs one
+        except SceneError:  # raised by the reader of the accessor
             views = []
         return AccessorTable(self.entries("accessors"), views)
 
     @cached_property
     def small_accessors(self) -> SmallAccessors:
-        """Those that have been read with others."""
+        """The accessors that have been read together."""
         return SmallAccessors(self)
 
     def view(self, source: Element, key: str = "bufferView") -> tuple[memoryview, int | None]:
-        """The bytes of the buffer view that `source` refers to, and its stride if it gives one (3.6.1)."""
+        """The bytes of the buffer view that `source` refers to, and its stride if there is one (3.6.1)."""
         view = source.reference(key, self.entries("bufferViews"))
         content = self.buffer(view.reference("buffer", self.entries("buffers")))
         offset = view.integer("byteOffset", default=0)
@@ -103,9 +103,9 @@ class Document:
         return content[offset : offset + length], stride
 
     def resource(self, source: Element, length: int = -1) -> bytes:
-        """The first `length` bytes, all by default, of what the uri of `source` names: data in it, or a file (2.8).
+        """The first `length` bytes, all by default, of the uri of `source`: embedded data, or a file (2.8).
 
-        Nothing else of what a file refers to is opened.
+        No other file is opened.
         """
         uri = source.text("uri")
         if uri.startswith("data:"):
@@ -114,7 +114,7 @@ class Document:
         return self._files.read(uri, source.place("uri"), length)
 
     def buffer(self, buffer: Element) -> memoryview:
-        """What a buffer holds."""
+        """The content of a buffer."""
         if buffer not in self._buffers:
             length = buffer.integer("byteLength", low=1)
             if "uri" in buffer:
@@ -129,7 +129,7 @@ class Document:
         return self._buffers[buffer]
 
     def _parse(self, content: bytes, otherwise: str) -> dict[str, Any]:
-        """The object that the text is. Raises SceneError, which says `otherwise` where it is no JSON."""
+        """The parsed JSON object. Raises SceneError, with the text `otherwise` if it is no JSON."""
         taken = len(content) * (1 if content.isascii() else 4)  # as text, with bytes enough for its widest character
         taken += sum(content.count(sign) * each for sign, each in _JSON_BYTES.items())
         try:
@@ -142,7 +142,7 @@ class Document:
             raise SceneError(f"{otherwise} text") from None
         except RecursionError:
             raise SceneError("its JSON is nested too deeply") from None
-        except ValueError as error:  # JSONDecodeError, and what integers of thousands of digits raise
+        except ValueError as error:  # JSONDecodeError, and errors for integers of thousands of digits
             raise SceneError(f"{otherwise} ({error})") from None
         if not isinstance(root, dict):
             raise SceneError(f"its JSON is not an object but {shown(root)}")

@@ -1,4 +1,4 @@
-"""What deforms meshes: the joints that vertices follow, morph targets, and skins (3.7.2.2 and 3.7.3)."""
+"""Deformation of meshes: joints of vertices, morph targets, and skins (3.7.2.2 and 3.7.3)."""
 
 from collections.abc import Collection
 from itertools import count
@@ -15,15 +15,15 @@ from pica.scene.skin import Skin
 
 _MORPHED = ("POSITION", "NORMAL", "TANGENT")
 _JOINT_BYTES = 1000
-"""What a joint of a skin takes: its matrices, and the rows by which those are found."""
+"""Bytes per joint of a skin: its matrices, and its rows of indices."""
 
 
 def morph_offsets(
     document: Document, primitive: Element, base: Collection[str], vertex_count: int, wanted: Rows | None
 ) -> dict[str, NDArray[np.float32]]:
-    """Offsets to those of POSITION, NORMAL and TANGENT that `base` names and a target changes.
+    """Offsets of the morph targets for those of POSITION, NORMAL and TANGENT in `base`.
 
-    (vertices, targets, 3), for the `wanted` of all the vertices, or for all.
+    (vertices, targets, 3), for the `wanted` vertices, or for all.
     """
     offsets: dict[str, NDArray[np.float32]] = {}
     if "targets" not in primitive:
@@ -54,9 +54,9 @@ def morph_offsets(
 def joints_and_weights(
     document: Document, accessors: Element, vertex_count: int, wanted: Rows | None
 ) -> tuple[NDArray[np.uint16], NDArray[np.float32]] | None:
-    """(vertices, k) each, of those `wanted` or all, from any number of sets, without columns that have no weight.
+    """(vertices, k) each, of the `wanted` vertices or all, from any number of sets, without columns of zero weight.
 
-    None where there are none.
+    None if there are none.
     """
     joint_sets, weight_sets = [], []
     for number in count():
@@ -91,7 +91,7 @@ def _normalized(joints: NDArray[Any], weights: NDArray[np.float32]) -> tuple[NDA
 
 
 def read_skin(document: Document, entry: Element, nodes: dict[Element, Node]) -> Skin:
-    """A skin; `nodes` are those of the scene, by what the file says of them. Raises SceneError."""
+    """A skin; `nodes`: the scene's nodes by their indices in the file. Raises SceneError."""
     joints = entry.references("joints", document.entries("nodes"))
     if not joints:
         raise entry.fault("is empty", "joints")
@@ -109,7 +109,7 @@ def read_skin(document: Document, entry: Element, nodes: dict[Element, Node]) ->
 
 
 def bind(document: Document, entry: Element, node: Node, skin: Skin) -> None:
-    """Let the node's mesh follow the skin. Raises SceneError when it has not enough joints; warns of what has none."""
+    """Bind the node's mesh to the skin. Raises SceneError if it has too few joints; warns of meshes without any."""
     for section in node.mesh.sections if node.mesh is not None else ():
         if section.joints is None:
             document.warn(f"{entry.place()}: its skin is left out, the mesh lacks JOINTS_0 and WEIGHTS_0")

@@ -1,4 +1,4 @@
-"""JSON objects that know their place in the file: every value of it is read, and checked, through one of these."""
+"""JSON objects with their place in the file: all values are read, and checked, through these."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
@@ -16,14 +16,14 @@ _Arguments = ParamSpec("_Arguments")
 class Element:
     """A JSON object of a file and its place there, such as nodes[3] or materials[0].normalTexture.
 
-    What reads the value of a key raises SceneError, "place: fault", unless the value is as asked for. `default` is for
-    keys that are absent, which null counts as; without a default they are a fault. Keys that nobody asks for are not
-    looked at. Places are put together only when a message needs one: a scene has hundreds of thousands of these.
+    Readers of a key raise SceneError, "place: fault", if the value is invalid. `default` is for
+    absent keys, which include null; without a default they are a fault. Unused keys are not
+    checked. Places are formatted only for messages: a scene has hundreds of thousands of these.
     """
 
     __slots__ = ("_index", "_key", "_parent", "values")
     values: dict[str, Any]
-    """The object as the file has it. Nothing of it has been checked: for columns.py, and for who looks at its keys."""
+    """The unchecked object of the file: for columns.py, and for iteration over its keys."""
 
     def __init__(
         self, values: dict[str, Any], key: str = "", parent: "Element | None" = None, index: int | None = None
@@ -38,26 +38,26 @@ class Element:
         return set(self.values)
 
     def place(self, key: str = "", index: int | None = None) -> str:
-        """Where the object stands, or one of its values, or entry `index` of that value; empty for the whole file."""
+        """The place of the object, or of its value, or of entry `index` of that value; empty for the file itself."""
         above = "" if self._parent is None else self._parent.place(self._key, self._index)
         own = key if index is None else f"{key}[{index}]"
         return f"{above}.{own}" if above and own else above or own
 
     def fault(self, text: str, key: str = "", index: int | None = None) -> SceneError:
-        """The error that says what is wrong at a place."""
+        """The error for a fault at a place."""
         return SceneError(f"{self.place(key, index)}: {text}")
 
     def apply(
         self, function: Callable[_Arguments, _Value], /, *values: _Arguments.args, **named: _Arguments.kwargs
     ) -> _Value:
-        """What a function gives for values of the object. A SceneError that it raises over them gets their place."""
+        """The result of a function of the object's values. A SceneError that it raises gets their place."""
         try:
             return function(*values, **named)
         except SceneError as error:
             raise self.fault(str(error)) from None
 
     def object(self, key: str, required: bool = False) -> "Element":
-        """The object under a key; one without any keys where there is none, unless it is required."""
+        """The object under a key; an empty one if it is absent, unless it is required."""
         value = self.values.get(key)
         if value is None and not required:
             value = {}
@@ -83,13 +83,13 @@ class Element:
 
     @property
     def extras(self) -> dict[str, Any]:
-        """What applications add (3.13), any JSON; empty where that is no object."""
+        """Application-specific data (3.13), any JSON; empty unless it is an object."""
         extras = self.values.get("extras")
         return extras if isinstance(extras, dict) else {}
 
     @property
     def name(self) -> str:
-        """The name; empty where there is none."""
+        """The name; empty if it is absent."""
         name = self.values.get("name")
         return name if isinstance(name, str) else ""
 
@@ -184,7 +184,7 @@ class Element:
         return self._referred(value, entries, key)
 
     def references(self, key: str, entries: Sequence["Element"]) -> list["Element"]:
-        """Those of `entries` that an array of integers refers to, which may be absent."""
+        """The `entries` that an array of integers refers to; the array may be absent."""
         values = self._array(key)
         if set(map(type, values)) == {int} and min(values) >= 0 and max(values) < len(entries):
             return [entries[value] for value in values]

@@ -40,7 +40,7 @@ def check_extensions(document: Document) -> None:
 
 
 def _present(root: dict[str, Any]) -> list[str]:
-    """The extensions that objects of the file have; what applications keep in extras is theirs."""
+    """The extensions of objects of the file; extras are left to applications."""
     names: dict[str, None] = {}
     below: list[Any] = [root]
     while below:
@@ -56,7 +56,7 @@ def _present(root: dict[str, Any]) -> list[str]:
 
 
 def unsupported(extensions: list[str]) -> str:
-    """Those of the extensions that are not read, in one line."""
+    """The extensions that are not supported, in one line."""
     names = [name for name in dict.fromkeys(extensions) if name not in SUPPORTED]
     more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
     return ", ".join(one_line(name, _LONGEST) for name in names[:_MOST_NAMED]) + more

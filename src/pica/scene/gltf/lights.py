@@ -59,7 +59,7 @@ class Lights:
 
 
 def read_visibility(node: Element) -> dict[str, Any]:
-    """Who sees a node's mesh, and its lighting channels, as arguments of Node. Raises SceneError."""
+    """The visibility of a node's mesh, and its lighting channels, as arguments of Node. Raises SceneError."""
     if "extras" not in node:
         return {}
     pica = _pica_extras(node)
@@ -75,7 +75,7 @@ def _channels(pica: Element) -> frozenset[int]:
 
 def _punctual_light(light: Element, node: Element) -> Light:
     def extra(key: str) -> Element:
-        """The extras that have a key's value: the node's come before the light's."""
+        """The extras with a key; the node's come before the light's."""
         return _pica_extras(node) if key in _pica_extras(node) else _pica_extras(light)
 
     kind = light.choice("type", _PUNCTUAL)
@@ -118,5 +118,5 @@ def _area_light(light: Element, name: str) -> Light:
 
 
 def _pica_extras(owner: Element) -> Element:
-    """The part of an object's extras that is meant for pica; extras of any other form belong to somebody else."""
+    """The part of an object's extras for pica; extras of any other form belong to other applications."""
     return Element(owner.extras, "extras", owner).object("pica")

@@ -46,7 +46,7 @@ class Materials:
             if key in entry:
                 values |= read(entry)
         if "extensions" not in entry and "emissiveFactor" not in entry:
-            return _plain_material(**values)  # what has been read so far is known to fit
+            return _plain_material(**values)  # the values are checked already
         return entry.apply(Material, **values, **self._extended(entry))
 
     @cached_property
@@ -79,7 +79,7 @@ class Materials:
         }
 
     def _extended(self, entry: Element) -> dict[str, Any]:
-        """What extensions add, and emission, which one of them multiplies."""
+        """The parameters of extensions, and emission, which one of them multiplies."""
         strength = entry.extension("KHR_materials_emissive_strength").number("emissiveStrength", low=0, default=1.0)
         red, green, blue = entry.numbers("emissiveFactor", 3, low=0, default=(0.0, 0.0, 0.0))
         if max(red, green, blue) * strength > LARGEST:

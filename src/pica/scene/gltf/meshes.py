@@ -25,14 +25,14 @@ _TYPES = {
 }  # fmt: skip
 
 _SECTION_BYTES = 1 << 15
-"""What a section counts as beside its vertices: more than its 3 kB, for each takes up to 300 microseconds."""
+"""The budget's cost of a section besides its vertices: more than its 3 kB, because each takes up to 0.3 ms."""
 _VERTEX_BYTES, _CORNER_BYTES, _TANGENT_BYTES = 200, 16, 400
-"""What completing a vertex, putting together the corner of a triangle and finding the tangent there take: as measured,
-and for vertices as much again as they take on a device."""
+"""Memory for completing a vertex, and for a triangle's corner and its tangent: as measured,
+and for vertices as much again for the device."""
 
 
 class _Counts(NamedTuple):
-    """What is known of a mesh that thousands of nodes may show."""
+    """Information on a mesh that thousands of nodes may show."""
 
     parts: int
     shining: int
@@ -82,7 +82,7 @@ class Meshes:
         self._batch.complete()
 
     def count_placed(self, node: Element, mesh: Mesh | None, copies: int) -> None:
-        """Count what a node shows: parts of the mesh, of which each triangle that shines is a light in each copy."""
+        """Count a node's use of a mesh: its parts, whose emissive triangles are each a light in each copy."""
         parts, shining = (1, 0) if mesh is None else self._counts[mesh][:2]
         self._document.take(node, instances=copies * parts, vertices=copies * shining)
 
@@ -109,7 +109,7 @@ class Meshes:
         if not len(triangles):
             return None
         material = self._materials.get(primitive)
-        shared = "NORMAL" in accessors  # else each triangle gets vertices of its own
+        shared = "NORMAL" in accessors  # otherwise vertices of triangles are not shared
         vertices = triangles.size if not shared else vertex_count if used is None else len(used)
         tangents = tangent_uvs(material) is not None and not (shared and "TANGENT" in accessors)
         taken = vertices * _VERTEX_BYTES + tangents * triangles.size * _TANGENT_BYTES
@@ -120,7 +120,7 @@ class Meshes:
         return primitive.apply(complete, attributes, triangles, material)
 
     def _triangles(self, primitive: Element, vertex_count: int, mode: int) -> tuple[NDArray[np.uint32], Rows | None]:
-        """(triangles, 3) indices into the vertices that they use, and which of the file's those are; None for all."""
+        """(triangles, 3) indices into the used vertices, and these vertices' indices in the file; None for all."""
         indexed = "indices" in primitive
         asks = (primitive, "indices") if indexed else (primitive.object("attributes"), "POSITION")
         corners = element_count(self._document, *asks) * (1 if mode == _TRIANGLES else 3)
@@ -149,7 +149,7 @@ class Meshes:
 
 
 def _accessors_of(primitives: Any) -> Iterator[Any]:
-    """What the file says are the accessors of primitives that have a surface, be it so or not."""
+    """The accessors of primitives with a surface, unchecked."""
     for primitive in primitives if type(primitives) is list else ():
         if type(primitive) is dict and primitive.get("mode") in (None, _TRIANGLES, _STRIP, _FAN):
             attributes = primitive.get("attributes")
@@ -159,8 +159,8 @@ def _accessors_of(primitives: Any) -> Iterator[Any]:
 
 
 def _renumbered(triangles: NDArray[np.uint32], vertex_count: int) -> tuple[NDArray[np.uint32], Rows | None]:
-    """The triangles, (n, 3), in numbers among the vertices that they use, and which those are; None for all."""
-    if vertex_count > 8 * triangles.size:  # a part of a large mesh: looking at all its vertices would take longer
+    """The triangles, (n, 3), as indices into the used vertices, and these vertices; None for all."""
+    if vertex_count > 8 * triangles.size:  # part of a large mesh: a mask over all its vertices would be slower
         used, corners = np.unique(triangles, return_inverse=True)
         return corners.reshape(-1, 3).astype(np.uint32), used.astype(np.intp)
     in_use = np.zeros(vertex_count, bool)
@@ -181,7 +181,7 @@ def _check_target_counts(mesh: Element, primitives: list[Element]) -> None:
 
 
 def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
-    """(triangles, 3) of a list of vertices drawn as triangles, strip or fan; those that repeat a vertex are dropped."""
+    """(triangles, 3) of a list of vertices as triangles, strip or fan; those with a repeated vertex are dropped."""
     # 3.7.2.1: every second triangle of a strip has its last two vertices swapped, a fan turns about its first
     if mode == _TRIANGLES:
         triangles = order[: len(order) // 3 * 3].reshape(-1, 3)

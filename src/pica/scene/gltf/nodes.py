@@ -1,4 +1,4 @@
-"""Nodes: the hierarchy, and what stands at each place (3.5)."""
+"""Nodes: the hierarchy, and the content of each (3.5)."""
 
 import math
 from collections import Counter
@@ -35,13 +35,13 @@ _PLAIN = {"name", "mesh", "children", "extras", "matrix", "translation", "rotati
 _plain_node = unchecked_constructor(Node)
 
 _INSTANCE_BYTES = 400
-"""What it takes to put a matrix together."""
+"""Memory for composing a matrix."""
 
 _NO_TURN = "a quaternion of zeros is no rotation"
 
 
 def build_scene(document: Document) -> Scene:
-    """The file's default scene, else its first, else all nodes without a parent. Raises SceneError."""
+    """The file's default scene, else its first, else all root nodes. Raises SceneError."""
     hierarchy = _Hierarchy(document)
     name, roots = hierarchy.shown()
     scene = Scene(name)
@@ -53,7 +53,7 @@ def build_scene(document: Document) -> Scene:
     far = _place_in_world(made, hierarchy)
     entries = {nodes[entry]: entry for entry in dict.fromkeys([*made.special, *far])}
     for node in worth_checking(list(entries)):
-        entries[node].apply(node.check)  # what a renderer would find, where it stands in the file
+        entries[node].apply(node.check)  # a renderer's checks, with the place in the file
     scene.animations = read_animations(document, nodes)
     if not any(len(section.indices) for node in scene.nodes() if node.mesh for section in node.mesh.sections):
         document.warn("shows nothing, its scene has no mesh with triangles")
@@ -61,7 +61,7 @@ def build_scene(document: Document) -> Scene:
 
 
 class _Hierarchy:
-    """Who is whose child (3.5.2). Raises SceneError for a node with two parents, or one that is its own ancestor."""
+    """Parents and children (3.5.2). Raises SceneError for a node with two parents, or one that is its own ancestor."""
 
     def __init__(self, document: Document) -> None:
         self._document = document
@@ -79,17 +79,17 @@ class _Hierarchy:
         tops = [node for node in self._nodes if node not in self._parents]
         reached = self.below(tops)
         if len(reached) < len(self._nodes):
-            found = set(reached)
-            lost = next(node for node in self._nodes if node not in found)
+            reachable = set(reached)
+            lost = next(node for node in self._nodes if node not in reachable)
             raise lost.fault("is its own ancestor, or below a node that is")
 
     def below(self, tops: list[Element]) -> list[Element]:
         """The nodes and all below them, parents first."""
-        found = list(tops)
-        for node in found:
+        order = list(tops)
+        for node in order:
             if node in self.children:
-                found += self.children[node]
-        return found
+                order += self.children[node]
+        return order
 
     def shown(self) -> tuple[str, list[Element]]:
         """Name and root nodes of the scene to show."""
@@ -114,9 +114,9 @@ class _MadeNodes(NamedTuple):
     """The nodes of a scene."""
 
     nodes: dict[Element, Node]
-    """By what the file says of them, parents first."""
+    """By their indices in the file, parents first."""
     special: list[Element]
-    """Those that show more than a mesh as it is."""
+    """Nodes with more than a rigid mesh."""
     transforms: NDArray[np.float64]
     """(nodes, 4, 4) node to parent."""
 
@@ -135,7 +135,7 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
     special: list[Element] = []
     copies: Counter[Mesh | None] = Counter()
     still: dict[Any, Mesh | None] = {None: None}
-    """Meshes without morph targets, by what a node says."""
+    """Meshes without morph targets, by their indices."""
     for entry, matrix, pose, fits in zip(entries, transforms, poses, near.tolist(), strict=True):
         values, extras = entry.values, entry.extras
         index = values.get("mesh")
@@ -168,7 +168,7 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
 
 
 def _node(document: Document, entry: Element, lights: Lights, meshes: Meshes) -> Node:
-    """A node with what stands there, but for its skin; it is not placed yet."""
+    """A node with its content, except for its skin and transform."""
     mesh = meshes.get(entry) if "mesh" in entry else None
     copies = _copies(document, entry) if entry.has_extension(_INSTANCING) else None
     if mesh is not None or copies is not None:
@@ -199,9 +199,9 @@ def _vertex_count(mesh: Mesh) -> int:
 
 
 def _places(entries: list[Element]) -> tuple[NDArray[np.float64], list[Pose | None]]:
-    """Where the file puts nodes (3.5.3): (nodes, 4, 4) relative to their parents, and what that is made from.
+    """Transforms of nodes (3.5.3): (nodes, 4, 4) relative to their parents, and their components.
 
-    All in one go: one by one it would take most of the time.
+    Computed together: one by one it would take most of the time.
     """
     has_matrix = np.array(["matrix" in entry for entry in entries], bool)
     posed = [entry for entry, has in zip(entries, has_matrix.tolist(), strict=True) if not has]
@@ -218,7 +218,7 @@ def _places(entries: list[Element]) -> tuple[NDArray[np.float64], list[Pose | No
 
 
 def _place_in_world(made: _MadeNodes, hierarchy: _Hierarchy) -> list[Element]:
-    """Find the nodes' world matrices, generation by generation. Returns those that may be too far away."""
+    """Compute the nodes' world matrices, level by level. Returns those that may be too far away."""
     entries = list(made.nodes)
     rows = {entry: row for row, entry in enumerate(entries)}
     parents = np.full(len(entries), -1)
@@ -239,7 +239,7 @@ def _place_in_world(made: _MadeNodes, hierarchy: _Hierarchy) -> list[Element]:
 
 
 def _matrices(entries: list[Element]) -> NDArray[np.float64]:
-    """(entries, 4, 4) node to parent, of nodes that give it as a matrix."""
+    """(entries, 4, 4) node to parent, of nodes with a matrix."""
     matrices = columns.numbers(entries, "matrix", 16).reshape(-1, 4, 4).transpose(0, 2, 1)
     affine = np.isclose(matrices[:, 3], (0, 0, 0, 1), atol=1e-4).all(axis=1)
     for row in np.flatnonzero(~affine):
@@ -254,7 +254,7 @@ def _zero_rotations(rotations: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def _bind_skins(document: Document, made: _MadeNodes) -> None:
-    """Give nodes their skins, once all joints hang in their tree."""
+    """Bind skins once all joints are in their tree."""
     nodes = made.nodes
     skins: dict[Element, Skin] = {}
     bound: Counter[Skin] = Counter()
@@ -274,7 +274,7 @@ def _bind_skins(document: Document, made: _MadeNodes) -> None:
 
 
 def _copies(document: Document, entry: Element) -> int | None:
-    """How many copies of its mesh a node shows (EXT_mesh_gpu_instancing); None where it does not say."""
+    """Number of instances of a node (EXT_mesh_gpu_instancing); None if it has none."""
     attributes = entry.extension(_INSTANCING).object("attributes")
     counts = {element_count(document, attributes, name) for name in _INSTANCE_DEFAULTS if name in attributes}
     if len(counts) > 1:

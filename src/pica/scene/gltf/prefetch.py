@@ -1,4 +1,4 @@
-"""Reading many small accessors at once: one by one, NumPy's calls would take most of the time."""
+"""Reads many small accessors together: one by one, NumPy's calls would take most of the time."""
 
 from collections.abc import Iterable, Iterator
 from itertools import islice, pairwise
@@ -17,11 +17,11 @@ _SMALL = 1 << 10
 _AT_ONCE = 1 << 12
 """Accessors."""
 _NUMBER_BYTES = 16
-"""What a number takes meanwhile."""
+"""Temporary memory per number."""
 
 
 class SmallAccessors:
-    """What small accessors hold, as far as they have been prefetched."""
+    """The content of small accessors, once prefetched."""
 
     def __init__(self, document: "Document") -> None:
         self._document = document
@@ -32,7 +32,7 @@ class SmallAccessors:
         return self._found.get(index) if type(index) is int else None
 
     def prefetch(self, indices: Iterable[Any]) -> None:
-        """Read those of the accessors that are small, dense and sound. The others are left to who needs them.
+        """Read the accessors that are small, dense and valid. Others are left to their readers.
 
         Raises SceneError for a buffer that cannot be read: give accessors that the scene needs.
         """
@@ -48,7 +48,7 @@ class SmallAccessors:
                 self._found.update(self._read(some))
 
     def _read(self, group: dict[int, DenseAccessor]) -> Iterator[tuple[int, NDArray[Any]]]:
-        """What those hold, which differ in where they begin and in their count alone."""
+        """The content of accessors that differ only in offset and count."""
         one = next(iter(group.values()))
         buffers = self._document.entries("buffers")
         if one.buffer >= len(buffers):

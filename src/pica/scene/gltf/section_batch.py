@@ -1,4 +1,4 @@
-"""Small sections of many meshes are completed together: one by one, NumPy's calls would take most of the time."""
+"""Completes small sections of many meshes together: one by one, NumPy's calls would take most of the time."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -17,9 +17,9 @@ from pica.scene.normals import face_normals, unit_normals
 _section = unchecked_constructor(Section)
 _NAMES = {"POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"}
 _SMALL = 1 << 10
-"""Vertices and corners of a section that comes into a batch."""
+"""Maximum vertices and corners of a section in a batch."""
 _FULL = 1 << 16
-"""Vertices and corners of all those in one."""
+"""Maximum vertices and corners of a batch."""
 
 
 class _Part(NamedTuple):
@@ -30,7 +30,7 @@ class _Part(NamedTuple):
 
 
 class SectionBatch:
-    """Makes sections of what files have, and completes them when there are many, or when it is asked to."""
+    """Makes sections from the files' attributes, and completes them in batches, or on request."""
 
     def __init__(self) -> None:
         self._smooth: list[_Part] = []
@@ -56,7 +56,7 @@ class SectionBatch:
         return section
 
     def complete(self) -> None:
-        """Give the sections that are waiting all their attributes."""
+        """Complete the attributes of all queued sections."""
         for parts, flat in ((self._smooth, False), (self._flat, True)):
             if parts:
                 _complete(parts, flat)
@@ -73,7 +73,7 @@ def _complete(parts: Sequence[_Part], flat: bool) -> None:
     uv0, uv1 = (_joined(parts, bounds, f"TEXCOORD_{number}", 2, 0) for number in range(2))
     colors = _joined(parts, bounds, "COLOR_0", 4, 1)
     tangents = _joined(parts, bounds, "TANGENT", 4, 0)
-    if flat:  # 3.7.2.1: each triangle has vertices of its own, and tangents in the file do not count
+    if flat:  # 3.7.2.1: vertices are not shared, and the file's tangents are ignored
         normals = np.repeat(face_normals(positions, triangles), 3, axis=0)
         taken = triangles.reshape(-1).astype(np.intp)
         positions, uv0, uv1, colors = (values[taken] for values in (positions, uv0, uv1, colors))
@@ -89,7 +89,7 @@ def _complete(parts: Sequence[_Part], flat: bool) -> None:
     }  # fmt: skip
     sound = all(np.isfinite(values).all() for values in arrays.values())
     for values in arrays.values():
-        values.setflags(write=False)  # sections share them
+        values.setflags(write=False)  # shared by sections
     for part, (start, end) in zip(parts, pairwise(bounds.tolist()), strict=True):
         kept = vars(part.section)
         for name, values in arrays.items():

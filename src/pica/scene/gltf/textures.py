@@ -15,19 +15,19 @@ from pica.scene.material import Image, Sampler, Texture, Wrap
 _WRAPS = {33071: Wrap.CLAMP_TO_EDGE, 33648: Wrap.MIRRORED_REPEAT, 10497: Wrap.REPEAT}
 _MAG_FILTERS = {9728: False, 9729: True}
 _UNREADABLE_SUFFIXES = {"image/ktx2": ".ktx2", "image/vnd-ms.dds": ".dds", "image/avif": ".avif"}
-"""Picture formats that extensions bring in and that are left out with a warning."""
+"""Picture formats of unsupported extensions, which are ignored with a warning."""
 _EXPORT = "export the file with PNG, JPEG or WebP pictures"
 
 UV_SETS = 2
 _PLACING = {"texCoord", "extensions"}
-"""Keys of texture infos that say where on a surface a texture is."""
+"""Keys of texture infos for texture coordinates."""
 _DEFAULT_SAMPLER = Sampler()
 _NO_FILE = PurePosixPath()
 _plain_texture = unchecked_constructor(Texture)
 
 
 class Textures:
-    """The textures of a file; each picture is decoded once, when first used, by whatever names it goes."""
+    """The textures of a file; each picture is decoded once, at first use, even under several names."""
 
     def __init__(self, document: Document) -> None:
         self._document = document

@@ -1,4 +1,4 @@
-"""Paths chosen from those of earlier frames and of neighbours: ReSTIR GI (Ouyang et al. 2021)."""
+"""Paths resampled from earlier frames and neighbours: ReSTIR GI (Ouyang et al. 2021)."""
 
 import slangpy as spy
 
@@ -14,7 +14,7 @@ _FOLDER = "effects/global_illumination/path_traced"
 
 
 class PathResampling:
-    """Puts what paths chosen from many bring in the place of what each pixel's own path does."""
+    """Replaces the light of each pixel's own path by that of resampled paths."""
 
     def __init__(self, device: Device, tracer: Tracer | None) -> None:
         modules = {"reuse_in_time": "ReuseInTime", "reuse_of_neighbours": "ReuseOfNeighbours"}

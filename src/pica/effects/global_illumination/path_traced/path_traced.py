@@ -3,8 +3,8 @@
 import numpy as np
 import slangpy as spy
 
+from pica.effects.global_illumination.debug_aovs import offer_filter_aovs, offer_ray_aovs
 from pica.effects.global_illumination.path_traced.path_resampling import PathResampling
-from pica.effects.global_illumination.views import filter_views, ray_views
 from pica.filtering.accumulation import accumulate_grid
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import ENDLESS, IndirectPictures
@@ -52,7 +52,7 @@ class PathTracedIndirect:
         self._resampling = PathResampling(device, tracer) if settings.mode == "restir" else None
 
     def reset(self) -> None:
-        """Nothing is kept on the host."""
+        """There is no state on the host."""
 
     def __call__(
         self,
@@ -104,7 +104,7 @@ class PathTracedIndirect:
         )
         if self._resampling is not None:
             self._resampling(graph, gbuffer, found, met)
-        ray_views(graph, found)
+        offer_ray_aovs(graph, found)
         graph.offer(
             "rays.indirect_rays", (found,), lambda values: int(np.count_nonzero(values[..., 3])), on_request=True
         )
@@ -128,5 +128,5 @@ class PathTracedIndirect:
             known=history.known,
             **history.swap(),
         )
-        filter_views(graph, gathered, nearness, signal, history["history"])
+        offer_filter_aovs(graph, gathered, nearness, signal, history["history"])
         return signal, nearness

@@ -3,7 +3,7 @@
 import numpy as np
 import slangpy as spy
 
-from pica.effects.global_illumination.views import SURFEL_VIEWS, surfel_views
+from pica.effects.global_illumination.debug_aovs import SURFEL_AOVS, offer_surfel_aovs
 from pica.filtering.convergence import COMPLETE_FROM
 from pica.frame.context import FrameContext, camera_constants
 from pica.frame.gbuffer import GBuffer
@@ -29,7 +29,7 @@ _DEPTHS = 16
 """surfel_depth.slang: DEPTHS."""
 _RAYS_ACROSS = 512
 _BOUNCES = 12
-"""Surfaces on a path that meets no surfels."""
+"""Maximum number of bounces of paths that hit no surfels."""
 
 
 class SurfelPool:
@@ -53,17 +53,17 @@ class SurfelPool:
         self.block.bind(**self.shared)
         self.anchors = make("surfel anchors", size=_ANCHOR * capacity, struct_size=_ANCHOR)
         self.estimators = make("surfel estimators", size=_ESTIMATOR * capacity, struct_size=_ESTIMATOR)
-        self.taken = make("surfel rays so far", size=4 * capacity, struct_size=4)
-        self.turns = make("surfel turns", size=8 * capacity, struct_size=8)
+        self.sample_counts = make("surfel sample counts", size=4 * capacity, struct_size=4)
+        self.ray_ranges = make("surfel ray ranges", size=8 * capacity, struct_size=8)
         self.surfel_of_ray = make("surfel rays", size=4 * self.rays, struct_size=4)
-        self.arrived = make("light of surfel rays", size=16 * self.rays, struct_size=16)
+        self.ray_radiance = make("radiance of surfel rays", size=16 * self.rays, struct_size=16)
         self.drifts = make("surfel drifts", size=4 * capacity, struct_size=4)
         self.ray_count = make("surfel ray count", size=4, struct_size=4)
         self.free_slots = device.structured("free surfels", np.arange(capacity, dtype=np.uint32))
         self.free_count = device.structured("free surfel count", np.array([capacity], np.int32))
 
     def clear(self) -> None:
-        """Forget all surfels."""
+        """Discard all surfels."""
         self.shared["placed"].copy_from_numpy(np.zeros((self.capacity, 4), np.float32))
         self.free_slots.copy_from_numpy(np.arange(self.capacity, dtype=np.uint32))
         self.free_count.copy_from_numpy(np.array([self.capacity], np.int32))
@@ -82,7 +82,7 @@ class SurfelIndirect:
         self._spawn = compute(f"{_FOLDER}/surfel_spawn.slang")
         self._queue = compute(f"{_FOLDER}/surfel_queue.slang")
         module = f"{_FOLDER}/surfel_rays.slang"
-        # Few go on from what they met first, in all but closed rooms.
+        # Except in closed rooms, few paths go on after their first hit.
         self._trace = ray_effect(device, module, "SurfelRays", "surface", tracer, simplified=True, parts=(2, 4))
         self._update = compute(f"{_FOLDER}/surfel_update.slang")
         self._lookup = compute(f"{_FOLDER}/surfel_lookup.slang")
@@ -91,7 +91,7 @@ class SurfelIndirect:
         self.cache = IndirectCache(f"{_FOLDER}/surfel_cache.slang", {"surfels": self._pool})
 
     def reset(self) -> None:
-        """Forget all surfels."""
+        """Discard all surfels."""
         self._pool.clear()
         self._unchanged = 0
 
@@ -128,7 +128,7 @@ class SurfelIndirect:
             **gbuffer.half_blocks(graph),
             anchors=pool.anchors,
             estimators=pool.estimators,
-            taken=pool.taken,
+            sampleCounts=pool.sample_counts,
             drifts=pool.drifts,
             **slots,
         )
@@ -138,8 +138,8 @@ class SurfelIndirect:
             estimators=pool.estimators,
             surfelOfRay=pool.surfel_of_ray,
             rayCount=pool.ray_count,
-            turns=pool.turns,
-            taken=pool.taken,
+            rayRanges=pool.ray_ranges,
+            sampleCounts=pool.sample_counts,
             capacity=pool.capacity,
             budget=pool.rays,
         )
@@ -150,17 +150,17 @@ class SurfelIndirect:
             **light.at_hits(regularized=True),
             surfelOfRay=pool.surfel_of_ray,
             rayCount=pool.ray_count,
-            turns=pool.turns,
-            taken=pool.taken,
-            arrived=pool.arrived,
+            rayRanges=pool.ray_ranges,
+            sampleCounts=pool.sample_counts,
+            rayRadiance=pool.ray_radiance,
             width=_RAYS_ACROSS,
         )
         graph.add(
             self._update,
             each,
-            turns=pool.turns,
-            taken=pool.taken,
-            arrived=pool.arrived,
+            rayRanges=pool.ray_ranges,
+            sampleCounts=pool.sample_counts,
+            rayRadiance=pool.ray_radiance,
             exposure=exposure,
             drifts=pool.drifts,
             estimators=pool.estimators,
@@ -191,19 +191,19 @@ class SurfelIndirect:
 
     def _offer(self, graph: FrameGraph) -> None:
         pool = self._pool
-        if graph.wants(*SURFEL_VIEWS):
+        if graph.wants(*SURFEL_AOVS):
             nearest = graph.texture("nearest surfels", spy.Format.rgba32_uint)
             cells = graph.texture("cells of surfels", spy.Format.rg32_uint)
             graph.add(
-                self._device.compute(f"{_FOLDER}/surfel_views.slang"),
+                self._device.compute(f"{_FOLDER}/surfel_debug.slang"),
                 graph.grid,
                 anchors=pool.anchors,
-                taken=pool.taken,
-                turns=pool.turns,
+                sampleCounts=pool.sample_counts,
+                rayRanges=pool.ray_ranges,
                 nearest=write(nearest),
                 cells=write(cells),
             )
-            surfel_views(graph, nearest, cells)
-        wanted = lambda: min(int(pool.ray_count.to_numpy().view(np.uint32)[0]), pool.rays)  # noqa: E731
-        graph.offer("rays.surfel_rays", (), wanted, on_request=True)
+            offer_surfel_aovs(graph, nearest, cells)
+        ray_count = lambda: min(int(pool.ray_count.to_numpy().view(np.uint32)[0]), pool.rays)  # noqa: E731
+        graph.offer("rays.surfel_rays", (), ray_count, on_request=True)
         graph.offer("count.surfels", (), self.count, on_request=True)

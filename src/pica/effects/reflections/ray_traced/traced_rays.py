@@ -17,7 +17,7 @@ from pica.tracing.ray_effect import PATHS, ray_effect
 
 
 class TracedRays:
-    """A ray for 2x2 pixels along the lobe that the surface mirrors, and one from what it meets to a light."""
+    """A ray along the specular lobe for 2x2 pixels, and a shadow ray from its hit to a light."""
 
     def __init__(
         self,
@@ -30,7 +30,7 @@ class TracedRays:
         """`cache`, `filters`: as Reflections has them."""
         self._filters = filters
         self.bounces = {"bounces": settings.bounces, "indirectBounces": 0}
-        """Surfaces that paths may meet, by the names that shaders have for these limits."""
+        """Maximum numbers of bounces, by their names in shaders."""
         module = "effects/reflections/ray_traced/reflection_rays.slang"
         self._trace = ray_effect(
             device, module, "ReflectionRays", "surface", tracer, simplified=True, with_module=cache, parts=PATHS
@@ -43,18 +43,18 @@ class TracedRays:
         gbuffer: GBuffer,
         samples: LightSamples,
         indirect: IndirectResult | None,
-        ends: Texture,
+        hit_position_and_pdf: Texture,
         light: Texture,
         mirrors: int,
     ) -> Texture:
-        """Trace, and fill `ends` and `light`, textures of half size, as reflected.slang has them; `mirrors` as there.
+        """Trace the rays; write `hit_position_and_pdf` and `light`, of half size, as reflected.slang has them.
 
-        `indirect`: None where there is no global illumination. Returns what each ray brought, as `light`, before
-        neighbours lend theirs.
+        `indirect`: None without global illumination. `mirrors`: as in reflected.slang. Returns the light of single rays
+        (format of `light`) before spatial reuse.
         """
         self.bounces["indirectBounces"] = indirect.bounces if indirect else 0
         smooth, half = self._filters, gbuffer.half_blocks(graph)
-        met = graph.texture("met", spy.Format.rg32_uint, graph.half_size)
+        packed_hits = graph.texture("packed hits", spy.Format.rg32_uint, graph.half_size)
         single = graph.texture("light of single rays", spy.Format.rgba32_uint, graph.half_size) if smooth else light
         known: dict[str, Any] = {
             "arriving": indirect.arriving if indirect else graph.nothing(spy.Format.rgba32_float),
@@ -67,16 +67,19 @@ class TracedRays:
             **self.bounces,
             **known,
             **samples.at_hits(regularized=smooth),
-            ends=write(ends),
+            hitPositionAndPdf=write(hit_position_and_pdf),
             light=write(single),
-            met=write(met),
+            packedHits=write(packed_hits),
             mirrors=mirrors,
             **(indirect.cache.values if indirect and indirect.cache else {}),
         )
         graph.offer(
-            "rays.reflection_rays", (ends,), lambda values: int(np.count_nonzero(values[..., 3])), on_request=True
+            "rays.reflection_rays",
+            (hit_position_and_pdf,),
+            lambda values: int(np.count_nonzero(values[..., 3])),
+            on_request=True,
         )
         if smooth:
-            rays = {"ends": ends, "met": met, "light": single}
+            rays = {"hitPositionAndPdf": hit_position_and_pdf, "packedHits": packed_hits, "light": single}
             graph.add(self._gather, graph.half_grid, gathered=write(light), **half, **rays)
         return single

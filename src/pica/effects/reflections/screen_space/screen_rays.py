@@ -27,8 +27,8 @@ class ScreenRays:
         surroundings: Texture,
         **pictures: Any,
     ) -> None:
-        """March. `surroundings`: (width, height) what each pixel mirrors of the prefiltered environment, over albedo.
-        `pictures`: the parameters of screen_space.slang beyond that."""
+        """March. `surroundings`: (width, height) specular light of the prefiltered environment, over albedo.
+        `pictures`: the other parameters of screen_space.slang."""
         width, height = (-(-length // _GROUP) * _GROUP for length in graph.size)
         pyramid = graph.texture("depth pyramid", spy.Format.rg32_float, (width // 2, height))
         threads = (-(-graph.half_size[0] // 8) * 8, -(-graph.half_size[1] // 8) * 8, 1)

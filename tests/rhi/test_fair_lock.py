@@ -1,4 +1,4 @@
-"""The lock by which threads take turns at a device."""
+"""The lock of a device, which threads get in the order of their requests."""
 
 import gc
 import threading
@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from pica.rhi.turns import Turns
+from pica.rhi.fair_lock import FairLock
 
 
 def in_threads(*calls):
@@ -20,12 +20,12 @@ def in_threads(*calls):
 
 
 def test_who_has_had_it_lets_the_others_go_first():
-    turn, log, everybody = Turns(lambda: None), [], threading.Barrier(3)
+    lock, log, everybody = FairLock(lambda: None), [], threading.Barrier(3)
 
     def work(name):
         everybody.wait()
         for _ in range(50):
-            with turn:
+            with lock:
                 log.append(name)
                 time.sleep(0.0005)
 
@@ -35,11 +35,11 @@ def test_who_has_had_it_lets_the_others_go_first():
 
 
 def test_no_two_have_it_at_once():
-    turn, inside, most = Turns(lambda: None), [], []
+    lock, inside, most = FairLock(lambda: None), [], []
 
     def work():
         for _ in range(200):
-            with turn, turn:  # whoever has it may take it again, even while another waits
+            with lock, lock:  # whoever has it may take it again, even while another waits
                 inside.append(1)
                 most.append(len(inside))
                 time.sleep(0)
@@ -50,57 +50,57 @@ def test_no_two_have_it_at_once():
 
 
 def test_what_comes_late_waits_for_the_end():
-    turn, log = Turns(lambda: None), []
-    turn.later(lambda: log.append("at once"))
-    with turn:
-        with turn:
-            turn.later(lambda: log.append("later"))
-        in_threads(lambda: turn.later(lambda: log.append("by another thread")))
-        turn.tidy()
+    lock, log = FairLock(lambda: None), []
+    lock.defer(lambda: log.append("at once"))
+    with lock:
+        with lock:
+            lock.defer(lambda: log.append("later"))
+        in_threads(lambda: lock.defer(lambda: log.append("by another thread")))
+        lock.run_deferred()
         log.append("end")
     assert log == ["at once", "end", "later", "by another thread"]
 
 
 def test_what_comes_just_before_the_release_is_not_left():
-    turn, log = Turns(lambda: None), []
-    lock = turn._lock
+    lock, log = FairLock(lambda: None), []
+    inner = lock._lock
 
     class Lock:
-        acquire = staticmethod(lock.acquire)
+        acquire = staticmethod(inner.acquire)
 
         def release(self):
             if not log:
                 log.append("released")
-                in_threads(lambda: turn.later(lambda: log.append("later")))
-            lock.release()
+                in_threads(lambda: lock.defer(lambda: log.append("later")))
+            inner.release()
 
-    turn._lock = Lock()
-    with turn:
+    lock._lock = Lock()
+    with lock:
         pass
     assert log == ["released", "later"]
 
 
 def test_nothing_that_comes_late_is_left():
-    turn, done = Turns(lambda: None), []
+    lock, done = FairLock(lambda: None), []
 
     def hold():
         for _ in range(3000):
-            with turn:
+            with lock:
                 pass
 
     def drop():
         for number in range(3000):
-            turn.later(lambda number=number: done.append(number))
+            lock.defer(lambda number=number: done.append(number))
 
     in_threads(hold, drop, drop)
     assert len(done) == 6000
 
 
 def test_an_error_gives_it_back():
-    turn = Turns(lambda: None)
-    with pytest.raises(ZeroDivisionError), turn:
+    lock = FairLock(lambda: None)
+    with pytest.raises(ZeroDivisionError), lock:
         raise ZeroDivisionError
-    in_threads(lambda: turn.__enter__())
+    in_threads(lambda: lock.__enter__())
 
 
 def test_a_check_that_fails_leaves_it_to_others():
@@ -110,31 +110,31 @@ def test_a_check_that_fails_leaves_it_to_others():
         if faults:
             raise faults[0]
 
-    turn = Turns(check)
-    with pytest.raises(ValueError), turn:
+    lock = FairLock(check)
+    with pytest.raises(ValueError), lock:
         pytest.fail("nobody has it")
     faults.clear()
 
     def work():
-        with turn:
+        with lock:
             pass
 
     in_threads(work)
 
 
 def test_it_is_cheap():
-    turn = Turns(lambda: None)
+    lock = FairLock(lambda: None)
     gc.disable()
     try:
-        best = min(_seconds(turn) for _ in range(20))
+        best = min(_seconds(lock) for _ in range(20))
     finally:
         gc.enable()
     assert best < 10e-6
 
 
-def _seconds(turn):
+def _seconds(lock):
     started = time.perf_counter()
     for _ in range(200):
-        with turn:
+        with lock:
             pass
     return (time.perf_counter() - started) / 200

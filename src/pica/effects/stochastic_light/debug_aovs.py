@@ -1,4 +1,4 @@
-"""What the filter of stochastic light sees and does, as pictures."""
+"""Debug AOVs of the stochastic light's filter."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,11 +15,11 @@ Array = NDArray[Any]
 _PARTS = ("diffuse", "specular")
 
 
-def stochastic_light_views(graph: FrameGraph, samples: Texture, filtered: Texture, history: Texture) -> None:
-    """Offer views of the denoiser's textures, of the diffuse and the specular part.
+def offer_stochastic_light_aovs(graph: FrameGraph, samples: Texture, filtered: Texture, history: Texture) -> None:
+    """Offer the denoiser's textures, of the diffuse and the specular part.
 
-    PART.raw: this frame's samples over albedo, (height, width, 3), nits; PART.filtered: what the picture has of them;
-    PART.history: (height, width) samples in the mean; PART.variance: of the result, as the filter estimates it.
+    PART.raw: this frame's samples over albedo, (height, width, 3), nits; PART.filtered: the result;
+    PART.history: (height, width) samples in the mean; PART.variance: the filter's estimate for the result.
     """
 
     def offer(name: str, source: Texture, layer: int, read: Callable[[Array], Array]) -> None:

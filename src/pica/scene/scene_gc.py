@@ -1,7 +1,7 @@
-"""Has Python free scenes that are gone.
+"""Collects dropped scenes.
 
-Nodes know their parents, and only Python's collector frees such circles. It goes by the number of objects, whatever
-they hold, and a few nodes may hold gigabytes of pictures: so it is called for where the next scene comes.
+Nodes refer to their parents, and only Python's garbage collector frees such cycles. It is triggered by the number of
+objects, but a few nodes may hold gigabytes of pictures: so it is run explicitly before the next scene.
 """
 
 import gc
@@ -14,23 +14,23 @@ from weakref import finalize
 if TYPE_CHECKING:
     from pica.scene.model import Scene
 
-_SHARE = 10  # of the time, one part at most goes into looking through all objects
+_SHARE = 10  # maximum fraction of time for full collections: one in so many
 _young = _old = False
-"""Whether scenes have gone since objects were last looked through: the young ones, and all."""
+"""Whether scenes have been dropped since the last collection: of the young generations, and of all."""
 _due = 0.0
 
 
 def watch(scene: "Scene") -> None:
-    """Note when this one goes."""
+    """Note the drop of a scene."""
     finalize(scene, _note).atexit = False
 
 
 def collect() -> None:
-    """Free the scenes that have gone: at once what is young, the others where that was not done a moment ago."""
+    """Free dropped scenes: young ones at once, old ones unless a full collection was done recently."""
     global _young, _old, _due
     if _young:
         _young = False
-        gc.collect(1)  # whoever survives counts as old: not again while a scene in use is young
+        gc.collect(1)  # survivors count as old: they are not traversed again while a scene in use is young
     started = time.monotonic()
     if _old and started >= _due:
         _old = False
@@ -41,7 +41,7 @@ def collect() -> None:
 
 @contextmanager
 def paused() -> Iterator[None]:
-    """Python's collector rests: it would look again and again through the objects of a large file, none of which go."""
+    """Pause the garbage collector: it would traverse the objects of a large file repeatedly and in vain."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:

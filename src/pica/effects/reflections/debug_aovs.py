@@ -8,14 +8,14 @@ from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
 
 _OF = "debug.reflections"
-PAST_VIEWS = tuple(f"{_OF}.{name}" for name in ("of_surface", "of_image", "image_share", "kernel"))
+REPROJECTION_AOVS = tuple(f"{_OF}.{name}" for name in ("of_surface", "of_image", "image_share", "kernel"))
 
 
-def reflection_views(graph: FrameGraph, light: Texture, reconstructed: Texture, distances: Texture) -> None:
-    """Offer views of the reflections' textures; light is in nits over specular albedo.
+def offer_reflection_aovs(graph: FrameGraph, light: Texture, reconstructed: Texture, distances: Texture) -> None:
+    """Offer the reflections' textures; light is in nits over specular albedo.
 
-    raw: (height / 2, width / 2, 3) what each ray brought. reconstructed: (height, width, 3) from neighbours' rays of
-    this frame; variance: of that, (height, width); distance: metres to what is mirrored.
+    raw: (height / 2, width / 2, 3) radiance of single rays. reconstructed: (height, width, 3) from neighbours' rays of
+    this frame; variance: of that, (height, width); distance: metres to the reflected surface.
     """
     graph.offer(f"{_OF}.raw", (light,), lambda light: light_of(light[..., :2]) + light_of(light[..., 2:]))
     graph.offer(f"{_OF}.reconstructed", (reconstructed,), rgb)
@@ -23,20 +23,20 @@ def reflection_views(graph: FrameGraph, light: Texture, reconstructed: Texture, 
     graph.offer(f"{_OF}.distance", (distances,), lambda values: values[..., 0])
 
 
-def accumulated_views(graph: FrameGraph, signal: Texture, history: Texture) -> None:
-    """Offer views of the history, where there is one.
+def offer_history_aovs(graph: FrameGraph, signal: Texture, history: Texture) -> None:
+    """Offer the history, if there is one.
 
-    accumulated: with earlier frames; history: the number of these, times the rays that each is worth.
+    accumulated: the temporal mean; history: the number of frames in it, times the effective number of rays of each.
     """
     graph.offer(f"{_OF}.accumulated", (signal,), rgb)
     graph.offer(f"{_OF}.history", (history,), lambda layers: layers[0, ..., 3])
 
 
-def past_views(graph: FrameGraph, past: Mapping[str, Texture]) -> None:
-    """Offer views of what the newest frame found of the one before.
+def offer_reprojection_aovs(graph: FrameGraph, past: Mapping[str, Texture]) -> None:
+    """Offer the reprojected history.
 
-    of_surface and of_image: light where the surface was and where the image of what it mirrors was; image_share: how
-    much the latter counts; kernel: pixels that the filter reaches.
+    of_surface and of_image: light reprojected by the motion of the surface and of the reflected image; image_share:
+    weight of the latter; kernel: radius of the filter in pixels.
     """
     graph.offer(f"{_OF}.of_surface", (past["ofSurface"],), rgb)
     graph.offer(f"{_OF}.of_image", (past["ofImage"],), rgb)

@@ -1,4 +1,4 @@
-"""What the shadow filters see and do, as pictures."""
+"""Debug AOVs of the shadow filters."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -14,12 +14,12 @@ _SPACING = 24
 """Pixels between the drawn footprints."""
 
 
-def shadow_views(graph: FrameGraph, textures: Mapping[str, Texture], svgf: int) -> None:
-    """Offer views of a denoiser's textures, with the denoised slots last: (height, width, slots).
+def offer_shadow_aovs(graph: FrameGraph, textures: Mapping[str, Texture], svgf: int) -> None:
+    """Offer a denoiser's textures, with the denoised slots last: (height, width, slots).
 
-    raw: this frame's samples, 0 to 1; filtered: what the lighting uses; history: samples in the mean; variance: of the
-    mean, after the filter for the first `svgf` slots; footprint: (height, width, 3) the shadow of the first anisotropic
-    slot with the ellipses of its filter at some pixels in green (RTG 19, figure 19-5), where there is such a slot.
+    raw: this frame's samples, 0 to 1; filtered: the input of the lighting; history: samples in the mean; variance: of
+    the mean, after the filter for the first `svgf` slots; footprint: (height, width, 3) the shadow of the first
+    anisotropic slot with its filter ellipses at some pixels in green (RTG 19, figure 19-5), if there is such a slot.
     """
 
     def offer(view: str, read: Callable[..., Array], *names: str) -> None:

@@ -14,20 +14,22 @@ Array = NDArray[Any]
 _OF = "debug.global_illumination"
 
 
-def ray_views(graph: FrameGraph, found: Texture) -> None:
-    """Offer views of what rays found, of half size; light is in nits over diffuse albedo, which is irradiance over pi.
+def offer_ray_aovs(graph: FrameGraph, found: Texture) -> None:
+    """Offer results of rays, at half size; light is in nits over diffuse albedo, which is irradiance over pi.
 
-    raw: what each ray brought; distance: metres to what it met, below 0 where that was nothing.
+    raw: radiance of single rays; distance: metres to the hit, below 0 for a miss.
     """
     graph.offer(f"{_OF}.raw", (found,), rgb)
     graph.offer(f"{_OF}.distance", (found,), lambda values: values[..., 3])
 
 
-def filter_views(graph: FrameGraph, gathered: Texture, nearness: Texture, signal: Texture, history: Texture) -> None:
-    """Offer views of what filters made of that.
+def offer_filter_aovs(
+    graph: FrameGraph, gathered: Texture, nearness: Texture, signal: Texture, history: Texture
+) -> None:
+    """Offer results of the filters.
 
-    Of half size gathered: from neighbours' rays of this frame; nearness: 1 / metres to what lights the surface. Of full
-    size accumulated: with earlier frames; variance: of that; history: how many frames these are.
+    Half size: gathered: spatial filter over this frame's rays; nearness: 1 / metres to the light's origin. Full
+    size: accumulated: temporal filter; variance: of that; history: its length in frames.
     """
     graph.offer(f"{_OF}.gathered", (gathered,), rgb)
     graph.offer(f"{_OF}.nearness", (nearness,), lambda values: values)
@@ -36,24 +38,24 @@ def filter_views(graph: FrameGraph, gathered: Texture, nearness: Texture, signal
     graph.offer(f"{_OF}.history", (history,), lambda layers: history_length(layers[0]))
 
 
-def arriving_views(graph: FrameGraph, arriving: Texture) -> None:
-    """Offer what each pixel gets, (height, width[, 3]).
+def offer_irradiance_aovs(graph: FrameGraph, arriving: Texture) -> None:
+    """Offer the irradiance of each pixel, (height, width[, 3]).
 
-    arriving: the light over diffuse albedo, in nits; coverage: the sum of the weights of surfels' discs, else 1 where
-    that is known.
+    arriving: nits over diffuse albedo; coverage: the sum of the weights of surfels' discs, otherwise 1 where
+    valid.
     """
     graph.offer(f"{_OF}.arriving", (arriving,), rgb)
     graph.offer(f"{_OF}.coverage", (arriving,), lambda values: values[..., 3])
 
 
-SURFEL_VIEWS = tuple(f"{_OF}.{name}" for name in ("discs", "age", "samples", "rays", "cells"))
+SURFEL_AOVS = tuple(f"{_OF}.{name}" for name in ("discs", "age", "samples", "rays", "cells"))
 
 
-def surfel_views(graph: FrameGraph, nearest: Texture, cells: Texture) -> None:
-    """Offer views of surfels, (height, width[, 3]); 0 where there is none.
+def offer_surfel_aovs(graph: FrameGraph, nearest: Texture, cells: Texture) -> None:
+    """Offer surfels, (height, width[, 3]); 0 without one.
 
-    discs: number of the surfel whose disc is nearest, from 1; age: its frames, with this one; samples: its rays so far;
-    rays: those of this frame. cells: a colour for each cell of the grid, in the hue of the grid's level.
+    discs: number of the surfel with the nearest disc, from 1; age: in frames, from 1; samples: number of its rays;
+    rays: those of this frame. cells: a colour for each cell of the grid, with the hue of the grid's level.
     """
     graph.offer(f"{_OF}.discs", (nearest,), lambda values: values[..., 0])
     graph.offer(f"{_OF}.age", (nearest,), lambda values: values[..., 1].astype(np.float32))
@@ -63,7 +65,7 @@ def surfel_views(graph: FrameGraph, nearest: Texture, cells: Texture) -> None:
 
 
 _HUES = np.array([(1, 0.2, 0.2), (1, 1, 0.2), (0.2, 1, 0.2), (0.2, 1, 1), (0.2, 0.2, 1), (1, 0.2, 1)], np.float32)
-"""Of six levels in turn."""
+"""Of levels modulo six."""
 
 
 def _cell_colors(cells: Array) -> Array:
