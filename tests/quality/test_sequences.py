@@ -143,3 +143,9 @@ def test_wrong_names_and_speeds(name, speed, says):
 def test_where_nothing_shines_nothing_is_dimmed():
     with pytest.raises(PicaError, match="no light"):
         sequence("light", scene_of(placed(box(1, lambert(0.5)))), OUTSIDE)
+
+
+@pytest.mark.parametrize("name", ["objects", "moving_light", "light"])
+def test_a_scene_in_which_nothing_moves(name):
+    with pytest.raises(PicaError, match=f"sequence {name}: the scene has "):
+        sequence(name, scene_of(placed(plane(20, 20, lambert(0.5)))), OUTSIDE)

@@ -142,6 +142,8 @@ def _objects(scene: Scene, camera: Camera, step: float) -> Sequence:
     """What is small sways, each with a phase of its own."""
     diagonal = _diagonal(scene)
     swaying = [node for node in scene.nodes() if node.mesh is not None and _node_diagonal(node) < _GROUND * diagonal]
+    if not swaying:
+        raise PicaError("the sequence objects: the scene has neither animations nor objects smaller than half of it")
     return _swing(swaying, diagonal, camera, step)
 
 
@@ -179,6 +181,8 @@ def _moving_light(scene: Scene, camera: Camera, step: float) -> Sequence:
     from pica.scene.light import DirectionalLight
 
     shining = [node for node in scene.nodes() if node.light is not None]
+    if not shining:
+        raise PicaError("the sequence moving_light: the scene has no light that could move")
     suns = [(node, node.world) for node in shining if isinstance(node.light, DirectionalLight)]
     swaying = [node for node in shining if not isinstance(node.light, DirectionalLight)]
     lamps = _swing(swaying, _diagonal(scene), camera, _STEP)
