@@ -66,6 +66,13 @@ def test_without_json_a_table(run, calls):
     ]
 
 
+def test_a_table_has_no_heading_without_rows(run, calls, monkeypatch):
+    times = {"gpu_ms": {"frame": 3.0}, "rays_per_second": {}}
+    monkeypatch.setattr("pica.quality.benchmark.benchmark", lambda *_, **__: dict(times))
+    assert "rays_per_second" not in run("bench", "m.glb", "--size", "8x4")[1]
+    assert json.loads(run("bench", "m.glb", "--size", "8x4", "--json")[1])["rest"]["rays_per_second"] == {}
+
+
 def test_where_nothing_traces_there_is_no_path_traced_sample(run, calls, monkeypatch):
     monkeypatch.setattr("pica.quality.benchmark.path_traced_sample", lambda *_: None)
     assert json.loads(run("bench", "m.glb", "--size", "8x4", "--json")[1])["path_traced"] is None

@@ -95,6 +95,8 @@ def _lines(columns: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
     for name in _names(columns):
         values = [column.get(name, "") for column in columns]
         inner = [value for value in values if isinstance(value, Mapping)]
+        if inner and not any(inner):
+            continue  # no heading without rows
         lines.append((one_line(name, 60), *("" if isinstance(value, Mapping) else _text(value) for value in values)))
         for key in _names(inner):
             cells = (_text(value[key]) if isinstance(value, Mapping) and key in value else "" for value in values)
