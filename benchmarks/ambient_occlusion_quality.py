@@ -26,7 +26,7 @@ def main() -> None:
     parser.add_argument("--size", default="640x360")
     parser.add_argument("--frames", type=int, default=120)
     parser.add_argument("--samples", type=int, default=2048)
-    parser.add_argument("--sheets")
+    parser.add_argument("--sheets", type=Path)
     arguments = parser.parse_args()
     size = tuple(int(length) for length in arguments.size.split("x"))
     device = Device()
@@ -46,8 +46,9 @@ def main() -> None:
             found |= {"first": round(errors.psnr[0], 2), "last": round(errors.psnr[-1], 2)}
             print(json.dumps(found | {"flicker": round(float(np.mean(errors.change)), 5)}), flush=True)
             if arguments.sheets:
-                sheet = error_sheet(errors)
-                pica.images.pictures.write_png(Path(arguments.sheets) / f"occlusion_{mode}_{motion}.png", sheet)
+                arguments.sheets.mkdir(parents=True, exist_ok=True)
+                picture = arguments.sheets / f"occlusion_{mode}_{motion}.png"
+                pica.images.pictures.write_png(picture, error_sheet(errors))
 
 
 if __name__ == "__main__":

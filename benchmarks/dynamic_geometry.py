@@ -7,7 +7,7 @@ import numpy as np
 
 import pica
 from pica.gpu_scene.view import SceneView
-from pica.rhi.device import Device
+from pica.rhi.device import Device, DeviceRecording
 from pica.scene.emitter import Emitter
 from pica.scene.landscape import Landscape
 from pica.scene.material import Material
@@ -53,8 +53,7 @@ def measured(device: Device, node: Node, change: Callable[[int], object]) -> Non
     device.profiler.begin_frame()
     change(ROUNDS)
     encoder = device.handle.create_command_encoder()
-    recording = type("Recording", (), {"encoder": encoder, "profiler": device.profiler})()
-    gpu.update(recording, CAMERA)
+    gpu.update(DeviceRecording(encoder, device.profiler), CAMERA)
     device.profiler.end_frame(device.handle.submit_command_buffer(encoder.finish()))
     times = {name: round(value, 2) for name, value in device.profiler.flush().items()}
     triangles = scene.triangle_count()

@@ -77,7 +77,8 @@ def sequences(device: Device, size: Any, settings: pica.Settings, arguments: arg
                 "flicker": round(float(np.mean(errors.change)), 5),
             }
             if arguments.sheets:
-                path = Path(arguments.sheets) / f"{name} {motion}.png".replace(" ", "_")
+                arguments.sheets.mkdir(parents=True, exist_ok=True)
+                path = arguments.sheets / f"{name} {motion}.png".replace(" ", "_")
                 pica.images.pictures.write_png(path, error_sheet(errors))
     return found
 
@@ -164,7 +165,7 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=2048)
     parser.add_argument("--set", action="append", default=[])
     parser.add_argument("--only", choices=PARTS)
-    parser.add_argument("--sheets")
+    parser.add_argument("--sheets", type=Path)
     parser.add_argument("--jitter", action="store_true")
     arguments = parser.parse_args()
     size = tuple(int(length) for length in arguments.size.split("x"))

@@ -16,6 +16,7 @@ from typing import Any
 import pica
 from benchmarks.flight_helmet import helmet_on_plane
 from pica.rhi.device import Device
+from pica.tracing.path_pipeline import PathPipeline
 from pica.tracing.ray_buffers import BufferEffect
 from pica.tracing.ray_pipeline import PipelineEffect
 
@@ -44,8 +45,8 @@ def timed_effects(device: Device) -> dict[str, float]:
 
         kind.__call__ = timed
 
-    time_runs(PipelineEffect)
-    time_runs(BufferEffect)
+    for kind in (PipelineEffect, PathPipeline, BufferEffect):
+        time_runs(kind)
     return milliseconds
 
 
