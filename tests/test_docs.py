@@ -61,8 +61,10 @@ def test_settings_exist(page):
         pica.Settings().with_values({path: value})
 
 
-def test_commands_of_the_readme_are_commands():
-    (lines,) = (block.splitlines() for block in blocks(README, "sh") if "pica render" in block)
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_commands_are_commands(page):
+    lines = [line for block in blocks(page, "sh") for line in block.splitlines() if line.startswith("pica ")]
+    assert lines or page != README
     for line in lines:
         name, *arguments = line.split(" #")[0].split()[1:]
         get_command(app).commands[name].make_context(name, arguments)  # parses, and runs nothing
