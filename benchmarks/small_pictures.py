@@ -63,11 +63,12 @@ def measure(renderer: Renderer, way: str, cameras: list[Camera]) -> tuple[dict[s
     """Median milliseconds of the parts, and of each pass."""
     parts: defaultdict[str, list[float]] = defaultdict(list)
     passes: defaultdict[str, list[float]] = defaultdict(list)
-    for number, camera in enumerate([*cameras[:WARM_UP], *cameras]):
+    warm_up = cameras[:WARM_UP]
+    for number, camera in enumerate([*warm_up, *cameras]):
         clock, processor = time.perf_counter(), time.process_time()
         timings = dict(WAYS[way](renderer, camera).timings)
         clock, processor = time.perf_counter() - clock, time.process_time() - processor
-        if number < WARM_UP:
+        if number < len(warm_up):
             continue
         parts["clock"].append(clock * 1e3)
         parts["processor"].append(processor * 1e3)
