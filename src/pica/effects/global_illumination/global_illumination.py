@@ -87,7 +87,7 @@ class GlobalIllumination(Effect):
             elif isinstance(self._way, LightMapIndirect):
                 self._way(graph, occlusion, pictures)
             else:
-                self._way(graph, gbuffer, light, pictures)
+                self._way(graph, gbuffer, light, exposure, pictures)
             graph.offer("diffuse_indirect", (pictures.reflected,), light_of)
             offer_irradiance_aovs(graph, arriving)
         return IndirectResult(arriving, pictures.reflected, self._way.is_smooth, self._bounces, self._way.cache)

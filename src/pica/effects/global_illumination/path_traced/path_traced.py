@@ -5,11 +5,12 @@ import slangpy as spy
 
 from pica.effects.global_illumination.debug_aovs import offer_filter_aovs, offer_ray_aovs
 from pica.effects.global_illumination.path_traced.path_resampling import PathResampling
+from pica.effects.global_illumination.radiance_cache.radiance_cache import RadianceCache
 from pica.filtering.accumulation import accumulate_grid
 from pica.frame.gbuffer import GBuffer
-from pica.frame.signals.indirect import ENDLESS, IndirectPictures
+from pica.frame.signals.indirect import ENDLESS, IndirectCache, IndirectPictures
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import History, Texture, write
+from pica.graph.resources import Buffer, History, Texture, write
 from pica.light_map.gpu_light_map import GpuLightMap, light_map_cache
 from pica.light_map.light_map import LightMap
 from pica.light_sampling.light_sampler import LightSamples
@@ -41,7 +42,12 @@ class PathTracedIndirect:
         self._asks_picture = filters and settings.bounces > 1
         self.bounces = ENDLESS if self._asks_picture else settings.bounces
         asks_map = light_map is not None and self._asks_picture
-        self.cache = light_map_cache(GpuLightMap(device, light_map)) if light_map and asks_map else None
+        self.radiance_cache: RadianceCache | None = None
+        if light_map and asks_map:
+            self.cache: IndirectCache | None = light_map_cache(GpuLightMap(device, light_map))
+        else:
+            self.radiance_cache = RadianceCache(device, tracer) if self._asks_picture else None
+            self.cache = self.radiance_cache.lookups if self.radiance_cache else None
         module, cache = f"{_FOLDER}/indirect_rays.slang", self.cache.module if self.cache else None
         parts = PATHS if settings.bounces > 1 else ()
         self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, True, cache, parts=parts)
@@ -52,16 +58,21 @@ class PathTracedIndirect:
         self._resampling = PathResampling(device, tracer) if settings.mode == "restir" else None
 
     def reset(self) -> None:
-        """There is no state on the host."""
+        """Discard the radiance cache."""
+        if self.radiance_cache is not None:
+            self.radiance_cache.reset()
 
     def __call__(
         self,
         graph: FrameGraph,
         gbuffer: GBuffer,
         light: LightSamples,
+        exposure: Buffer,
         pictures: IndirectPictures,
     ) -> None:
         """Fill the pictures."""
+        if self.radiance_cache is not None:
+            self.radiance_cache(graph, light, exposure)
         history = graph.history("indirect light", {"history": spy.Format.rgba32_uint}, layers=1)
         found = self._found(graph, gbuffer, light, history)
         signal, nearness = graph.nothing(_LIGHT), graph.nothing(spy.Format.r32_float)

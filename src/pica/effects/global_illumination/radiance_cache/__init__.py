@@ -1,0 +1,1 @@
+"""World-space radiance cache at the hits of rays."""
