@@ -78,7 +78,7 @@ class FrameGraph:
 
     @contextmanager
     def scope(self, name: str) -> Iterator[None]:
-        """What is declared within belongs to this effect; blocks that are provided within are for its passes alone."""
+        """Passes and resources declared within belong to this effect, and blocks provided within are its own."""
         outer, blocks = self._scope, self._blocks
         self._scope, self._blocks = name, dict(blocks)
         try:
@@ -87,8 +87,8 @@ class FrameGraph:
             self._scope, self._blocks = outer, blocks
 
     def provide(self, **blocks: Any) -> None:
-        """Parameter blocks by the names that shaders have for them. Passes that are added from here on in this scope
-        are given those that their shaders have; their own inputs go first."""
+        """Parameter blocks by their names in shaders. Passes added later in this scope get those that their shaders
+        declare; inputs of the pass take precedence."""
         self._blocks.update(blocks)
 
     @property
@@ -197,9 +197,9 @@ class FrameGraph:
         """Add a pass or ray effect over a grid of threads, with its shader parameters.
 
         Each is a value; a texture, buffer or block that it reads, or a tuple of textures where the shader has an
-        array; what it writes, as write(…) or update(…); or a function that takes the frame and gives the value, asked
-        in each frame. Blocks that the graph provides, `frame` among them, need not be named. `when` takes the frame: in
-        frames where it is false the pass is left out. Raises GraphError where two passes write the same anew.
+        array; an output, as write(…) or update(…); or a function from the frame to the value, called in each frame.
+        Parameter blocks that the graph provides, such as `frame`, need not be passed. `when` is a function of the
+        frame: if it is false, the pass is skipped. Raises GraphError if two passes `write` the same resource.
         """
         name = str(getattr(step, "name", "pass"))
         blocks: frozenset[str] = getattr(step, "blocks", frozenset())

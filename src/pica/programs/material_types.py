@@ -111,7 +111,7 @@ class CompiledType:
     alias: str
     """The module to import for it."""
     parameters: np.dtype[Any]
-    """What `Material.parameters`, of MAX_PARAMETERS numbers at most, or each primitive must give."""
+    """The fields of `Material.parameters`, MAX_PARAMETERS numbers at most, or of a shape's primitives."""
 
 
 class MaterialType(CompiledType):
