@@ -168,12 +168,12 @@ class SurfelIndirect:
             settled=lambda frame: int(self._unchanged > COMPLETE_FROM),
             **slots,
         )
-        half_known = graph.texture("light of surfels", spy.Format.rgba32_float, graph.half_size)
-        graph.add(self._lookup, graph.half_grid, halfKnown=write(half_known))
+        half_light = graph.texture("light of surfels", spy.Format.rgba32_float, graph.half_size)
+        graph.add(self._lookup, graph.half_grid, halfLight=write(half_light))
         graph.add(
             self._apply,
             graph.grid,
-            halfKnown=half_known,
+            halfLight=half_light,
             occlusion=occlusion or graph.nothing(spy.Format.r16_float),
             occluded=int(occlusion is not None),
             **pictures.arguments(),
