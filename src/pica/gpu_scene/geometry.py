@@ -149,8 +149,8 @@ class GeometryBuffers:
             self.primitives.give_back(primitives)
         for part in mesh.parts:
             part.geometry.forget()
-        gone = {part.geometry for part in mesh.parts}
-        self._unbuilt = [geometry for geometry in self._unbuilt if geometry not in gone]
+        removed = {part.geometry for part in mesh.parts}
+        self._unbuilt = [geometry for geometry in self._unbuilt if geometry not in removed]
 
     def retire(self, meshes: Container[Mesh], materials: Container[Material]) -> None:
         """Forget meshes among `meshes` or with one of `materials`, so that the next user uploads them again."""

@@ -108,12 +108,12 @@ class GpuScene:
     def of(device: Device, scene: Scene) -> "GpuScene":
         """The device's copy of a scene; made if there is none."""
         copies = device.shared(_Copies).by_scene
-        found = copies.get(id(scene))
-        if found is None:
+        gpu_scene = copies.get(id(scene))
+        if gpu_scene is None:
             scene_gc.collect()
             scene_gc.watch(scene)
-            found = copies[id(scene)] = GpuScene(device.memory_scope(), scene)
-        return found
+            gpu_scene = copies[id(scene)] = GpuScene(device.memory_scope(), scene)
+        return gpu_scene
 
     def record_set(self) -> RecordSet:
         """An empty set of records in the scene's table."""
@@ -257,7 +257,7 @@ class GpuScene:
             if mesh is not None and mesh.previous is not None:
                 self.deformations[node] = deformation_of(self._device, node, self.geometry, mesh)
         bits = self.instance_table.rows["mask_and_channels"][[p.instances.start for p in placements.values()]]
-        masked = np.isin(bits, [each for each in np.unique(bits).tolist() if is_masked(each)])
+        masked = np.isin(bits, [mask for mask in np.unique(bits).tolist() if is_masked(mask)])
         self._masked.update(node for node, is_one in zip(placements, masked.tolist(), strict=True) if is_one)
         for view in self.views:
             view.on_nodes_added(placements)

@@ -149,19 +149,19 @@ class FrameGraph:
     ) -> History:
         """Declare textures whose content the next frame can read, by their names in shaders."""
         textures = {
-            each: self.texture(
-                f"{name} {each}",
+            key: self.texture(
+                f"{name} {key}",
                 texture_format,
                 size,
                 layers,
                 Lifetime.HISTORY,
-                (usage or {}).get(each, TEXTURE_USAGE),
+                (usage or {}).get(key, TEXTURE_USAGE),
             )
-            for each, texture_format in formats.items()
+            for key, texture_format in formats.items()
         }
         history = History(textures, self.memory.history(self._scope, name))
-        for each, texture in textures.items():
-            texture.history, texture.part = history.state, each
+        for key, texture in textures.items():
+            texture.history, texture.part = history.state, key
         self.histories.append(history)
         return history
 
@@ -203,7 +203,7 @@ class FrameGraph:
         """
         name = str(getattr(step, "name", "pass"))
         blocks: frozenset[str] = getattr(step, "blocks", frozenset())
-        inputs = {each: block for each, block in self._blocks.items() if each in blocks} | inputs
+        inputs = {block_name: block for block_name, block in self._blocks.items() if block_name in blocks} | inputs
         self._add(PassNode(name, self._scope, _caller(), inputs, when or self._when, step=step, threads=threads))
 
     def record(self, name: str, call: Callable[..., None], /, *, when: Condition | Any = None, **inputs: Any) -> None:
@@ -263,7 +263,7 @@ class FrameGraph:
 
     def _declared(self, resource: Any) -> Any:
         before = self._names.setdefault(resource.key, resource.where)
-        if before != resource.where or any(each.key == resource.key for each in self.resources):
+        if before != resource.where or any(other.key == resource.key for other in self.resources):
             raise GraphError(f"{resource.scope} declares {resource.name!r} twice, at {before} and at {resource.where}")
         self.resources.append(resource)
         return resource

@@ -285,8 +285,10 @@ def _implementation(source: MaterialSource, loaded: spy.SlangModule) -> tuple[st
         if interface is not None and layout.is_sub_type(layout.find_type_by_name(struct.name), interface)
     ]
     if len(matches) != 1:
-        wanted = f"{' or '.join(interfaces)} ({source.interface_file})"
-        what = f"{len(matches)} structs implement {wanted}, not one" if matches else f"no struct implements {wanted}"
+        expected = f"{' or '.join(interfaces)} ({source.interface_file})"
+        what = (
+            f"{len(matches)} structs implement {expected}, not one" if matches else f"no struct implements {expected}"
+        )
         raise source.fault(f"{source.path}: {what}")
     return matches[0]
 

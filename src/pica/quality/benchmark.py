@@ -56,7 +56,7 @@ def benchmark(
     gpu["frame"] = median(sum(times.values()) for times in measured)
     effects = [times_by_effect(times) for times in list(profiler.by_owner)[-len(measured) :]]
     rays = renderer.count_rays(play(warm_up + frames))
-    effect_of = {each.name: each.effect for each in renderer.graph.passes}
+    effect_of = {node.name: node.effect for node in renderer.graph.passes}
     effect_rays: dict[str, int] = {}
     for name, count in rays.items():
         effect_rays[effect_of[name]] = effect_rays.get(effect_of[name], 0) + count

@@ -167,8 +167,8 @@ class Device:
         """One object per device for upper layers: `kind(device)`, made when first requested."""
         if kind not in self._shared:
             self._shared[kind] = kind(self._root or self)
-        found: T = self._shared[kind]
-        return found
+        product: T = self._shared[kind]
+        return product
 
     @contextmanager
     def record(self) -> Iterator[DeviceRecording]:
@@ -294,8 +294,8 @@ class Device:
         if key not in self._products:
             self.link(recipe, variant)
             self._products[key] = recipe.make(self, self._linked.pop(key))
-        found: T = self._products[key]
-        return found
+        product: T = self._products[key]
+        return product
 
     def link(self, recipe: Recipe[T], variant: Hashable = ()) -> None:
         """The first, slow part of `product`."""

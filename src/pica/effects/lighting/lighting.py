@@ -24,7 +24,7 @@ class DirectLighting(Effect):
 
     def __init__(self, device: Device, settings: LightingSettings) -> None:
         self._ltc_tables = LtcTables(device)
-        self._prefiltered = PrefilteredEnvironment(device, wanted=settings.environment == "prefiltered")
+        self._prefiltered = PrefilteredEnvironment(device, enabled=settings.environment == "prefiltered")
         self._direct = programs(device).compute("effects/lighting/direct.slang", name="lighting")
 
     def __call__(

@@ -61,8 +61,8 @@ class Meshes:
         if entry not in self._made:
             primitives = entry.objects("primitives")
             _check_target_counts(entry, primitives)
-            found = [self._section(primitive) for primitive in primitives]
-            sections = [section for section in found if section is not None]
+            parts = [self._section(primitive) for primitive in primitives]
+            sections = [section for section in parts if section is not None]
             mesh = self._made[entry] = entry.apply(Mesh, sections, entry.name)
             shining = sum(section.indices.size for section in sections if any(section.material.emission))
             self._counts[mesh] = _Counts(max(len(sections), 1), shining, mesh.target_count, entry)

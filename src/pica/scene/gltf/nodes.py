@@ -155,9 +155,9 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
             node.place(node.transform, pose)
             special.append(entry)
     meshes.complete()
-    for each, count in copies.items():
-        if each is not None:
-            meshes.count_shown(each, count)
+    for mesh, count in copies.items():
+        if mesh is not None:
+            meshes.count_shown(mesh, count)
     for entry, children in hierarchy.children.items():
         if entry in nodes:
             node = nodes[entry]
