@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from pica.gpu_scene.bounds import object_box
 from pica.gpu_scene.primitive_buffers import BOX_INDICES, PlacedPrimitives, PrimitiveBuffers
 from pica.gpu_scene.table_rows import RECORD
-from pica.rhi.acceleration import ObjectFlags, RtGeometry, RtSection, build_compact
+from pica.rhi.acceleration import ObjectFlags
 from pica.rhi.device import Device
+from pica.rhi.rt_geometry import RtGeometry, RtSection, build_compact
 from pica.rhi.tables import DeviceTable, Runs
 from pica.scene.material import AlphaMode, Material
 from pica.scene.model import Mesh, Section

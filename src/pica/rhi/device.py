@@ -22,6 +22,7 @@ from pica.rhi import forked, validation
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, adapter_of, choose, describe
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.fair_lock import FairLock
+from pica.rhi.memory_use import MemoryUse
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
@@ -45,22 +46,6 @@ class DeviceRecording:
     encoder: spy.CommandEncoder
     profiler: Profiler
     variant: int = 0
-
-
-@dataclass(eq=False)
-class _Memory:
-    """Bytes allocated and not yet released, and their peak."""
-
-    now: int = 0
-    peak: int = 0
-
-    def count(self, size: int) -> None:
-        self.now += size
-        self.peak = max(self.peak, self.now)
-
-    def release(self, scope: "_Memory") -> None:
-        """Book all memory of a scope as released."""
-        self.now -= scope.now
 
 
 class Device:
@@ -107,8 +92,8 @@ class Device:
             )
         self.profiler = Profiler(self.handle)
         """GPU times of the passes on this device."""
-        self._memory = _Memory()
-        self._scope_memory = _Memory()
+        self._memory = MemoryUse()
+        self._scope_memory = MemoryUse()
         """The part of `_memory` that was allocated through this object; see `memory_scope`."""
         self._root: Device | None = None
         """Of a memory scope, the device it was made from."""
@@ -188,7 +173,7 @@ class Device:
         once the scope is dropped. Resources of one lifetime belong in one scope."""
         scope = copy(self)
         scope._root = self._root or self
-        scope._scope_memory = _Memory()
+        scope._scope_memory = MemoryUse()
         release = partial(self._memory.release, scope._scope_memory)
         finalize(scope, self.lock.defer, release).atexit = False
         return scope
