@@ -43,7 +43,7 @@ class ConvergenceCorrection:
         def at_rest(frame: FrameContext) -> bool:
             return reprojection.unchanged >= CORRECTION_FROM
 
-        def has_history(frame: FrameContext) -> int:
+        def known(frame: FrameContext) -> int:
             continues = reprojection.unchanged > CORRECTION_FROM and self._last_frame + 1 == frame.index
             self._last_frame = frame.index
             return int(continues)
@@ -57,7 +57,7 @@ class ConvergenceCorrection:
             reflected=reflected,
             correction=update(correction),
             secondMoments=update(second_moments),
-            hasHistory=has_history,
+            known=known,
         )
         graph.add(
             self._apply,

@@ -35,9 +35,9 @@ class PathResampling:
         state = reservoirs.state
         shared = {**gbuffer.half_blocks(graph), "pathLight": update(path_light)}
 
-        def has_history(frame: FrameContext) -> int:
+        def known(frame: FrameContext) -> int:
             return int(not (state.empty or frame.changed_lights))  # the light of paths is that of their frame
 
-        fresh = {"packedHits": packed_hits, "hasHistory": has_history}
+        fresh = {"packedHits": packed_hits, "known": known}
         graph.add(self._in_time, graph.half_size, **shared, **reservoirs.swap(), **fresh)
         graph.add(self._of_neighbours, graph.half_size, **shared, **reservoirs.textures)
