@@ -87,7 +87,7 @@ class Plan:
         return {offer.name for offer in self._selected(requested, debug=False) if offer.scope == scope}
 
     def names_but(self, scope: str, requested: Collection[str] | None, debug: bool) -> set[str]:
-        """The same of all other effects; `debug`: views for debugging too."""
+        """The same of all other effects; `debug`: debug AOVs too."""
         return {offer.name for offer in self._selected(requested, debug) if offer.scope != scope}
 
     def lacks(self, names: Collection[str]) -> frozenset[str]:
