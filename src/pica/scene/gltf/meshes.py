@@ -70,9 +70,9 @@ class Meshes:
 
     def expect(self, nodes: Iterable[Element]) -> None:
         """Get ready for the meshes that nodes show."""
-        shown = (node.values["mesh"] for node in nodes if type(node.values.get("mesh")) is int)
+        indices = (node.values["mesh"] for node in nodes if type(node.values.get("mesh")) is int)
         meshes = self._entries
-        names = dict.fromkeys(mesh for mesh in shown if 0 <= mesh < len(meshes))
+        names = dict.fromkeys(mesh for mesh in indices if 0 <= mesh < len(meshes))
         self._document.small_accessors.prefetch(
             accessor for mesh in names for accessor in _accessors_of(meshes[mesh].values.get("primitives"))
         )

@@ -140,9 +140,9 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
         values, extras = entry.values, entry.extras
         index = values.get("mesh")
         if index is not None and (type(index) is not int or index not in still):
-            shown = meshes.get(entry)
-            if not meshes.target_count(shown):
-                still[index] = shown
+            candidate = meshes.get(entry)
+            if not meshes.target_count(candidate):
+                still[index] = candidate
         if fits and index in still and values.keys() <= _PLAIN and "pica" not in extras:
             mesh = still[index]
             nodes[entry] = _plain_node(
