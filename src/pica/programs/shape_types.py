@@ -14,6 +14,7 @@ from pica.programs.material_types import (
     MaterialTypes,
     MaterialTypeSet,
     ShapeOn,
+    cases,
     compiled,
     fitting_numbers,
 )
@@ -106,9 +107,7 @@ class ShapeTypes:
         name = f"shape_types_{digest(' '.join(shape.alias for shape in made))}"
 
         def switch(call: str) -> str:
-            labels = [*(f"case {number}:" for number in range(len(made) - 1)), "default:"]
-            cases = zip(labels, made, strict=True)
-            return " ".join(f"{label} return {shape.struct}.{call};" for label, shape in cases)
+            return cases(range(len(made)), [f"return {shape.struct}.{call};" for shape in made])
 
         text = _ALL.format(
             name=name,
