@@ -14,7 +14,7 @@ from pica.rhi.slang_files import SlangFile
 PACKAGE = Path(pica.__file__).parent
 STEPS = (
     "effects/post/tone_map.slang",
-    "effects/reflections/own_light.slang",
+    "effects/reflections/apply_correction.slang",
     "effects/shadows/footprint.slang",
     "frame/half_gbuffer.slang",
     "filtering/reprojection.slang",
