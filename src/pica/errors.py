@@ -65,8 +65,8 @@ class _Short(reprlib.Repr):
 
     def repr_instance(self, x: Any, level: int) -> str:
         kind = type(x)
-        known = kind.__module__ in ("builtins", "numpy", "pathlib")
-        return super().repr_instance(x, level) if known else f"a {kind.__name__}"
+        is_plain = kind.__module__ in ("builtins", "numpy", "pathlib")
+        return super().repr_instance(x, level) if is_plain else f"a {kind.__name__}"
 
 
 _SHORT = _Short()

@@ -23,19 +23,19 @@ def near_names(name: object, candidates: Iterable[str], most: int = _MOST) -> li
     if close := difflib.get_close_matches(name, names, most, cutoff=0.85):
         return close
     close = difflib.get_close_matches(name, names, most)
-    close += [each for each in names if name.lower() in each.lower() and each not in close]
+    close += [other for other in names if name.lower() in other.lower() and other not in close]
     return close[:most]
 
 
 def did_you_mean(name: object, candidates: Iterable[str]) -> str:
     """ "; did you mean 'a' or 'b'?", to end a message with; empty if no candidate is near."""
-    near = [shown(each) for each in near_names(name, candidates)]
+    near = [shown(candidate) for candidate in near_names(name, candidates)]
     return f"; did you mean {' or '.join(filter(None, [', '.join(near[:-1]), *near[-1:]]))}?" if near else ""
 
 
 def unknown(name: str, candidates: Iterable[str]) -> str:
     """The message for an unknown field name, with near or available ones."""
-    names = [each for each in candidates if not each.startswith("_")]
+    names = [candidate for candidate in candidates if not candidate.startswith("_")]
     return f"no field {shown(name)}{did_you_mean(name, names) or '; there are ' + ', '.join(names)}"
 
 
@@ -50,7 +50,7 @@ def checked_names(error: type[PicaError]) -> Callable[[type[_Made]], type[_Made]
 
     def decorated(made: type[_Made]) -> type[_Made]:
         construct: Callable[..., None] = made.__init__
-        parameters = [each.name for each in fields(made) if each.init]  # type: ignore[arg-type]  # of a dataclass
+        parameters = [field.name for field in fields(made) if field.init]  # type: ignore[arg-type]  # of a dataclass
 
         @functools.wraps(construct)
         def checked(self: Any, *values: Any, **named: Any) -> None:

@@ -16,7 +16,7 @@ def one_line(text: str, longest: int = LONGEST) -> str:
     Line ends, escape sequences, undecodable bytes and other invisible characters are shown as `repr` shows them, and
     NumPy's numbers as Python's.
     """
-    text = _NUMPY_SCALAR.sub(lambda found: found[1] or found[2] or "", _cut(text.strip(), longest))
+    text = _NUMPY_SCALAR.sub(lambda match: match[1] or match[2] or "", _cut(text.strip(), longest))
     return _cut(printable(text), longest)
 
 

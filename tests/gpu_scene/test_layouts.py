@@ -12,7 +12,7 @@ from pica.gpu_scene.materials import MATERIAL, SLOT
 from pica.gpu_scene.previous_frame import PLACE
 from pica.gpu_scene.primitive_buffers import BOX
 from pica.gpu_scene.table_rows import INSTANCE, NOT_EMISSIVE, RECORD
-from pica.rhi.acceleration import INSTANCE as RT_INSTANCE
+from pica.rhi.rt_geometry import INSTANCE as RT_INSTANCE
 from tests.building import scene_of
 from tests.rays import fields_of, gpu_scene
 from tests.tracing.kernels import read, run

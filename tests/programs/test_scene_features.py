@@ -287,7 +287,7 @@ def test_programs_that_know_more_are_taken_where_the_caches_have_them(device, mo
         return (*STANDARD_ONLY, BUNDLES[number])
 
     monkeypatch.setattr(programs(device).compiled, "has", lambda program: TEXTURES in supported_features(program[1]))
-    monkeypatch.setattr(preparation, "_wanted", lambda device, types: [(None, types)])
+    monkeypatch.setattr(preparation, "_required", lambda device, types: [(None, types)])
     assert preparation._covering(device, STANDARD_ONLY) == types(2)
     assert preparation._covering(device, types(1)) == types(3)
     assert preparation._covering(device, types(4)) == types(4)

@@ -68,14 +68,14 @@ def _explained(error: Exception) -> tuple[str, int]:
 
 @contextmanager
 def _warnings_as_lines() -> Iterator[None]:
-    shown = 0
+    count = 0
 
     def show(message: Warning | str, *_: Any, **__: Any) -> None:
-        nonlocal shown
-        shown += 1
-        if shown <= _MOST_WARNINGS:
+        nonlocal count
+        count += 1
+        if count <= _MOST_WARNINGS:
             streams.say(f"pica: warning: {one_line(str(message))}")
-        elif shown == _MOST_WARNINGS + 1:
+        elif count == _MOST_WARNINGS + 1:
             streams.say("pica: warning: there are more warnings, which are not shown")
 
     with warnings.catch_warnings():

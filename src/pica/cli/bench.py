@@ -49,13 +49,15 @@ def bench(
             measured[way] = benchmark(renderer, camera, frames, warm_up, advance, play)
     with progress("Path tracing", json) as advance:
         traced = path_traced_sample(renderer, measured["moving"]["gpu_ms"]["frame"], camera, advance)
-    shared = {name: [each.pop(name) for each in measured.values()][-1] for name in _SHARED if name in measured["rest"]}
+    shared = {
+        name: [figures.pop(name) for figures in measured.values()][-1] for name in _SHARED if name in measured["rest"]
+    }
     result = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), **shared}
     if json:
         print_json({**result, "motion": orbit.numbers(), **measured, "path_traced": traced})
         return
     print_values(view.scene, {**result, **orbit.numbers(), **({} if traced is None else {"path_traced": traced})})
-    print_beside({_TITLES[way]: each for way, each in measured.items()})
+    print_beside({_TITLES[way]: figures for way, figures in measured.items()})
 
 
 _SHARED = ("frames", "warm_up", "peak_gpu_memory")

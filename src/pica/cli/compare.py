@@ -136,7 +136,7 @@ def _other_settings(preset: str, values: list[str] | None, against: list[str]) -
             changed.append(text)
     settings = options.parse_settings(preset, values)
     return settings.with_values(
-        {name.strip(): value.strip() for name, _, value in (each.partition("=") for each in changed)}
+        {name.strip(): value.strip() for name, _, value in (text.partition("=") for text in changed)}
     )
 
 

@@ -74,12 +74,12 @@ def print_table(title: str, description: "GraphDescription") -> None:
     """A row for each pass, then one for each effect."""
     print_line(title)
     rows = [["effect", "pass", "ms", "reads", "writes"]]
-    for each in description.passes:
-        time = "" if each.milliseconds is None else f"{each.milliseconds:.3f}"
-        reads = _listed(each.effect, (*each.reads, *(f"{key} before" for key in each.previous)))
-        writes = _listed(each.effect, each.writes)
-        name = f"{each.name} (if needed)" if each.conditional else each.name
-        rows.append([each.effect, name, time, reads, writes])
+    for node in description.passes:
+        time = "" if node.milliseconds is None else f"{node.milliseconds:.3f}"
+        reads = _listed(node.effect, (*node.reads, *(f"{key} before" for key in node.previous)))
+        writes = _listed(node.effect, node.writes)
+        name = f"{node.name} (if needed)" if node.conditional else node.name
+        rows.append([node.effect, name, time, reads, writes])
     print_columns(rows, right={2})
     print()
     times = description.milliseconds

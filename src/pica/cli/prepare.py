@@ -57,7 +57,7 @@ def prepare(
     if everything and (env is not None or light_map is not None):
         raise PicaError("--all takes neither --env nor --light-map")
     presets = list(PRESETS) if everything and preset is None else [preset or "hybrid"]
-    wanted = [options.parse_settings(name, values) for name in presets]
+    variants = [options.parse_settings(name, values) for name in presets]
     began = time.perf_counter()
     count = 0
     with progress("Preparing", json) as advance:
@@ -65,15 +65,15 @@ def prepare(
         scenes = list(_every()) if everything else [view.load]
         for load in scenes:
             content = load()
-            for settings in wanted:
+            for settings in variants:
                 baked = options.load_light_map(light_map, settings)
                 with pica.Renderer(content, size=_SIZE, settings=settings, device=device, light_map=baked) as renderer:
                     renderer.prepare()
                     folder = renderer.device.cache
                 count += 1
-                advance(count, len(scenes) * len(wanted))
+                advance(count, len(scenes) * len(variants))
             if path_traced:
-                with pica.PathTracer(content, size=_SIZE, settings=wanted[0], device=device) as tracer:
+                with pica.PathTracer(content, size=_SIZE, settings=variants[0], device=device) as tracer:
                     tracer.render(1)
     seconds = time.perf_counter() - began
     if json:

@@ -72,9 +72,9 @@ def print_json(result: Mapping[str, Any]) -> None:
 
 def _finite(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {name: _finite(each) for name, each in value.items()}
+        return {name: _finite(entry) for name, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
+        return [_finite(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -85,7 +85,7 @@ def print_values(title: str, rows: Mapping[str, Any]) -> None:
 
 
 def print_beside(columns: Mapping[str, Mapping[str, Any]]) -> None:
-    """The same of several mappings beside each other, below the names of these."""
+    """A table on stdout with a column for each mapping, below its name."""
     print_columns([("", *map(one_line, columns)), *_lines(list(columns.values()))], right=range(1, len(columns) + 1))
 
 
@@ -105,14 +105,14 @@ def _lines(columns: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
 
 
 def _names(columns: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Of all columns, in their order."""
+    """The keys of all columns, in order."""
     return list(dict.fromkeys(name for column in columns for name in column))
 
 
 def print_columns(rows: Sequence[Sequence[str]], right: Container[int] = ()) -> None:
-    """Rows of cells below each other on stdout, as wide as they need, since programs read them too.
+    """A table on stdout with columns as wide as they need, because programs read it too.
 
-    `right`: the columns whose cells end below each other.
+    `right`: the columns to align on the right.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:

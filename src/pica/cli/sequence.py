@@ -99,7 +99,7 @@ class Sequence:
             warnings.warn(f"{self.output}: the scene has no animation, so nothing moves", stacklevel=2)
         if seconds is None:
             chosen = find_animation(scene, self.animation)
-            durations = (each.duration for n, each in enumerate(scene.animations) if chosen in (None, n, each.name))
+            durations = (clip.duration for n, clip in enumerate(scene.animations) if chosen in (None, n, clip.name))
             seconds = max([*durations, self.path.times[-1] if self.path else 0.0]) - self.start
             if seconds <= 0 and self.turntable:
                 seconds = ROUND

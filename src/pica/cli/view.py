@@ -106,8 +106,8 @@ class View:
                 raise PicaError("--camera takes no --eye, --target or --fov beside it")
             cameras = {camera.name: camera for camera in scene.cameras()}
             if self.camera not in cameras:
-                known = ", ".join(map(repr, cameras)) or "none"
-                raise PicaError(f"no camera {self.camera!r} in the scene; there are {known}")
+                names = ", ".join(map(repr, cameras)) or "none"
+                raise PicaError(f"no camera {self.camera!r} in the scene; there are {names}")
             return cameras[self.camera]
         if self.eye is None and self.target is None and self.fov is None:
             return None

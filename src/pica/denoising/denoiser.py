@@ -53,7 +53,7 @@ class Denoiser:
         return self._device.compute("denoising/gather_features.slang")
 
     def gather(self, graph: FrameGraph) -> None:
-        """Add what the G-buffer shows."""
+        """Accumulate the G-buffer."""
         with graph.scope("denoising"):
             graph.add(self._gather, graph.output_grid, **self.sums)
 

@@ -24,7 +24,7 @@ class Reprojection:
         """Frames since the last change, as of the frame that is being recorded."""
 
     def __call__(self, graph: FrameGraph) -> "Reprojection":
-        """Look for all that the G-buffer shows."""
+        """Reproject the surfaces of the G-buffer."""
         with graph.scope("reprojection"):
             history = graph.history("reprojection", {"found": spy.Format.r32_uint})
             state = history.state

@@ -72,8 +72,8 @@ def at_size(size: Size, aovs: Mapping[str, Callable[[], Array]]) -> dict[str, Ca
         array = fetch()
         width, height = size
         rows, columns = (
-            (2 * np.arange(wanted) + 1) * there // (2 * wanted)  # the pixel that the centre of each lies in
-            for wanted, there in zip((height, width), array.shape, strict=False)
+            (2 * np.arange(target) + 1) * source // (2 * target)  # the pixel that the centre of each lies in
+            for target, source in zip((height, width), array.shape, strict=False)
         )
         if name == "motion":
             array = array * np.array((width / array.shape[1], height / array.shape[0]), np.float32)

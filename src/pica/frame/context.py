@@ -92,7 +92,9 @@ class FrameSequence:
         next frame (frame/half.slang)."""
         self._device, self._upscale = device, upscale
         self._previous: Camera | None = None
-        self._known: dict[int, deque[tuple[Camera, dict[str, Any]]]] = {step: deque(maxlen=2) for step in (1, 2)}
+        self._recent_constants: dict[int, deque[tuple[Camera, dict[str, Any]]]] = {
+            step: deque(maxlen=2) for step in (1, 2)
+        }
         """Constants of the newest two cameras, at full and at half size."""
         self._jitter = 0.0, 0.0
         self._index = 0
@@ -110,8 +112,8 @@ class FrameSequence:
         """At which effects work."""
         self.block.bind(size=spy.uint2(*self.size), outputSize=spy.uint2(*output_size))
         self.half_block.bind(size=spy.uint2(*half_size(self.size)), outputSize=spy.uint2(*output_size))
-        for known in self._known.values():
-            known.clear()
+        for recent in self._recent_constants.values():
+            recent.clear()
         self.reset()
 
     def reset(self) -> None:
@@ -164,11 +166,11 @@ class FrameSequence:
 
     def _constants_of(self, camera: Camera, step: int) -> dict[str, Any]:
         """The same dictionary for the same camera, which blocks then need not be given again."""
-        for known, constants in self._known[step]:
-            if known is camera:
+        for recent_camera, constants in self._recent_constants[step]:
+            if recent_camera is camera:
                 return constants
         constants = camera_constants(camera, self.size, self.output_size[0] / self.output_size[1], step)
-        self._known[step].append((camera, constants))
+        self._recent_constants[step].append((camera, constants))
         return constants
 
     def end(self, frame: FrameContext) -> None:

@@ -26,10 +26,10 @@ class ReferenceLayer:
 
 @dataclass(frozen=True)
 class Reference:
-    """What an effect should give, by many rays per pixel of the G-buffer that the effect had."""
+    """The ground truth of an effect: visibility or radiance, averaged over many rays per pixel of the G-buffer."""
 
     estimate: ManySamples
-    """By an effect's own shader, which lies beside those that it is the reference of."""
+    """Runs the reference shader of the effect, which is in the effect's folder."""
     inputs: tuple[str, ...]
     """Its inputs, from Renderer.effect_inputs."""
     layers: Mapping[str, ReferenceLayer]
@@ -41,8 +41,7 @@ class Reference:
         return self.estimate.is_light
 
     def __call__(self, size: Size, samples: int, inputs: Mapping[str, Any]) -> dict[str, NDArray[np.float32]]:
-        """The layers from `samples` rays per pixel; NaN where there is nothing to compare. `inputs`: all of
-        Renderer.effect_inputs."""
+        """The layers from `samples` rays per pixel; NaN where undefined. `inputs`: all of Renderer.effect_inputs."""
         given = {name: inputs[name] for name in self.inputs}
         layers = self.layers.items()
         return {name: self.estimate(size, samples, **given, **layer.parameters) for name, layer in layers}

@@ -31,17 +31,17 @@ class Arrivals:
     def place(self, recording: Recording, nodes: list[Node]) -> dict[Node, Placement]:
         """Upload the nodes' meshes and instances; returns placements of the nodes that show anything."""
         self._number(nodes)
-        shown = [node for node in nodes if _shows_something(node)]
-        transforms, counts = all_instance_transforms(shown)
+        visible = [node for node in nodes if _shows_something(node)]
+        transforms, counts = all_instance_transforms(visible)
         firsts = self._instances.take_runs(counts)
         instances, rows = rows_of_runs(firsts, counts), self._instances.rows
         rows["to_world"][instances] = transforms[:, :3]
-        rows["node"][instances] = np.repeat(np.array([self.numbers[node] for node in shown], np.int64), counts)
-        masks = np.array([mask_and_channels(node) for node in shown], np.uint32)
+        rows["node"][instances] = np.repeat(np.array([self.numbers[node] for node in visible], np.int64), counts)
+        masks = np.array([mask_and_channels(node) for node in visible], np.uint32)
         rows["mask_and_channels"][instances] = np.repeat(masks, counts)
         placements = {
             node: Placement(range(first, first + count), node.identities)
-            for node, first, count in zip(shown, firsts.tolist(), counts.tolist(), strict=True)
+            for node, first, count in zip(visible, firsts.tolist(), counts.tolist(), strict=True)
         }
         self._show(recording, placements)
         return placements
@@ -83,8 +83,8 @@ def _shows_something(node: Node) -> bool:
 
 def _by_mesh(placements: Iterable[Placement]) -> Iterator[tuple[GpuMesh, list[Placement]]]:
     """Placements shared by all views, grouped by mesh."""
-    found: defaultdict[GpuMesh, list[Placement]] = defaultdict(list)
+    groups: defaultdict[GpuMesh, list[Placement]] = defaultdict(list)
     for placement in placements:
         if placement.mesh is not None:
-            found[placement.mesh].append(placement)
-    yield from found.items()
+            groups[placement.mesh].append(placement)
+    yield from groups.items()

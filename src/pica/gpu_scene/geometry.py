@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from pica.gpu_scene.bounds import object_box
 from pica.gpu_scene.primitive_buffers import BOX_INDICES, PlacedPrimitives, PrimitiveBuffers
 from pica.gpu_scene.table_rows import RECORD
-from pica.rhi.acceleration import ObjectFlags, RtGeometry, RtSection, build_compact
+from pica.rhi.acceleration import ObjectFlags
 from pica.rhi.device import Device
+from pica.rhi.rt_geometry import RtGeometry, RtSection, build_compact
 from pica.rhi.tables import DeviceTable, Runs
 from pica.scene.material import AlphaMode, Material
 from pica.scene.model import Mesh, Section
@@ -149,8 +150,8 @@ class GeometryBuffers:
             self.primitives.give_back(primitives)
         for part in mesh.parts:
             part.geometry.forget()
-        gone = {part.geometry for part in mesh.parts}
-        self._unbuilt = [geometry for geometry in self._unbuilt if geometry not in gone]
+        removed = {part.geometry for part in mesh.parts}
+        self._unbuilt = [geometry for geometry in self._unbuilt if geometry not in removed]
 
     def retire(self, meshes: Container[Mesh], materials: Container[Material]) -> None:
         """Forget meshes among `meshes` or with one of `materials`, so that the next user uploads them again."""

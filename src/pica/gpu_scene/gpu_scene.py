@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.gpu_scene.arrivals import Arrivals
-from pica.gpu_scene.bounds import joined, object_box, world_box
 from pica.gpu_scene.deformation.deformation import Deformation, check_deforming, deform_all, deformation_of
 from pica.gpu_scene.draws import is_mirrored
 from pica.gpu_scene.edits import Edit, Edits
@@ -22,12 +21,13 @@ from pica.gpu_scene.materials import MaterialTable
 from pica.gpu_scene.pending_nodes import PendingNodes
 from pica.gpu_scene.placement import Placement
 from pica.gpu_scene.record_set import RecordSet
+from pica.gpu_scene.scene_bounds import grown
 from pica.gpu_scene.table_rows import INSTANCE, RECORD
 from pica.programs.scene_features import features_of_scene
 from pica.rhi.acceleration import RtScene
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
-from pica.rhi.tables import HostTable, rows_of_ranges, rows_of_runs
+from pica.rhi.tables import HostTable, rows_of_runs
 from pica.scene import scene_gc
 from pica.scene.changes import Changes
 from pica.scene.dynamic_vertices import DynamicVertices
@@ -35,7 +35,6 @@ from pica.scene.illumination import average_emission
 from pica.scene.material import Material
 from pica.scene.model import Mesh, Node, Scene
 from pica.scene.node import worth_checking
-from pica.scene.skin import deformed_positions
 
 if TYPE_CHECKING:
     from pica.gpu_scene.view import SceneView
@@ -108,12 +107,12 @@ class GpuScene:
     def of(device: Device, scene: Scene) -> "GpuScene":
         """The device's copy of a scene; made if there is none."""
         copies = device.shared(_Copies).by_scene
-        found = copies.get(id(scene))
-        if found is None:
+        gpu_scene = copies.get(id(scene))
+        if gpu_scene is None:
             scene_gc.collect()
             scene_gc.watch(scene)
-            found = copies[id(scene)] = GpuScene(device.memory_scope(), scene)
-        return found
+            gpu_scene = copies[id(scene)] = GpuScene(device.memory_scope(), scene)
+        return gpu_scene
 
     def record_set(self) -> RecordSet:
         """An empty set of records in the scene's table."""
@@ -257,7 +256,7 @@ class GpuScene:
             if mesh is not None and mesh.previous is not None:
                 self.deformations[node] = deformation_of(self._device, node, self.geometry, mesh)
         bits = self.instance_table.rows["mask_and_channels"][[p.instances.start for p in placements.values()]]
-        masked = np.isin(bits, [each for each in np.unique(bits).tolist() if is_masked(each)])
+        masked = np.isin(bits, [mask for mask in np.unique(bits).tolist() if is_masked(mask)])
         self._masked.update(node for node, is_one in zip(placements, masked.tolist(), strict=True) if is_one)
         for view in self.views:
             view.on_nodes_added(placements)
@@ -337,25 +336,9 @@ class GpuScene:
                 view.own.touch(followers)
 
     def _grow_bounds(self, nodes: list[Node]) -> None:
-        """Extend the bounds by the nodes."""
-        if not nodes:
-            return
-        placements = [self.placements[node] for node in nodes]
-        records = self.record_table.rows[rows_of_ranges(placement.records for placement in placements)]
-        to_world = self.instance_table.rows["to_world"]
-        if len(records):
-            box = world_box(to_world[records["instance"]], records["center"], abs(records["extent"]))
-            self.bounds = joined(self.bounds, box)
-        for node, placement in zip(nodes, placements, strict=True):
-            mesh = placement.mesh
-            moves_freely = mesh is None or (mesh.previous is not None and isinstance(node.deformer, DynamicVertices))
-            if moves_freely and node.mesh is not None:
-                placed = to_world[placement.instances.start : placement.instances.stop]
-                for section in node.mesh.sections:
-                    positions = deformed_positions(section, node) if node.deforms else section.positions
-                    center, extent = object_box(positions.astype(np.float32))
-                    box = world_box(placed, np.tile(center, (len(placed), 1)), np.tile(extent, (len(placed), 1)))
-                    self.bounds = joined(self.bounds, box)
+        if nodes:
+            placements = {node: self.placements[node] for node in nodes}
+            self.bounds = grown(self.bounds, placements, self.instance_table.rows, self.record_table.rows)
 
     def _deform(self, recording: Recording, nodes: dict[Node, None]) -> list[Node]:
         """Write the vertices of the deforming nodes; returns these and the nodes that views deform."""

@@ -22,13 +22,13 @@ def snapshot(scene: Scene, numbers: Mapping[Node, int], materials: Iterable[tupl
         number = number_of.get(node)
         if number is None:
             continue
-        mesh, shown = node.mesh, _NOTHING
+        mesh, labels = node.mesh, _NOTHING
         if mesh is not None:
             if mesh not in meshes:
                 meshes[mesh] = mesh.name, _materials_of(mesh)
-            shown = meshes[mesh]
+            labels = meshes[mesh]
         above = 0 if node.parent is None else number_of.get(node.parent, 0)
-        rows.append((number, node.name, above, *shown, _copied(node.extras) if node.extras else {}, ref(node)))
+        rows.append((number, node.name, above, *labels, _copied(node.extras) if node.extras else {}, ref(node)))
     return Labels(rows, [(row + 1, material.name, _copied(material.extras)) for row, material in materials])
 
 
@@ -40,7 +40,7 @@ def _materials_of(mesh: Mesh) -> tuple[str, ...]:
 def _copied(value: Any) -> Any:
     """A copy of values that JSON can hold; other objects are kept by reference."""
     if isinstance(value, dict):
-        return {key: _copied(each) for key, each in value.items()}
+        return {key: _copied(member) for key, member in value.items()}
     if isinstance(value, list):
-        return [_copied(each) for each in value]
+        return [_copied(member) for member in value]
     return value

@@ -1,4 +1,4 @@
-"""Which rays meet a node's mesh: bits of its instance mask, as gpu_scene/table_rows.slang has them."""
+"""Instance masks: which ray types hit a node's mesh; bits as in gpu_scene/table_rows.slang."""
 
 from pica.scene.channels import ALL_CHANNELS, channel_bits
 from pica.scene.model import Node

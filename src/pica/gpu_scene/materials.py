@@ -152,21 +152,21 @@ class MaterialTable:
 
         Entries of shapes neither leave nor reuse a position, because records hold shape numbers; nor do features.
         """
-        wanted = {entry.name: entry for entry in entries}
-        materials = {name: entry for name, entry in wanted.items() if isinstance(entry, MaterialSource)}
+        by_name = {entry.name: entry for entry in entries}
+        materials = {name: entry for name, entry in by_name.items() if isinstance(entry, MaterialSource)}
         types = [
             ShapeOn(kind.shape, materials.get(kind.material.name, kind.material))
             if isinstance(kind, ShapeOn)
-            else wanted.get(kind.name, kind)
+            else by_name.get(kind.name, kind)
             for kind in self._types
         ]
         known_names = {kind.name for kind in types}
         free = [
             number
             for number, kind in enumerate(types)
-            if kind.name not in wanted and isinstance(kind, MaterialSource) and not self._type_users[kind.name]
+            if kind.name not in by_name and isinstance(kind, MaterialSource) and not self._type_users[kind.name]
         ]
-        for newcomer in (entry for name, entry in wanted.items() if name not in known_names):
+        for newcomer in (entry for name, entry in by_name.items() if name not in known_names):
             if free and isinstance(newcomer, MaterialSource):
                 types[free.pop(0)] = newcomer
             else:

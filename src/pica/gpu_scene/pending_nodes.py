@@ -190,11 +190,11 @@ class PendingNodes:
 
     def _target_types(self) -> MaterialTypeSet:
         """The types in use and those required, as registered now, without refused ones."""
-        wanted: list[TypeEntry] = []
+        types: list[TypeEntry] = []
         for name in self._materials.used_types:
             source = material_source(name)
             if source not in self._refused:
-                wanted.append(source)
+                types.append(source)
         features: Features = frozenset()
         for node in self._awaiting_lights:
             features |= features_of_light(node.light)
@@ -216,8 +216,8 @@ class PendingNodes:
                     self._refused.add(name)
                     raise
                 if self._refused.isdisjoint(entries):
-                    wanted += entries
-        return self._materials.types_with(wanted, features)
+                    types += entries
+        return self._materials.types_with(types, features)
 
     def _advance_round(self, work: ProgramRound) -> None:
         try:

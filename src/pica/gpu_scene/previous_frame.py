@@ -96,9 +96,9 @@ class PreviousPositions:
 
     def before_deforming(self, encoder: spy.CommandEncoder, meshes: Iterable[GpuMesh]) -> None:
         """Copy the vertices of these meshes before they are overwritten, unless that has been done."""
-        shown = [mesh for mesh in meshes if mesh not in self._new]
-        self._copy(encoder, [mesh for mesh in shown if self._behind.pop(mesh, self) is None])
-        self._deformed.update(dict.fromkeys(shown))
+        overwritten = [mesh for mesh in meshes if mesh not in self._new]
+        self._copy(encoder, [mesh for mesh in overwritten if self._behind.pop(mesh, self) is None])
+        self._deformed.update(dict.fromkeys(overwritten))
 
     def update(self, encoder: spy.CommandEncoder) -> None:
         """Begin a frame of the view, after the writing."""

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from pica.gpu_scene.bounds import object_box
 from pica.programs.library import programs
-from pica.rhi.acceleration import RtBoxes, RtGeometry
 from pica.rhi.device import Device
+from pica.rhi.rt_geometry import RtBoxes, RtGeometry
 from pica.rhi.tables import DeviceTable
 from pica.scene.material import AlphaMode
 from pica.scene.primitives import Primitives

@@ -56,11 +56,11 @@ class RecordSet:
 
     def add(self, mesh: GpuMesh, instances: Sequence[range]) -> list[range]:
         """Add records of a mesh for each of its nodes, given their instances; contiguous for each node."""
-        each, sections = np.array([len(those) for those in instances]), len(mesh.placed)
-        counts = each * sections
+        copies, sections = np.array([len(copy) for copy in instances]), len(mesh.placed)
+        counts = copies * sections
         firsts = self._records.take_runs(counts)
-        rows = np.tile(mesh.records, (each.sum(), 1))
-        rows["material"] = [self._materials.acquire(placed.section.material, len(each)) for placed in mesh.placed]
+        rows = np.tile(mesh.records, (copies.sum(), 1))
+        rows["material"] = [self._materials.acquire(placed.section.material, len(copies)) for placed in mesh.placed]
         rows["instance"] = rows_of_ranges(instances)[:, None]
         rows["first_emissive"] = NOT_EMISSIVE
         for index, primitives in enumerate(mesh.primitives, len(mesh.sections)):
@@ -71,8 +71,8 @@ class RecordSet:
         if end > len(self._sections):
             more = max(end, 2 * len(self._sections)) - len(self._sections)
             self._sections = np.append(self._sections, np.zeros(more, DRAWN_SECTION))
-        drawn = np.array([drawn_section(placed.section) for placed in mesh.placed], DRAWN_SECTION)
-        self._sections[added] = np.tile(drawn, each.sum())
+        sections_drawn = np.array([drawn_section(placed.section) for placed in mesh.placed], DRAWN_SECTION)
+        self._sections[added] = np.tile(sections_drawn, copies.sum())
         self._touch(added)
         runs = [range(first, first + count) for first, count in zip(firsts.tolist(), counts.tolist(), strict=True)]
         if any(average_emission(placed.section.material) > 0 for placed in mesh.sections):
@@ -153,9 +153,9 @@ class RecordSet:
         if len(touched):
             sections, rows = self._sections[touched], self._records.rows[touched]
             instances = self._instances.rows[rows["instance"]]
-            shown = rows["shape"] == 0 if casters else instances["mask_and_channels"] & SEEN_BY_CAMERA != 0
+            visible = rows["shape"] == 0 if casters else instances["mask_and_channels"] & SEEN_BY_CAMERA != 0
             kinds = kinds_of(sections, is_mirrored(instances["to_world"]))
-            kinds[~shown | (sections["index_count"] == 0)] = NOT_DRAWN
+            kinds[~visible | (sections["index_count"] == 0)] = NOT_DRAWN
             lists.put(touched, kinds, draw_arguments(touched, rows, sections, self._geometry.first_box_index))
         return lists.lists(recording)
 
@@ -166,13 +166,13 @@ class RecordSet:
     def _shine(self, mesh: GpuMesh, records: range) -> None:
         """Add the emissive triangles to the table if reflection rays can hit them, else remove them."""
         self.emissive.remove(records.start)
-        each = self._records.rows[records.start : records.stop].reshape(-1, len(mesh.placed))
-        each["first_emissive"] = NOT_EMISSIVE
+        rows = self._records.rows[records.start : records.stop].reshape(-1, len(mesh.placed))
+        rows["first_emissive"] = NOT_EMISSIVE
         if self._seen_by_surfaces(records):
-            to_world = self._instances.rows["to_world"][each["instance"][:, 0]]
+            to_world = self._instances.rows["to_world"][rows["instance"][:, 0]]
             for index, placed in enumerate(mesh.sections):
                 if average_emission(placed.section.material) > 0:
                     numbers = np.arange(records.start + index, records.stop, len(mesh.placed))
                     first = self.emissive.add(records.start, numbers, placed.section, to_world)
-                    each["first_emissive"][:, index] = first
+                    rows["first_emissive"][:, index] = first
         self._records.touch(np.array(records, np.int64))

@@ -223,4 +223,4 @@ class SceneView:
 
 def _opaque_first(draws: list[DrawList]) -> list[DrawList]:
     """Opaque draws first: they occlude those that are costlier to shade."""
-    return sorted(draws, key=lambda drawn: not drawn.kind.opaque)
+    return sorted(draws, key=lambda draw: not draw.kind.opaque)

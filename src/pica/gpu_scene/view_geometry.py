@@ -25,8 +25,8 @@ from pica.scene.model import Mesh, Node
 
 
 @dataclass(eq=False)
-class _Shown:
-    """How the view shows a node."""
+class _NodeGeometry:
+    """The geometry of a node in the view."""
 
     placement: Placement
     mesh: GpuMesh
@@ -46,7 +46,7 @@ class ViewGeometry:
         self.previous = GrowingBuffer(device, "previous positions of a view's own", 12)
         """float32 (vertices, 3), where they were in the view's frame before."""
         self._previous_rows = Runs()
-        self._shown: dict[Node, _Shown] = {}
+        self._of_node: dict[Node, _NodeGeometry] = {}
         self._touched = {node: None for node, placement in scene.placements.items() if placement.mesh is None}
         self._written: set[Node] = set()
         """Nodes written in the previous frame; if static now, their previous positions equal the current ones."""
@@ -63,16 +63,16 @@ class ViewGeometry:
 
     def relight(self, materials: Set[Material]) -> None:
         """Update emissive triangles after a change of these materials' emission."""
-        for shown in self._shown.values():
-            self.records.relight(shown.mesh, shown.records, materials)
+        for geometry in self._of_node.values():
+            self.records.relight(geometry.mesh, geometry.records, materials)
 
     def mesh(self, node: Node) -> GpuMesh:
         """The view's mesh of a node."""
-        return self._shown[node].mesh
+        return self._of_node[node].mesh
 
     def update(self, recording: Recording, camera: Camera) -> None:
         """Record a frame's updates: added nodes, new levels of detail, facing and changed geometry."""
-        if not (self._shown or self._touched):
+        if not (self._of_node or self._touched):
             self.rt.build(recording)
             return
         touched, self._touched = self._touched, {}
@@ -82,13 +82,13 @@ class ViewGeometry:
         if added:
             self._scene.geometry.build(recording.encoder)
         written = self._write(recording, camera, touched)
-        self._place([node for node in dict.fromkeys((*touched, *added)) if node in self._shown])
+        self._place([node for node in dict.fromkeys((*touched, *added)) if node in self._of_node])
         self.revision += bool(touched or added or written)
         self.rt.build(recording)
 
     def close(self) -> None:
         """Free the view's rows of the scene's tables."""
-        for node in list(self._shown):
+        for node in list(self._of_node):
             self._remove(node)
 
     def _replaced(self, touched: dict[Node, None]) -> list[Node]:
@@ -96,9 +96,9 @@ class ViewGeometry:
         added = []
         for node in touched:
             placement = self._scene.placements.get(node)
-            if node in self._shown and self._shown[node].placement is not placement:
+            if node in self._of_node and self._of_node[node].placement is not placement:
                 self._remove(node)
-            if placement is not None and node not in self._shown:
+            if placement is not None and node not in self._of_node:
                 added.append(node)
         return added
 
@@ -108,7 +108,7 @@ class ViewGeometry:
         self._levels = {landscape: levels for landscape, levels in self._levels.items() if self._patches[landscape]}
         for landscape, before in self._levels.items():
             levels = self._levels[landscape] = landscape.levels_for(camera)
-            differing += [node for node in landscape.differing(levels, before) if node in self._shown]
+            differing += [node for node in landscape.differing(levels, before) if node in self._of_node]
         for node in differing:
             self._remove(node)
         return differing
@@ -124,7 +124,7 @@ class ViewGeometry:
         [records] = self.records.add(mesh, [placement.instances])
         objects = len(placement.instances) * len(mesh.parts)
         first = self.rt.slots.take(objects)
-        self._shown[node] = _Shown(placement, mesh, records, range(first, first + objects), facing)
+        self._of_node[node] = _NodeGeometry(placement, mesh, records, range(first, first + objects), facing)
         self.placed += 1
 
     def _patch(self, node: Node, camera: Camera) -> Mesh:
@@ -136,12 +136,12 @@ class ViewGeometry:
         return landscape.mesh(node, self._levels[landscape])
 
     def _remove(self, node: Node) -> None:
-        shown = self._shown.pop(node)
-        self.rt.remove(shown.objects)
-        self.records.remove(shown.mesh, shown.records)
-        if shown.facing is not None:
-            shown.facing[0].forget()
-        self._scene.geometry.release(shown.mesh)
+        geometry = self._of_node.pop(node)
+        self.rt.remove(geometry.objects)
+        self.records.remove(geometry.mesh, geometry.records)
+        if geometry.facing is not None:
+            geometry.facing[0].forget()
+        self._scene.geometry.release(geometry.mesh)
         self._written.discard(node)
         if node.detail is not None:
             self._patches[node.detail] -= 1
@@ -151,11 +151,11 @@ class ViewGeometry:
         """Rewrite camera-facing geometry where it changed; False if all is as in the previous frame."""
         again, self._written = self._written, set()
         turned, settled = [], []
-        for node, shown in self._shown.items():
-            if shown.facing is None:
+        for node, geometry in self._of_node.items():
+            if geometry.facing is None:
                 continue
             assert isinstance(node.deformer, CameraFacing)
-            deformation, writer = shown.facing
+            deformation, writer = geometry.facing
             eye = node.deformer.eye(camera) or writer.eye
             if deformation.is_new or node in touched or not eye.same(writer.eye):
                 self._written.add(node)
@@ -175,18 +175,18 @@ class ViewGeometry:
         """Place objects at their instances, with their masks."""
         table, rows = self._scene.instance_table.rows, self.rt.slots.rows
         for node in nodes:
-            shown = self._shown[node]
-            instances = slice(shown.placement.instances.start, shown.placement.instances.stop)
+            geometry = self._of_node[node]
+            instances = slice(geometry.placement.instances.start, geometry.placement.instances.stop)
             places = without_rounding(table["to_world"][instances])
-            transforms = np.repeat(places, len(shown.mesh.parts), axis=0)
-            objects, mask = slice(shown.objects.start, shown.objects.stop), instance_mask(node)
+            transforms = np.repeat(places, len(geometry.mesh.parts), axis=0)
+            objects, mask = slice(geometry.objects.start, geometry.objects.stop), instance_mask(node)
             masks = rows["id_and_mask"][objects] >> 24
-            if shown.is_placed and np.array_equal(rows["transform"][objects], transforms) and (masks == mask).all():
+            if geometry.is_placed and np.array_equal(rows["transform"][objects], transforms) and (masks == mask).all():
                 continue
-            for placing in self.records.objects(shown.mesh, np.array(shown.records), np.array(shown.objects)):
+            for placing in self.records.objects(geometry.mesh, np.array(geometry.records), np.array(geometry.objects)):
                 self.rt.place(*placing)
-            self.records.renew(shown.mesh, shown.records)
-            shown.is_placed = True
+            self.records.renew(geometry.mesh, geometry.records)
+            geometry.is_placed = True
 
 
 def _mesh(node: Node) -> Mesh:

@@ -33,20 +33,22 @@ def svg(graph: "GraphDescription", title: str) -> str:
 class _Chart:
     def __init__(self, graph: "GraphDescription", title: str) -> None:
         self._graph, self._title = graph, title
-        used = {key for each in graph.passes for key in _uses(each)}
+        used = {key for node in graph.passes for key in _uses(node)}
         # Nodes without resources, such as decisions of the host, are omitted.
-        touching = (n for n, each in enumerate(graph.passes) if _uses(each) or each.milliseconds)
+        touching = (n for n, node in enumerate(graph.passes) if _uses(node) or node.milliseconds)
         self._rows = {number: row for row, number in enumerate(touching)}
-        effects = dict.fromkeys([*(each.effect for each in graph.passes), *(each.effect for each in graph.resources)])
+        effects = dict.fromkeys(
+            [*(node.effect for node in graph.passes), *(resource.effect for resource in graph.resources)]
+        )
         self._colors = {name: _COLORS[number % len(_COLORS)] for number, name in enumerate(effects)}
-        resources = sorted((each for each in graph.resources if each.key in used), key=lambda each: each.lane)
-        self._lanes = [list(group) for _, group in groupby(resources, key=lambda each: each.lane)]
-        self._lanes.sort(key=lambda lane: (min(each.first for each in lane), lane[0].lane))
+        resources = sorted((info for info in graph.resources if info.key in used), key=lambda info: info.lane)
+        self._lanes = [list(group) for _, group in groupby(resources, key=lambda resource: resource.lane)]
+        self._lanes.sort(key=lambda lane: (min(resource.first for resource in lane), lane[0].lane))
         self._x: dict[str, float] = {}
         right = float(_LEFT)
         for lane in self._lanes:
-            for each in lane:
-                self._x[each.key] = right + _COLUMN / 2
+            for resource in lane:
+                self._x[resource.key] = right + _COLUMN / 2
                 right += _COLUMN
             right += _GAP
         self._bottom = _TOP + len(self._rows) * _ROW
@@ -87,7 +89,7 @@ class _Chart:
         yield _text(_TIME_LEFT + _TIME_WIDTH, _TOP - 8, "ms", "s n")
 
     def _passes(self) -> Iterator[str]:
-        slowest = max((each.milliseconds or 0 for each in self._graph.passes), default=0) or 1
+        slowest = max((node.milliseconds or 0 for node in self._graph.passes), default=0) or 1
         passes = [(row, self._graph.passes[number]) for number, row in self._rows.items()]
         for effect, group in groupby(passes, key=lambda item: item[1].effect):
             rows = [row for row, _ in group]
@@ -95,16 +97,16 @@ class _Chart:
             yield _box(0, top, self._width, len(rows) * _ROW, color, 0.06)
             yield _box(0, top, 5, len(rows) * _ROW, color)
             yield _text(12, top + 13, effect.replace("_", " "), "e", color)
-        for row, each in passes:
+        for row, node in passes:
             y = _TOP + row * _ROW
             yield f'<path d="M0 {y}H{self._width:.0f}" stroke="#d8dee4" stroke-width=".5"/>'
-            note = f"{each.name} of {each.effect}, {each.where}" + (", not in every frame" if each.conditional else "")
-            name = _text(142, y + 13, _short(each.name, 23), "g" if each.conditional else "")
+            note = f"{node.name} of {node.effect}, {node.where}" + (", not in every frame" if node.conditional else "")
+            name = _text(142, y + 13, _short(node.name, 23), "g" if node.conditional else "")
             yield f"<g><title>{_plain(note)}</title>{name}</g>"
-            if each.milliseconds is not None:
-                wide = _TIME_WIDTH * each.milliseconds / slowest
-                yield _box(_TIME_LEFT + 4 + _TIME_WIDTH, y + 5, max(wide, 1) * 0.6, 9, self._colors[each.effect], 0.75)
-                yield _text(_TIME_LEFT + _TIME_WIDTH, y + 13, f"{each.milliseconds:.2f}", "s n")
+            if node.milliseconds is not None:
+                wide = _TIME_WIDTH * node.milliseconds / slowest
+                yield _box(_TIME_LEFT + 4 + _TIME_WIDTH, y + 5, max(wide, 1) * 0.6, 9, self._colors[node.effect], 0.75)
+                yield _text(_TIME_LEFT + _TIME_WIDTH, y + 13, f"{node.milliseconds:.2f}", "s n")
 
     def _resources(self) -> Iterator[str]:
         for lane in self._lanes:
@@ -113,30 +115,33 @@ class _Chart:
                 high = self._bottom - _TOP + 8
                 place = f'x="{left - 1}" y="{_TOP - 4}" width="{right - left + 2}" height="{high}"'
                 yield f'<rect {place} rx="4" fill="#57606a" fill-opacity=".08" stroke="#c4ccd4"/>'
-            yield _turned((left + right) / 2 + 4, self._bottom + 10, 60, _megabytes(max(each.bytes for each in lane)))
-            for each in lane:
-                yield from self._bar(each)
+            yield _turned(
+                (left + right) / 2 + 4, self._bottom + 10, 60, _megabytes(max(resource.bytes for resource in lane))
+            )
+            for resource in lane:
+                yield from self._bar(resource)
 
-    def _bar(self, each: "ResourceInfo") -> Iterator[str]:
-        x, color = self._x[each.key], self._colors[each.effect]
-        top, bottom = self._y(each.first) - 7, self._y(each.last) + 7
-        yield f"<g><title>{_plain(self._tip(each))}</title>"
-        if each.lifetime != "frame":
+    def _bar(self, resource: "ResourceInfo") -> Iterator[str]:
+        x, color = self._x[resource.key], self._colors[resource.effect]
+        top, bottom = self._y(resource.first) - 7, self._y(resource.last) + 7
+        yield f"<g><title>{_plain(self._tip(resource))}</title>"
+        if resource.lifetime != "frame":
             whole = f"M{x} {_TOP}V{self._bottom}"
             yield f'<path d="{whole}" stroke="{color}" stroke-dasharray="2 3" stroke-opacity=".6"/>'
         yield _box(x - 4, top, 8, bottom - top, color, 0.35)
-        yield _turned(x + 3, _TOP - 9, -60, _short(each.name, 30), color) + "</g>"
+        yield _turned(x + 3, _TOP - 9, -60, _short(resource.name, 30), color) + "</g>"
 
-    def _tip(self, each: "ResourceInfo") -> str:
-        size = "x".join(map(str, each.size)) + (f", {each.layers} layers" if each.layers else "")
-        shares = ", ".join(other.key for other in self._graph.sharing(each))
-        what = f"{each.key}: {each.format} {size} {_megabytes(each.bytes)}, {each.lifetime}, {each.where}"
+    def _tip(self, resource: "ResourceInfo") -> str:
+        size = "x".join(map(str, resource.size)) + (f", {resource.layers} layers" if resource.layers else "")
+        shares = ", ".join(other.key for other in self._graph.sharing(resource))
+        memory = f"{_megabytes(resource.bytes)}, {resource.lifetime}"
+        what = f"{resource.key}: {resource.format} {size} {memory}, {resource.where}"
         return what + (f"; memory of {shares} too" if shares else "")
 
     def _marks(self) -> Iterator[str]:
         for number in self._rows:
-            each = self._graph.passes[number]
-            for key, kind in _uses(each).items():
+            node = self._graph.passes[number]
+            for key, kind in _uses(node).items():
                 color = self._colors[key.split("/")[0]]
                 yield _mark(kind, self._x[key], self._y(number), color)
 
@@ -155,10 +160,10 @@ class _Chart:
             yield _text(x + 15, y, f"{name.replace('_', ' ')}: {', '.join(said) or 'nothing'}", "s")
 
 
-def _uses(each: "PassInfo") -> Mapping[str, str]:
+def _uses(node: "PassInfo") -> Mapping[str, str]:
     """How a pass uses each resource, the most important use last."""
-    uses = dict.fromkeys(each.previous, "previous") | dict.fromkeys(each.reads, "read")
-    return uses | {key: "update" if key in each.reads else "write" for key in each.writes}
+    uses = dict.fromkeys(node.previous, "previous") | dict.fromkeys(node.reads, "read")
+    return uses | {key: "update" if key in node.reads else "write" for key in node.writes}
 
 
 def _mark(kind: str, x: float, y: float, color: str) -> str:

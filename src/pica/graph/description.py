@@ -75,13 +75,13 @@ class GraphDescription:
     def milliseconds(self) -> dict[str, float]:
         """By effect, in the order of the frame."""
         sums: defaultdict[str, float] = defaultdict(float)
-        for each in self.passes:
-            sums[each.effect] += each.milliseconds or 0.0
+        for node in self.passes:
+            sums[node.effect] += node.milliseconds or 0.0
         return dict(sums)
 
     def sharing(self, resource: ResourceInfo) -> list[ResourceInfo]:
         """Other resources that use the same memory before or after it."""
-        return [each for each in self.resources if each.lane == resource.lane and each is not resource]
+        return [other for other in self.resources if other.lane == resource.lane and other is not resource]
 
     def as_dict(self) -> dict[str, Any]:
         """Everything, as JSON has it."""
@@ -147,7 +147,7 @@ def _described(resource: Texture | Buffer, rows: list[int], lane: int) -> Resour
         texture.format.name if texture else "",
         tuple(texture.size) if texture else (),
         texture.layers if texture else None,
-        sum(each.memory_usage.device for each in objects),
+        sum(item.memory_usage.device for item in objects),
         resource.lifetime.value,
         min(rows),
         max(rows),
@@ -156,7 +156,7 @@ def _described(resource: Texture | Buffer, rows: list[int], lane: int) -> Resour
 
 
 def _keys(resources: list[Any]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(f"{each.scope}/{each.name}" for each in resources))
+    return tuple(dict.fromkeys(f"{resource.scope}/{resource.name}" for resource in resources))
 
 
 def times_by_effect(times: Mapping[Hashable, float]) -> dict[str, float]:

@@ -78,7 +78,7 @@ class FrameGraph:
 
     @contextmanager
     def scope(self, name: str) -> Iterator[None]:
-        """What is declared within belongs to this effect; blocks that are provided within are for its passes alone."""
+        """Passes and resources declared within belong to this effect, and blocks provided within are its own."""
         outer, blocks = self._scope, self._blocks
         self._scope, self._blocks = name, dict(blocks)
         try:
@@ -87,8 +87,8 @@ class FrameGraph:
             self._scope, self._blocks = outer, blocks
 
     def provide(self, **blocks: Any) -> None:
-        """Parameter blocks by the names that shaders have for them. Passes that are added from here on in this scope
-        are given those that their shaders have; their own inputs go first."""
+        """Parameter blocks by their names in shaders. Passes added later in this scope get those that their shaders
+        declare; inputs of the pass take precedence."""
         self._blocks.update(blocks)
 
     @property
@@ -149,19 +149,19 @@ class FrameGraph:
     ) -> History:
         """Declare textures whose content the next frame can read, by their names in shaders."""
         textures = {
-            each: self.texture(
-                f"{name} {each}",
+            key: self.texture(
+                f"{name} {key}",
                 texture_format,
                 size,
                 layers,
                 Lifetime.HISTORY,
-                (usage or {}).get(each, TEXTURE_USAGE),
+                (usage or {}).get(key, TEXTURE_USAGE),
             )
-            for each, texture_format in formats.items()
+            for key, texture_format in formats.items()
         }
         history = History(textures, self.memory.history(self._scope, name))
-        for each, texture in textures.items():
-            texture.history, texture.part = history.state, each
+        for key, texture in textures.items():
+            texture.history, texture.part = history.state, key
         self.histories.append(history)
         return history
 
@@ -197,13 +197,13 @@ class FrameGraph:
         """Add a pass or ray effect over a grid of threads, with its shader parameters.
 
         Each is a value; a texture, buffer or block that it reads, or a tuple of textures where the shader has an
-        array; what it writes, as write(…) or update(…); or a function that takes the frame and gives the value, asked
-        in each frame. Blocks that the graph provides, `frame` among them, need not be named. `when` takes the frame: in
-        frames where it is false the pass is left out. Raises GraphError where two passes write the same anew.
+        array; an output, as write(…) or update(…); or a function from the frame to the value, called in each frame.
+        Parameter blocks that the graph provides, such as `frame`, need not be passed. `when` is a function of the
+        frame: if it is false, the pass is skipped. Raises GraphError if two passes `write` the same resource.
         """
         name = str(getattr(step, "name", "pass"))
         blocks: frozenset[str] = getattr(step, "blocks", frozenset())
-        inputs = {each: block for each, block in self._blocks.items() if each in blocks} | inputs
+        inputs = {block_name: block for block_name, block in self._blocks.items() if block_name in blocks} | inputs
         self._add(PassNode(name, self._scope, _caller(), inputs, when or self._when, step=step, threads=threads))
 
     def record(self, name: str, call: Callable[..., None], /, *, when: Condition | Any = None, **inputs: Any) -> None:
@@ -263,7 +263,7 @@ class FrameGraph:
 
     def _declared(self, resource: Any) -> Any:
         before = self._names.setdefault(resource.key, resource.where)
-        if before != resource.where or any(each.key == resource.key for each in self.resources):
+        if before != resource.where or any(other.key == resource.key for other in self.resources):
             raise GraphError(f"{resource.scope} declares {resource.name!r} twice, at {before} and at {resource.where}")
         self.resources.append(resource)
         return resource

@@ -109,8 +109,8 @@ class Memory:
             self._kept[resource.key] = entry
             resource.physical = entry[1]
             self._book(resource.scope, entry[1])
-        for gone in before.values():
-            self._let_go(gone)
+        for entry in before.values():
+            self._let_go(entry)
         self._allocate_histories(list(histories))
         self._share(list(places))
 
@@ -122,18 +122,18 @@ class Memory:
                 del self._histories[key]
         for history in histories:
             state = history.state
-            description = {name: each.description for name, each in history.textures.items()}
+            description = {name: texture.description for name, texture in history.textures.items()}
             if state.description != description:
                 self._drop(state)
                 state.description = description
                 for index in range(2):
                     state.sets[index] = {
-                        name: self._make(each, f"{each.scope} {each.name} {index}")
-                        for name, each in history.textures.items()
+                        name: self._make(texture, f"{texture.scope} {texture.name} {index}")
+                        for name, texture in history.textures.items()
                     }
-            for name, each in history.textures.items():
+            for name, texture in history.textures.items():
                 for textures in state.sets:
-                    self._book(each.scope, textures[name])
+                    self._book(texture.scope, textures[name])
 
     def _share(self, places: list[tuple[Resource, int]]) -> None:
         counts: defaultdict[Any, int] = defaultdict(int)
@@ -150,8 +150,8 @@ class Memory:
                 pool.append(self._make(resource, f"shared {len(pool)}"))
             resource.physical = pool[number]
         for pool in self._shared.values():
-            for each in pool:
-                self._book("shared", each)
+            for physical in pool:
+                self._book("shared", physical)
 
     def _drop(self, state: HistoryState) -> None:
         for textures in state.sets:

@@ -72,11 +72,11 @@ class Node:
             case Resource():
                 self.reads.append(value)
             case tuple():
-                for each in value:
-                    self._note(each)
+                for item in value:
+                    self._note(item)
             case _ if (block := _block_of(value)) is not None:
-                for each in block.fields:
-                    self._note(each)
+                for item in block.fields:
+                    self._note(item)
 
     def bind(self) -> None:
         """The resources have their memory: find all that stays the same from frame to frame."""
@@ -90,7 +90,7 @@ class Node:
             elif isinstance(resource, Texture | Buffer):
                 self.values[name] = resource.physical
             elif isinstance(resource, tuple):
-                self.values[name] = tuple(each.physical for each in resource)
+                self.values[name] = tuple(item.physical for item in resource)
             elif (block := _block_of(value)) is not None:
                 self.values[name] = block.parameters
             elif callable(resource):

@@ -52,7 +52,11 @@ class Plan:
         """First and last node that use each resource which shares memory."""
         self.places = self._place()
         """Which of the textures and buffers that are alike it has."""
-        kept = [each for each in self.resources if each not in self.spans and each.lifetime is not Lifetime.HISTORY]
+        kept = [
+            resource
+            for resource in self.resources
+            if resource not in self.spans and resource.lifetime is not Lifetime.HISTORY
+        ]
         graph.memory.allocate(kept, graph.histories, self.places.items())
         for node in self.nodes:
             node.bind()
@@ -78,13 +82,13 @@ class Plan:
         frame.profiler.owner = None
         return fetched
 
-    def names(self, scope: str, wanted: Collection[str] | None) -> set[str]:
-        """AOVs of one effect: those wanted, or None for all that are not on request."""
-        return {each.name for each in self._wanted(wanted, debug=False) if each.scope == scope}
+    def names(self, scope: str, requested: Collection[str] | None) -> set[str]:
+        """AOVs of one effect: those requested, or None for all that are not on request."""
+        return {offer.name for offer in self._selected(requested, debug=False) if offer.scope == scope}
 
-    def names_but(self, scope: str, wanted: Collection[str] | None, debug: bool) -> set[str]:
-        """The same of all other effects; `debug`: views for debugging too."""
-        return {each.name for each in self._wanted(wanted, debug) if each.scope != scope}
+    def names_but(self, scope: str, requested: Collection[str] | None, debug: bool) -> set[str]:
+        """The same of all other effects; `debug`: debug AOVs too."""
+        return {offer.name for offer in self._selected(requested, debug) if offer.scope != scope}
 
     def lacks(self, names: Collection[str]) -> frozenset[str]:
         """Of these offers, those whose passes require a new declaration of the frame."""
@@ -101,13 +105,13 @@ class Plan:
                 if resource not in declared:
                     raise GraphError(f"{node} uses {resource} of another graph; declare it in each")
 
-    def _wanted(self, wanted: Collection[str] | None, debug: bool) -> list[Offer]:
+    def _selected(self, requested: Collection[str] | None, debug: bool) -> list[Offer]:
         pictures = ("color", "display")
-        offered = [each for each in self.offers.values() if each.name not in pictures]
-        if wanted is not None:
-            return [each for each in offered if each.name in wanted]
-        views = [each for each in offered if debug and each.name.startswith("debug.")]
-        return [each for each in offered if each.is_aov and not each.on_request] + views
+        offered = [offer for offer in self.offers.values() if offer.name not in pictures]
+        if requested is not None:
+            return [offer for offer in offered if offer.name in requested]
+        views = [offer for offer in offered if debug and offer.name.startswith("debug.")]
+        return [offer for offer in offered if offer.is_aov and not offer.on_request] + views
 
     def _captures_of(self, names: frozenset[str]) -> dict[int, list[str]]:
         if names not in self._captures:

@@ -134,8 +134,8 @@ class History:
 
     def swap(self) -> dict[str, Write | Previous]:
         """Arguments for the pass that writes it: `name` and `previousName` of each texture."""
-        previous = {f"previous{name[0].upper()}{name[1:]}": each.previous for name, each in self.textures.items()}
-        return {**{name: write(each) for name, each in self.textures.items()}, **previous}
+        previous = {f"previous{name[0].upper()}{name[1:]}": texture.previous for name, texture in self.textures.items()}
+        return {**{name: write(texture) for name, texture in self.textures.items()}, **previous}
 
     def known(self, _frame: Any) -> int:
         """As an argument of the pass that writes it: whether the previous frame's content is valid, 1 or 0."""

@@ -183,8 +183,8 @@ class Frame:
     def _check_aov(self, name: str) -> None:
         if name not in self._aov_names:
             there = ", ".join(self._aov_names) or "none"
-            known = AOVS.get(name) if isinstance(name, str) else None
-            ask = f"; render(aovs=[{name!r}]) makes it" if known and known.on_request else ""
+            kind = AOVS.get(name) if isinstance(name, str) else None
+            ask = f"; render(aovs=[{name!r}]) makes it" if kind and kind.on_request else ""
             ask = ask or did_you_mean(name, self._aov_names)
             raise PicaError(f"no AOV {shown(name)} in this frame; there are {there}{ask}")
 

@@ -75,8 +75,8 @@ def _beside(target: Path) -> Iterator[Path]:
 def _remove_abandoned(folder: Path) -> None:
     """Remove the temporary files of processes that were killed while they wrote."""
     with os.scandir(folder) as entries:
-        left = [each.path for each in entries if _TEMPORARY.fullmatch(each.name) and each.is_file()]
-    for path in left:
+        leftovers = [entry.path for entry in entries if _TEMPORARY.fullmatch(entry.name) and entry.is_file()]
+    for path in leftovers:
         # Not there any more, if another run was faster, or another user's.
         with suppress(OSError), _locked(os.open(path, os.O_WRONLY)) as abandoned:
             if abandoned:

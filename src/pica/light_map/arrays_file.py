@@ -45,12 +45,12 @@ Lengths = Mapping[str, int]
 """The first length of each array of a file that has any."""
 
 
-def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], wanted: Mapping[str, Wanted]) -> None:
-    """Write them, whole or not at all; `wanted`: as `read_arrays` has it. Raises PicaError."""
+def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], kinds: Mapping[str, Wanted]) -> None:
+    """Write them, whole or not at all; `kinds`: as `read_arrays` has it. Raises PicaError."""
 
     def write(temporary: Path) -> None:
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
-            for name, kind in wanted.items():
+            for name, kind in kinds.items():
                 array = np.asarray(arrays[name], kind.dtype)
                 info = zipfile.ZipInfo(f"{name}.npy", _WHEN)
                 info.compress_type = zipfile.ZIP_STORED if kind.stored else zipfile.ZIP_DEFLATED
@@ -61,14 +61,14 @@ def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], wanted: Mapping
     write_whole(path, write)
 
 
-def read_arrays(path: Path, wanted: Mapping[str, Wanted], check: Callable[[Lengths], None]) -> dict[str, NDArray[Any]]:
+def read_arrays(path: Path, kinds: Mapping[str, Wanted], check: Callable[[Lengths], None]) -> dict[str, NDArray[Any]]:
     """The arrays of a file by name. Raises PicaError, with the file's name, if one is missing or invalid.
 
     `check` is called before any array is read, and raises ValueError for inconsistent lengths.
     """
     with open_file(path, str(path)) as file:
         try:
-            return _arrays(file, wanted, check)
+            return _arrays(file, kinds, check)
         except _UnfitError as error:
             raise PicaError(f"{path}: {error}") from None
         except Exception as error:  # zipfile and zlib raise anything for forged numbers
@@ -80,11 +80,11 @@ class _UnfitError(Exception):
     """The fault of an array, compared with its requirements."""
 
 
-def _arrays(file: IO[bytes], wanted: Mapping[str, Wanted], check: Callable[[Lengths], None]) -> dict[str, NDArray[Any]]:
+def _arrays(file: IO[bytes], kinds: Mapping[str, Wanted], check: Callable[[Lengths], None]) -> dict[str, NDArray[Any]]:
     with zipfile.ZipFile(file) as archive:
         infos = {info.filename: info for info in archive.infolist()}
         shapes = {}
-        for name, kind in wanted.items():
+        for name, kind in kinds.items():
             info = infos.get(f"{name}.npy")
             if info is None:
                 raise _UnfitError(f"has no array {name!r}")
@@ -95,7 +95,7 @@ def _arrays(file: IO[bytes], wanted: Mapping[str, Wanted], check: Callable[[Leng
             check({name: shape[0] for name, shape in shapes.items() if shape})
         except ValueError as error:
             raise _UnfitError(f"is damaged: {error}") from None
-        return {name: _array(archive, name, kind, shapes[name]) for name, kind in wanted.items()}
+        return {name: _array(archive, name, kind, shapes[name]) for name, kind in kinds.items()}
 
 
 def _check_member(name: str, info: zipfile.ZipInfo, kind: Wanted) -> None:

@@ -87,13 +87,13 @@ def bricks_around(
     of the next level where `occupied` is, and the coarsest elsewhere.
     """
     origin, size = box_of(low, high, spacing)
-    places, wanted = [_at(detailed, 0)], detailed
+    places, selected = [_at(detailed, 0)], detailed
     for level in range(1, LEVELS):
-        finer, inside = _blocks(wanted), _blocks(np.ones_like(wanted))
+        finer, inside = _blocks(selected), _blocks(np.ones_like(selected))
         covered = (finer | ~inside).all((1, 3, 5))
-        wanted = np.ones(covered.shape, bool) if level == LEVELS - 1 else np.asarray(_blocks(occupied).any((1, 3, 5)))
+        selected = np.ones(covered.shape, bool) if level == LEVELS - 1 else np.asarray(_blocks(occupied).any((1, 3, 5)))
         # Coarser bricks that finer ones cover entirely would never be sampled.
-        places.append(_at(wanted & ~covered, level))
+        places.append(_at(selected & ~covered, level))
     return Bricks(origin, spacing, size, np.concatenate(places).astype(np.int32))
 
 
@@ -108,14 +108,14 @@ def box_of(
     return origin, size.astype(np.int32)
 
 
-def _at(there: NDArray[np.bool_], level: int) -> NDArray[np.int64]:
+def _at(mask: NDArray[np.bool_], level: int) -> NDArray[np.int64]:
     """(count, 4) rows of Bricks.places."""
-    places = np.argwhere(there) * CELLS**level
+    places = np.argwhere(mask) * CELLS**level
     return np.concatenate([places, np.full((len(places), 1), level)], axis=1)
 
 
-def _blocks(there: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _blocks(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(x / 4, 4, y / 4, 4, z / 4, 4) of (x, y, z), False beyond its sides."""
-    padded = np.pad(there, [(0, -length % CELLS) for length in there.shape])
+    padded = np.pad(mask, [(0, -length % CELLS) for length in mask.shape])
     x, y, z = (length // CELLS for length in padded.shape)
     return padded.reshape(x, CELLS, y, CELLS, z, CELLS)

@@ -36,9 +36,9 @@ def _digest(value: Any, digests: dict[int, bytes]) -> bytes:
     if isinstance(value, Enum):
         return _hash(value.name.encode())
     if isinstance(value, list | tuple):
-        return _hash(*(_digest(each, digests) for each in value))
+        return _hash(*(_digest(item, digests) for item in value))
     if isinstance(value, set | frozenset):
-        return _hash(*sorted(_digest(each, digests) for each in value))
+        return _hash(*sorted(_digest(item, digests) for item in value))
     if isinstance(value, dict):
         return _hash(*(_digest([name, value[name]], digests) for name in sorted(value)))
     if not is_dataclass(value):

@@ -113,7 +113,7 @@ class PathTracer(Closing):
         """
         samples = checked_count("render: samples", samples)
         check_progress("render", progress)
-        wanted = checked_aovs("render", aovs, self._gbuffer.aov_names)
+        requested = checked_aovs("render", aovs, self._gbuffer.aov_names)
         denoiser = denoiser_of(self.device, self.size, denoise)
         if camera is None:
             camera = self.scene.default_camera(self.size[0] / self.size[1])
@@ -127,8 +127,8 @@ class PathTracer(Closing):
             self._first, self._last = done == 1, done == samples
             with self.device.lock:
                 frame = self._begin(camera)
-                plan = plan or self._declare(denoiser, wanted)
-                captured = plan.names("gbuffer", wanted) if self._first else set()
+                plan = plan or self._declare(denoiser, requested)
+                captured = plan.names("gbuffer", requested) if self._first else set()
                 if self._last:
                     captured |= {"color", "display"} | ({"alpha"} if self._transparent else set())
                 frame.requested = frozenset(captured)
@@ -153,10 +153,10 @@ class PathTracer(Closing):
         self.view.update(frame, frame.camera)
         return frame
 
-    def _declare(self, denoiser: Denoiser | None = None, wanted: frozenset[str] | None = None) -> Plan:
+    def _declare(self, denoiser: Denoiser | None = None, requested: frozenset[str] | None = None) -> Plan:
         """A sample; the first and the last of a picture do more."""
         while True:
-            types, graph = self.view.material_types, self._graph(wanted or frozenset())
+            types, graph = self.view.material_types, self._graph(requested or frozenset())
             with graph.when(lambda frame: self._first):
                 gbuffer = self._gbuffer(graph, self.view)
             with graph.scope("path_tracer"):

@@ -72,9 +72,9 @@ class ProgramLibrary:
 
     def planned_for(self, types: MaterialTypeSet) -> list[ComputeRecipe]:
         """Recipes of passes with `compute_with` features among these types that are not made yet."""
-        known = supported_features(types)
-        wanted = dict.fromkeys(recipe for feature, recipe in self._for_features.values() if feature in known)
-        return [recipe for recipe in wanted if not self.device.has(recipe)]
+        features = supported_features(types)
+        recipes = dict.fromkeys(recipe for feature, recipe in self._for_features.values() if feature in features)
+        return [recipe for recipe in recipes if not self.device.has(recipe)]
 
     def raster(
         self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None

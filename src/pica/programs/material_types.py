@@ -3,6 +3,7 @@
 The file of a type is compiled unchanged; generated modules only refer to its struct (materials/material_types.slang).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -111,7 +112,7 @@ class CompiledType:
     alias: str
     """The module to import for it."""
     parameters: np.dtype[Any]
-    """What `Material.parameters`, of MAX_PARAMETERS numbers at most, or each primitive must give."""
+    """The fields of `Material.parameters`, MAX_PARAMETERS numbers at most, or of a shape's primitives."""
 
 
 class MaterialType(CompiledType):
@@ -182,8 +183,7 @@ class MaterialTypes:
         name = f"material_types_{digest(' '.join(f'{n} {m.alias}' for n, m in zip(numbered, made, strict=True)))}"
 
         def switch(call: str) -> str:
-            labels = [*(f"case {number}:" for number in list(numbered)[:-1]), "default:"]
-            return " ".join(f"{label} {call.format(m.struct)}" for label, m in zip(labels, made, strict=True))
+            return cases(list(numbered), [call.format(m.struct) for m in made])
 
         text = _ALL.format(
             name=name,
@@ -193,6 +193,12 @@ class MaterialTypes:
             evaluate=switch("{}.evaluate(input, surface); return;"),
         )
         return self._device.module(name, text)
+
+
+def cases(numbers: Sequence[int], statements: Sequence[str]) -> str:
+    """The cases of a switch in Slang; the last one is the default."""
+    labels = [*(f"case {number}:" for number in numbers[:-1]), "default:"]
+    return " ".join(f"{label} {statement}" for label, statement in zip(labels, statements, strict=True))
 
 
 def fitting_numbers(values: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
@@ -285,8 +291,10 @@ def _implementation(source: MaterialSource, loaded: spy.SlangModule) -> tuple[st
         if interface is not None and layout.is_sub_type(layout.find_type_by_name(struct.name), interface)
     ]
     if len(matches) != 1:
-        wanted = f"{' or '.join(interfaces)} ({source.interface_file})"
-        what = f"{len(matches)} structs implement {wanted}, not one" if matches else f"no struct implements {wanted}"
+        expected = f"{' or '.join(interfaces)} ({source.interface_file})"
+        what = (
+            f"{len(matches)} structs implement {expected}, not one" if matches else f"no struct implements {expected}"
+        )
         raise source.fault(f"{source.path}: {what}")
     return matches[0]
 

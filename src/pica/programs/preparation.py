@@ -33,11 +33,11 @@ def prepare(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
     """
     compiled = programs(device).compiled
     types = _covering(device, types)
-    wanted = _wanted(device, types)
-    missing = {program for program in wanted if not compiled.has(program)}
+    required = _required(device, types)
+    missing = {program for program in required if not compiled.has(program)}
     if missing:
-        _compile(device, [program for program in wanted if program in missing])
-    for program in wanted:
+        _compile(device, [program for program in required if program in missing])
+    for program in required:
         made(device, *program)
     return types
 
@@ -47,17 +47,17 @@ def _covering(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
     for bundle in BUNDLES:
         if supported_features(types).issubset(bundle.features):
             more = with_features(types, frozenset(bundle.features))
-            if all(map(compiled.has, _wanted(device, more))):
+            if all(map(compiled.has, _required(device, more))):
                 return more
     return types
 
 
-def _wanted(device: Device, types: MaterialTypeSet) -> list[Program]:
+def _required(device: Device, types: MaterialTypeSet) -> list[Program]:
     """The slowest to compile first, for balance: programs late in a frame are the largest."""
     following = [user.recipe for user in programs(device).for_types if not user.types]
-    wanted: list[Program] = [(recipe, types) for recipe in reversed(following)]
-    wanted += [(recipe, ()) for recipe in (*programs(device).planned_for(types), *device.planned)]
-    return [program for program in dict.fromkeys(wanted) if not device.has(*program)]
+    required: list[Program] = [(recipe, types) for recipe in reversed(following)]
+    required += [(recipe, ()) for recipe in (*programs(device).planned_for(types), *device.planned)]
+    return [program for program in dict.fromkeys(required) if not device.has(*program)]
 
 
 def expect(device: Device) -> None:

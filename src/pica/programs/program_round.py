@@ -73,8 +73,8 @@ class ProgramRound:
             self.entries = [recipe.entry]
         if isinstance(error, MaterialTypeError | ShapeError):
             raise error
-        if known := fault_of(self.types, error):
-            raise known from None
+        if error_in_type := fault_of(self.types, error):
+            raise error_in_type from None
         fault = " ".join(str(error).split())
         raise MaterialTypeError(f"material type {_names(self.entries)}: {fault}") from None
 

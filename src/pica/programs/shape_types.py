@@ -14,6 +14,7 @@ from pica.programs.material_types import (
     MaterialTypes,
     MaterialTypeSet,
     ShapeOn,
+    cases,
     compiled,
     fitting_numbers,
 )
@@ -58,10 +59,10 @@ class ShapeType(CompiledType):
 
     def packed(self, primitives: Primitives) -> NDArray[np.uint32]:
         """Parameters as (primitives, numbers each). Raises ShapeError for a name or a form that does not fit."""
-        given, known = set(primitives.parameters), set(self.parameters.names or ())
-        if given != known:
-            fault = f"lack {sorted(known - given)}" if known - given else f"have no {sorted(given - known)}"
-            raise ShapeError(f"primitives of shape {self.name!r} {fault}; their parameters are {sorted(known)}")
+        given, expected = set(primitives.parameters), set(self.parameters.names or ())
+        if given != expected:
+            fault = f"lack {sorted(expected - given)}" if expected - given else f"have no {sorted(given - expected)}"
+            raise ShapeError(f"primitives of shape {self.name!r} {fault}; their parameters are {sorted(expected)}")
         rows = np.zeros(len(primitives), self.parameters)
         for name, values in primitives.parameters.items():
             if values.shape != rows[name].shape:
@@ -106,9 +107,7 @@ class ShapeTypes:
         name = f"shape_types_{digest(' '.join(shape.alias for shape in made))}"
 
         def switch(call: str) -> str:
-            labels = [*(f"case {number}:" for number in range(len(made) - 1)), "default:"]
-            cases = zip(labels, made, strict=True)
-            return " ".join(f"{label} return {shape.struct}.{call};" for label, shape in cases)
+            return cases(range(len(made)), [f"return {shape.struct}.{call};" for shape in made])
 
         text = _ALL.format(
             name=name,

@@ -29,9 +29,9 @@ def benchmark(
 
     None: 200 frames after 50, on a software device 20 after 3. `progress(done, warm_up + frames)` is called after each.
     frames, warm_up: how many; gpu_ms: milliseconds by pass, and "frame" for their sum; effect_ms: by effect, "scene"
-    for what follows its changes; host_ms: to record and submit a frame; rays: that start in one more frame, by pass:
-    the first ray of each path, which goes on with others and with one to a light at each hit; effect_rays: their sums
-    by effect; rays_per_second: by pass; peak_gpu_memory: bytes.
+    for its updates; host_ms: to record and submit a frame; rays: paths started in one more frame, by pass; further
+    bounces and shadow rays at hits are not counted; effect_rays: their sums by effect; rays_per_second: by pass;
+    peak_gpu_memory: bytes.
     """
     if play is None:
         still = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
@@ -56,7 +56,7 @@ def benchmark(
     gpu["frame"] = median(sum(times.values()) for times in measured)
     effects = [times_by_effect(times) for times in list(profiler.by_owner)[-len(measured) :]]
     rays = renderer.count_rays(play(warm_up + frames))
-    effect_of = {each.name: each.effect for each in renderer.graph.passes}
+    effect_of = {node.name: node.effect for node in renderer.graph.passes}
     effect_rays: dict[str, int] = {}
     for name, count in rays.items():
         effect_rays[effect_of[name]] = effect_rays.get(effect_of[name], 0) + count

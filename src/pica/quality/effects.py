@@ -25,11 +25,11 @@ class MeasuredEffect:
     def __init__(self, renderer: Renderer, name: str) -> None:
         """`name`: of an effect that has a reference. Raises SettingsError when the renderer has none of that name."""
         self._renderer = renderer
-        found = {effect.name: effect for effect in renderer.effects if type(effect).reference is not Effect.reference}
-        if name not in found:
-            known = ", ".join(found) or "none"
-            raise SettingsError(f"compare --effect {name}: it is off or only seen in whole pictures; there are {known}")
-        self._effect = found[name]
+        effects = {effect.name: effect for effect in renderer.effects if type(effect).reference is not Effect.reference}
+        if name not in effects:
+            names = ", ".join(effects) or "none"
+            raise SettingsError(f"compare --effect {name}: it is off or only seen in whole pictures; there are {names}")
+        self._effect = effects[name]
 
     @property
     def is_light(self) -> bool:
@@ -47,7 +47,7 @@ class MeasuredEffect:
         return frozenset(layer.offer for layer in reference.layers.values()) if reference else frozenset()
 
     def reference(self, samples: int) -> Layers:
-        """The same from `samples` rays a pixel; NaN where there is nothing to compare."""
+        """The ground truth from `samples` rays a pixel; NaN where undefined."""
         return self._reference()(self._renderer.render_size, samples, self._renderer.effect_inputs)
 
     def _reference(self) -> Reference:
@@ -96,10 +96,10 @@ def compare_effect(
     """Render `frames` frames of a sequence and compare one effect in each.
 
     `motion`: the sequence, or the name of one (`sequences.SEQUENCES`), which then begins with `camera`.
-    `jittered`: False looks through the pixels' centres. With jitter each frame shows other places, so that a history
-    is right about the pixel and wrong about the place: the difference is antialiasing. References take `samples` rays a
-    pixel and light. Light is compared as a display would show it, at the first picture's exposure. Raises
-    SettingsError when the renderer does not have the effect.
+    `jittered`: False samples pixel centres. With jitter each frame samples other positions, so a history is right
+    about the pixel and differs at the position: the difference is antialiasing. References take `samples` rays a pixel
+    and light. Light is compared as displayed, at the first picture's exposure. Raises SettingsError if the renderer
+    does not have the effect.
     """
     measured = MeasuredEffect(renderer, effect)
     if isinstance(motion, str):
@@ -152,11 +152,11 @@ def error_sheet(errors: EffectErrors) -> NDArray[np.uint8]:
     rows = []
     for name, reference in expected.items():
         there = np.isfinite(reference)
-        shown = {
+        layers = {
             f"{name}, {errors.layers[name][-1]:.1f} dB": np.clip(np.where(there, result[name], 0), 0, 1),
             "reference": np.where(there, reference, 0),
         }
-        pictures = {title: np.dstack([picture] * 3)[..., :3] for title, picture in shown.items()}
+        pictures = {title: np.dstack([picture] * 3)[..., :3] for title, picture in layers.items()}
         error = np.where(there, np.abs(result[name] - reference), 0)
         error = error if error.ndim == 2 else error.mean(-1)
         rows.append(sheet({**pictures, "error x 5": np.clip(5 * error, 0, 1)}))

@@ -18,15 +18,15 @@ Sequence = Callable[[int], Camera]
 """Sets the scene to the state of a frame, counted from 0, and returns the camera of that frame."""
 
 _DEGREES = 1.0
-"""A frame, by which cameras turn: 60 degrees a second at 60 frames a second."""
+"""Degrees per frame of rotating cameras: 60 degrees a second at 60 frames a second."""
 _SUN_DEGREES = 0.25
-"""A frame, by which suns turn."""
+"""Degrees per frame of rotating suns."""
 _STEP = 1 / 30
-"""Seconds a frame of animations."""
+"""Seconds per frame of animations."""
 _WALK, _NEAREST = 0.05, 0.01
-"""Metres a frame of a walking camera: 1.5 m/s at 30 frames a second; at most this fraction of the way to the pivot."""
+"""Metres per frame of the dolly, 1.5 m/s at 30 frames a second; at most this fraction of the way to the pivot."""
 _SWITCH, _DIMMED = 16, 0.2
-"""Frames from one step of a light to the next, and what is left of it: without any the reference could be black."""
+"""Frames between steps of a light, and its dimmed fraction: not 0, where the reference could be black."""
 _SWAY = 0.04
 """Of the scene's diagonal, by which objects and lamps swing to each side."""
 _PERIOD = 4.0
@@ -43,7 +43,7 @@ class Motion:
     """"turn" for an orbit in a closed room."""
     speed: float
     unit: str
-    """Of the speed; "" where the sequence has none."""
+    """Of the speed; "" if the sequence has none."""
     play: Sequence
 
     def __call__(self, frame: int) -> Camera:
@@ -62,7 +62,7 @@ class _Kind:
     make: Callable[[Scene, Camera, float], Sequence]
     """Takes the speed."""
     unit: str = ""
-    """Of its speed; "" where it has none."""
+    """Of its speed; "" if it has none."""
     speed: Callable[[Scene, Camera], float] = lambda scene, camera: 0.0
     """The default."""
     fastest: float = 1000.0
@@ -76,14 +76,14 @@ def sequence(
     animation: int | str | None = None,
     speed: float | None = None,
 ) -> Motion:
-    """One of SEQUENCES, about the scene as it stands now.
+    """One of SEQUENCES, from the current state of the scene.
 
-    `start` seconds and `animation`: where moving objects begin, and what they play, as Scene.animate has it. `speed`: a
-    frame, in the sequence's unit; None for the default. Raises PicaError for an unknown name, for a speed that the
-    sequence cannot have, and for a scene in which it moves nothing.
+    `start` seconds and `animation`: initial time and choice of animations for moving objects, as in Scene.animate.
+    `speed`: per frame, in the sequence's unit; None for the default. Raises PicaError for an unknown name, an invalid
+    speed, or a scene in which the sequence changes nothing.
     """
     check_sequence(name, speed)
-    if name == "orbit" and encloses(scene, camera):  # it would go through walls
+    if name == "orbit" and encloses(scene, camera):  # an orbit would go through walls
         name = "turn"
     kind = SEQUENCES[name]
     speed = kind.speed(scene, camera) if speed is None else speed
@@ -93,7 +93,7 @@ def sequence(
 
 
 def check_sequence(name: str, speed: float | None = None) -> None:
-    """Raises PicaError for an unknown name, and for a speed that the sequence cannot have."""
+    """Raises PicaError for an unknown name or an invalid speed."""
     if name not in SEQUENCES:
         raise PicaError(f"sequence {name!r} is not one of {', '.join(SEQUENCES)}")
     kind = SEQUENCES[name]
@@ -111,7 +111,7 @@ def _still(scene: Scene, camera: Camera, speed: float) -> Sequence:
 
 
 def _orbit(scene: Scene, camera: Camera, speed: float) -> Sequence:
-    """Round the vertical axis through what the camera looks at."""
+    """About the vertical axis through the camera's target."""
     center = pivot(scene, camera)
     return lambda frame: orbited(camera, center, math.radians(speed * frame))
 
@@ -139,7 +139,7 @@ def _animated(scene: Scene, camera: Camera, start: float, animation: int | str |
 
 
 def _objects(scene: Scene, camera: Camera, step: float) -> Sequence:
-    """What is small sways, each with a phase of its own."""
+    """Small objects sway, with different phases."""
     diagonal = _diagonal(scene)
     swaying = [node for node in scene.nodes() if node.mesh is not None and _node_diagonal(node) < _GROUND * diagonal]
     if not swaying:
@@ -148,7 +148,7 @@ def _objects(scene: Scene, camera: Camera, step: float) -> Sequence:
 
 
 def _light(scene: Scene, camera: Camera, speed: float) -> Sequence:
-    """Every _SWITCH frames the first light is dimmed, or has its full strength again."""
+    """Every _SWITCH frames the first light switches between dimmed and full strength."""
     dim = _dimmer(scene)
 
     def play(frame: int) -> Camera:
@@ -159,25 +159,26 @@ def _light(scene: Scene, camera: Camera, speed: float) -> Sequence:
 
 
 def _dimmer(scene: Scene) -> Callable[[float], None]:
-    """Sets the fraction that is left of the first light; without lights of the first material that emits, without these
-    of the environment. Raises PicaError where nothing shines."""
+    """Scales the first light by a fraction; without lights the first emissive material, without these the environment.
+    Raises PicaError in a scene without light."""
     nodes = list(scene.nodes())
     if lamp := next((node for node in nodes if node.light is not None), None):
         light: Any = lamp.light
         strength = next(name for name in ("illuminance", "intensity", "radiance") if hasattr(light, name))
         full = getattr(light, strength)
-        return lambda left: setattr(lamp, "light", replace(light, **{strength: left * full}))
+        return lambda fraction: setattr(lamp, "light", replace(light, **{strength: fraction * full}))
     materials = (section.material for node in nodes if node.mesh is not None for section in node.mesh.sections)
     if emitter := next((material for material in materials if any(material.emission)), None):
         red, green, blue = emitter.emission
-        return lambda left: setattr(emitter, "emission", (left * red, left * green, left * blue))
+        return lambda fraction: setattr(emitter, "emission", (fraction * red, fraction * green, fraction * blue))
     if environment := scene.environment:
-        return lambda left: setattr(scene, "environment", replace(environment, strength=left * environment.strength))
+        full = environment.strength
+        return lambda fraction: setattr(scene, "environment", replace(environment, strength=fraction * full))
     raise PicaError("the sequence light: the scene has no light that could be dimmed")
 
 
 def _moving_light(scene: Scene, camera: Camera, step: float) -> Sequence:
-    """Suns turn about the vertical axis, lamps sway."""
+    """Suns rotate about the vertical axis, lamps sway."""
     from pica.scene.light import DirectionalLight
 
     shining = [node for node in scene.nodes() if node.light is not None]
@@ -221,9 +222,9 @@ def _diagonal(scene: Scene) -> float:
 
 def _node_diagonal(node: Node) -> float:
     alone = Scene()
-    shown = alone.add(Node(mesh=node.mesh))
-    shown.instances = node.instances
-    shown.transform = node.world
+    copy = alone.add(Node(mesh=node.mesh))
+    copy.instances = node.instances
+    copy.transform = node.world
     return _diagonal(alone)
 
 

@@ -46,11 +46,11 @@ class Signals:
     light: LightSamples = field(init=False)
     shadows: ShadowTextures | None = None
     occlusion: Texture | None = None
-    """Red: the open share of the surroundings. None where the effect is off."""
+    """Red: visibility of the surroundings. None if the effect is off."""
     indirect: IndirectResult | None = None
     parts: list[Texture] = field(default_factory=list)
-    """Light towards the camera so far, a picture for each kind (frame/signals/light.py), without what surfaces emit and
-    the surroundings."""
+    """Light towards the camera so far, a picture for each kind (frame/signals/light.py), without emission and
+    surroundings."""
     radiance: Texture = field(init=False)
     """From "composite" on all light towards the camera, nits."""
     picture: Texture = field(init=False)
@@ -91,7 +91,7 @@ def declare(
         s.parts.append(s.indirect.reflected)
     yield "global_illumination"
     if stages.reflections is not None:
-        # What looks for its reflections in the picture needs that before they are in it.
+        # Screen-space reflections read the picture before reflections are added.
         picture = stages.composite.so_far(graph, s.parts) if surroundings else None
         inputs = s.light, s.reprojection, s.indirect, surroundings, picture
         s.parts.append(stages.reflections(graph, s.gbuffer, *inputs))

@@ -44,15 +44,15 @@ class FramePlan:
         stages: Stages,
         frames: FrameSequence,
         view: SceneView,
-        wanted: Callable[[Plan], frozenset[str]],
+        select: Callable[[Plan], frozenset[str]],
         denoiser: Denoiser | None = None,
         last: bool = False,
     ) -> tuple[Plan, frozenset[str]]:
-        """The plan for a frame of the current scene, and the captures: `wanted` selects from a plan's offers.
+        """The plan for a frame of the current scene, and the captures: `select` chooses from a plan's offers.
 
         All programs are made before a plan's first frame.
         """
-        requested = wanted(self._plan).intersection(self._requested) if self._plan is not None else frozenset()
+        requested = select(self._plan).intersection(self._requested) if self._plan is not None else frozenset()
         while True:
             structure = self._structure_of(stages, frames, view, denoiser, last)
             if self._plan is None or (structure, requested) != (self._structure, self._requested):
@@ -62,19 +62,19 @@ class FramePlan:
                 self._labels = self._label_memory = None
                 view.make_programs()  # which may find some that are made for more features
                 continue
-            names = wanted(self._plan)
+            names = select(self._plan)
             lacking = self._plan.lacks(names)
             if not lacking:
                 return self._plan, names
             requested |= lacking
 
     def of_gbuffer(
-        self, stages: Stages, frames: FrameSequence, view: SceneView, wanted: Callable[[Plan], frozenset[str]]
+        self, stages: Stages, frames: FrameSequence, view: SceneView, select: Callable[[Plan], frozenset[str]]
     ) -> tuple[Plan, frozenset[str]]:
         """A plan with the passes that fill the G-buffer alone; only their programs are needed."""
         structure = self._gbuffer_structure(frames, view)
         if self._plan is not None and self._structure is not None and self._structure[0] == structure:
-            names = wanted(self._plan)
+            names = select(self._plan)
             if not self._plan.lacks(names):
                 return self._plan, names
         if self._labels is None or self._label_structure != structure:
@@ -83,7 +83,7 @@ class FramePlan:
             graph = self._graph(self._label_memory, frames, frozenset(stages.gbuffer.aov_names))
             stages.gbuffer(graph, view)
             self._labels = Plan(graph)
-        return self._labels, wanted(self._labels)
+        return self._labels, select(self._labels)
 
     def describe(self) -> GraphDescription:
         """The newest plan. Raises PicaError before the first frame."""

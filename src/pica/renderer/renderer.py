@@ -142,8 +142,8 @@ class Renderer(Closing):
         or append to the parts of the light. `name`: of the effect, by default that of `declare`. Raises PicaError for
         an unknown stage, or a name in use.
         """
-        taken = {"scene", "shared", *(each.name for each in self.effects)}
-        taken.update(each.name for each in self._frame_plan.inserted)
+        taken = {"scene", "shared", *(effect.name for effect in self.effects)}
+        taken.update(insertion.name for insertion in self._frame_plan.inserted)
         insertion = checked_insertion(declare, after, name, taken, ref(self))
         self._frame_plan.inserted.append(insertion)
         self.renew_frame()
@@ -233,18 +233,18 @@ class Renderer(Closing):
         once, for a type with a fault; the next call goes on without it. Raises PicaError for an unknown name.
         """
 
-        def wanted(plan: Plan) -> frozenset[str]:
+        def select(plan: Plan) -> frozenset[str]:
             names = capture() if callable(capture) else capture
             return checked_aovs("advance", names, plan.offers) or frozenset()
 
         with self.device.lock:
-            return self._advance(camera, not self._running, jittered, wanted=wanted)
+            return self._advance(camera, not self._running, jittered, select=select)
 
     @synchronized
     def count_rays(self, camera: Camera) -> dict[str, int]:
         """Rays by pass of one more frame. Waits for the device."""
         with self.device.lock:
-            self._advance(camera, not self._running, wanted=lambda plan: plan.names_of("rays"))
+            self._advance(camera, not self._running, select=lambda plan: plan.names_of("rays"))
         return {name.removeprefix("rays."): int(fetch()) for name, fetch in self.captured.items()}
 
     def _advance(
@@ -254,13 +254,13 @@ class Renderer(Closing):
         jittered: bool = True,
         denoiser: Denoiser | None = None,
         last: bool = False,
-        wanted: Callable[[Plan], frozenset[str]] = lambda plan: frozenset(),
+        select: Callable[[Plan], frozenset[str]] = lambda plan: frozenset(),
     ) -> dict[str, spy.Texture]:
         """`wanted` selects captures from the frame's offers."""
         frame = self._begin(camera, wait, jittered)
         self._running = True
         self._stages.slots.update(self.view.lights)
-        plan, frame.requested = self._frame_plan.of(self._stages, self._frames, self.view, wanted, denoiser, last)
+        plan, frame.requested = self._frame_plan.of(self._stages, self._frames, self.view, select, denoiser, last)
         self.captured = plan.replay(frame)
         self._frames.end(frame)
         signals = self._frame_plan.signals
@@ -310,7 +310,7 @@ class Renderer(Closing):
         """
         frames = checked_count("render: frames", frames)
         check_progress("render", progress)
-        wanted = self._wanted(aovs)
+        requested = self._requested(aovs)
         denoiser = denoiser_of(self.device, self.size, denoise)
         camera = self._default_camera() if camera is None else camera
         if checked("render: cut", flag, cut, PicaError):
@@ -320,14 +320,14 @@ class Renderer(Closing):
         timings: dict[str, float] = {}
 
         def capture(plan: Plan) -> frozenset[str]:
-            names = plan.names("gbuffer", wanted) if done == 1 else set()
+            names = plan.names("gbuffer", requested) if done == 1 else set()
             if done == frames:
-                names |= {"color", "display", *plan.names_but("gbuffer", wanted, self.debug)}
+                names |= {"color", "display", *plan.names_but("gbuffer", requested, self.debug)}
             return frozenset(names)
 
         for done in range(1, frames + 1):
             with self.device.lock:
-                self._advance(camera, wait=True, denoiser=denoiser, last=done == frames, wanted=capture)
+                self._advance(camera, wait=True, denoiser=denoiser, last=done == frames, select=capture)
                 images |= self.captured
                 if done == 1 and images.keys() & NUMBERED:
                     labels = self.view.name_labels()
@@ -338,7 +338,7 @@ class Renderer(Closing):
             if progress is not None:
                 progress(done, frames)
         color, display = images.pop("color"), images.pop("display")
-        checked_aovs("render", wanted, images)  # debug AOVs are known only now
+        checked_aovs("render", requested, images)  # debug AOVs are known only now
         pixels = at_size(self.size, images)
         looked_at = {"color": color, "display": display, **pixels}
         color, display = self._black_pictures.watched(looked_at, self.scene, self.settings)
@@ -352,13 +352,13 @@ class Renderer(Closing):
         call. Its colour and display raise PicaError. The next `render` begins a new picture, as after `reset`.
         `camera`, `aovs` and errors as in `render`; PicaError too for AOVs that only a picture has.
         """
-        wanted = checked_aovs("labels", aovs, self._stages.gbuffer.aov_names)
+        requested = checked_aovs("labels", aovs, self._stages.gbuffer.aov_names)
         camera = self._default_camera() if camera is None else camera
         with self.device.lock:
             self._frames.rewind()
             frame = self._begin(camera, wait=True, jittered=False)
             plan, frame.requested = self._frame_plan.of_gbuffer(
-                self._stages, self._frames, self.view, lambda plan: frozenset(plan.names("gbuffer", wanted))
+                self._stages, self._frames, self.view, lambda plan: frozenset(plan.names("gbuffer", requested))
             )
             images = plan.replay(frame, only="gbuffer")
             self._frames.end(frame)
@@ -368,7 +368,7 @@ class Renderer(Closing):
             timings = self.device.profiler.flush()
         return Frame(self.size, None, None, at_size(self.size, images), timings, labels, self.device_name)
 
-    def _wanted(self, aovs: Any) -> frozenset[str] | None:
+    def _requested(self, aovs: Any) -> frozenset[str] | None:
         """The requested AOVs of `render`; None for all. Debug AOVs and those of
         inserted passes are known only after a frame."""
         available = (
@@ -376,10 +376,10 @@ class Renderer(Closing):
             if self.debug or self._frame_plan.inserted
             else [name for effect in self.effects for name in effect.aov_names]
         )
-        wanted = checked_aovs("render", aovs, available, self.missing_aovs)
+        requested = checked_aovs("render", aovs, available, self.missing_aovs)
         # Pictures without their alpha could not be saved.
         transparent = self.settings.visibility.background == "transparent"
-        return wanted | {"alpha"} if transparent and wanted is not None else wanted
+        return requested | {"alpha"} if transparent and requested is not None else requested
 
     def _default_camera(self) -> Camera:
         return self.scene.default_camera(self.size[0] / self.size[1])

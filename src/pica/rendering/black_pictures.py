@@ -45,8 +45,10 @@ class BlackPictures:
         def fetch(name: str, least: float) -> NDArray[Any]:
             picture = pictures[name]()
             if not self._warned and picture[::_STEP, ::_STEP].mean() <= least:
-                shown = {each: picture if each == name else pictures[each]() for each in ("display", "color", "depth")}
-                reason = why_black(**shown, scene=still_there(), post=settings.post)
+                images = {
+                    other: picture if other == name else pictures[other]() for other in ("display", "color", "depth")
+                }
+                reason = why_black(**images, scene=still_there(), post=settings.post)
                 if reason:
                     self._warned = True
                     warnings.warn(f"the picture is nearly black: {reason}", stacklevel=2)

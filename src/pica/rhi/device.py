@@ -22,6 +22,7 @@ from pica.rhi import forked, validation
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, adapter_of, choose, describe
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.fair_lock import FairLock
+from pica.rhi.memory_use import MemoryUse
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
@@ -45,22 +46,6 @@ class DeviceRecording:
     encoder: spy.CommandEncoder
     profiler: Profiler
     variant: int = 0
-
-
-@dataclass(eq=False)
-class _Memory:
-    """Bytes allocated and not yet released, and their peak."""
-
-    now: int = 0
-    peak: int = 0
-
-    def count(self, size: int) -> None:
-        self.now += size
-        self.peak = max(self.peak, self.now)
-
-    def release(self, scope: "_Memory") -> None:
-        """Book all memory of a scope as released."""
-        self.now -= scope.now
 
 
 class Device:
@@ -107,8 +92,8 @@ class Device:
             )
         self.profiler = Profiler(self.handle)
         """GPU times of the passes on this device."""
-        self._memory = _Memory()
-        self._scope_memory = _Memory()
+        self._memory = MemoryUse()
+        self._scope_memory = MemoryUse()
         """The part of `_memory` that was allocated through this object; see `memory_scope`."""
         self._root: Device | None = None
         """Of a memory scope, the device it was made from."""
@@ -167,8 +152,8 @@ class Device:
         """One object per device for upper layers: `kind(device)`, made when first requested."""
         if kind not in self._shared:
             self._shared[kind] = kind(self._root or self)
-        found: T = self._shared[kind]
-        return found
+        product: T = self._shared[kind]
+        return product
 
     @contextmanager
     def record(self) -> Iterator[DeviceRecording]:
@@ -188,7 +173,7 @@ class Device:
         once the scope is dropped. Resources of one lifetime belong in one scope."""
         scope = copy(self)
         scope._root = self._root or self
-        scope._scope_memory = _Memory()
+        scope._scope_memory = MemoryUse()
         release = partial(self._memory.release, scope._scope_memory)
         finalize(scope, self.lock.defer, release).atexit = False
         return scope
@@ -294,8 +279,8 @@ class Device:
         if key not in self._products:
             self.link(recipe, variant)
             self._products[key] = recipe.make(self, self._linked.pop(key))
-        found: T = self._products[key]
-        return found
+        product: T = self._products[key]
+        return product
 
     def link(self, recipe: Recipe[T], variant: Hashable = ()) -> None:
         """The first, slow part of `product`."""

@@ -8,9 +8,10 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.rhi.acceleration import INSTANCE, RtObject, RtScene, SlotWatcher, TopLevel
+from pica.rhi.acceleration import RtObject, RtScene, SlotWatcher, TopLevel
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
+from pica.rhi.rt_geometry import INSTANCE
 from pica.rhi.tables import HostTable, RowUpload
 
 

@@ -20,10 +20,10 @@ KNOWN = {
 
 def asked() -> bool:
     """Whether devices opened from now on are validated; `said` returns their messages."""
-    wanted = os.environ.get("PICA_VALIDATE", "") not in ("", "0")
-    if wanted:
+    enabled = os.environ.get("PICA_VALIDATE", "") not in ("", "0")
+    if enabled:
         _listener()
-    return wanted
+    return enabled
 
 
 def said() -> list[str]:

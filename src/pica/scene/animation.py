@@ -137,7 +137,9 @@ class Animation(Fixed):
         alike: dict[tuple[Path, Interpolation, int], list[Channel]] = {}
         for channel in self.channels:
             alike.setdefault((channel.path, channel.interpolation, channel.values.shape[-1]), []).append(channel)
-        self._tracks = [fitting(self, "channels", partial(_Track, rows=rows), each) for each in alike.values()]
+        self._tracks = [
+            fitting(self, "channels", partial(_Track, rows=rows), animation) for animation in alike.values()
+        ]
         self.duration = max([least, *(float(channel.times[-1]) for channel in self.channels)])
         """Seconds until the last key; play `time % duration` for a loop."""
 
@@ -170,8 +172,8 @@ class Animation(Fixed):
 def together(animations: Iterable[Animation]) -> Animation:
     """All animations as one; where two move the same value of a node, the later one does."""
     every = list(animations)
-    channels = {(channel.node, channel.path): channel for each in every for channel in each.channels}
-    return Animation(channels.values(), drivers=[drive for each in every for drive in each.drivers])
+    channels = {(channel.node, channel.path): channel for animation in every for channel in animation.channels}
+    return Animation(channels.values(), drivers=[drive for animation in every for drive in animation.drivers])
 
 
 def compose(translation: Floats, rotation: Floats, scale: Floats) -> Floats:

@@ -158,10 +158,10 @@ def as_array(values: Any, shape: tuple[Shape, ...], kinds: str, what: str) -> ND
         raise UnfitError(f"{given} is not an array of {what}")
     if shape and not (
         array.ndim == len(shape)
-        and all(isinstance(wanted, str) or wanted == length for wanted, length in zip(shape, array.shape, strict=True))
+        and all(isinstance(side, str) or side == length for side, length in zip(shape, array.shape, strict=True))
     ):
-        wanted = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
-        raise UnfitError(f"has the shape {array.shape}, not ({wanted})")
+        expected = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
+        raise UnfitError(f"has the shape {array.shape}, not ({expected})")
     return array
 
 

@@ -40,10 +40,10 @@ def fields_only(made: type[_Made]) -> type[_Made]:
     one, and without checking defaults. Arguments that are no fields are a SceneError."""
     plain: Callable[..., None] = made.__init__
     parameters = list(inspect.signature(plain).parameters.values())[1:]
-    names = frozenset(each.name for each in parameters)
-    required = frozenset(each.name for each in parameters if each.default is inspect.Parameter.empty)
-    in_order = [each.name for each in parameters if each.kind is not inspect.Parameter.KEYWORD_ONLY]
-    rank = {each.name: place for place, each in enumerate(parameters)}
+    names = frozenset(parameter.name for parameter in parameters)
+    required = frozenset(parameter.name for parameter in parameters if parameter.default is inspect.Parameter.empty)
+    in_order = [parameter.name for parameter in parameters if parameter.kind is not inspect.Parameter.KEYWORD_ONLY]
+    rank = {parameter.name: place for place, parameter in enumerate(parameters)}
     defaults, factories = _defaults(made)
     complete = getattr(made, "__post_init__", None)
 

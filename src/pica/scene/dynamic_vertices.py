@@ -138,11 +138,11 @@ def corners_of(rest: Section, flat_rows: NDArray[np.uint32]) -> Corners:
     turned = turned[np.argsort(group[turned[:, 0]], kind="stable")]
     counts = np.bincount(group[turned[:, 0]], minlength=group.max() + 1)
     starts = np.cumsum(counts) - counts
-    each = counts[group]
-    first = np.concatenate([[0], np.cumsum(each)])
-    which = np.repeat(starts[group] - first[:-1], each) + np.arange(first[-1])
+    per_vertex = counts[group]
+    first = np.concatenate([[0], np.cumsum(per_vertex)])
+    which = np.repeat(starts[group] - first[:-1], per_vertex) + np.arange(first[-1])
     corners = turned[which]
-    tangents = np.repeat(rest.tangents[:, :3].astype(np.float64), each, axis=0)
+    tangents = np.repeat(rest.tangents[:, :3].astype(np.float64), per_vertex, axis=0)
     at_rest = rest.positions.astype(np.float64)
     a, b = (at_rest[corners[:, side]] - at_rest[corners[:, 0]] for side in (1, 2))
     # The tangent's components along each edge: least squares by the normal equations, whose determinant is 4 area².

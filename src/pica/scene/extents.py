@@ -223,10 +223,10 @@ def _distance(backdrops: _Parts, start: Floats, direction: Floats) -> float:
         to_sides = (np.where(direction > 0, backdrops.high, backdrops.low) - start) / direction
     out = np.where(np.isfinite(to_sides), to_sides, np.inf).min(1)
     along = np.where(backdrops.flat, to_plane, out)
-    met = (along > 0) & np.isfinite(along)
-    at = start + np.where(met, along, 0)[:, None] * direction
-    met &= (np.abs(at - middle) <= reach * (1 + 1e-6) + 1e-9).all(1)
-    return float(along[met].min(initial=np.inf))
+    is_hit = (along > 0) & np.isfinite(along)
+    at = start + np.where(is_hit, along, 0)[:, None] * direction
+    is_hit &= (np.abs(at - middle) <= reach * (1 + 1e-6) + 1e-9).all(1)
+    return float(along[is_hit].min(initial=np.inf))
 
 
 def _sizes(parts: _Parts) -> Floats:

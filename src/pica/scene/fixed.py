@@ -22,7 +22,9 @@ class Fixed:
         if public and name in vars(self):
             raise SceneError(f"{described(self)}: {name}: stays as it was made; make another one")
         if public and "_complete" in vars(self) and not hasattr(type(self), name):
-            properties = [each for each in dir(type(self)) if isinstance(getattr(type(self), each), property)]
+            properties = [
+                attribute for attribute in dir(type(self)) if isinstance(getattr(type(self), attribute), property)
+            ]
             raise SceneError(f"{described(self)}: {unknown(name, [*vars(self), *properties])}")
         super().__setattr__(name, read_only(value) if public else value)
 

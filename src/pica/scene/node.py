@@ -251,7 +251,7 @@ class Node(FieldsOnly):
 
     def __repr__(self) -> str:
         parts = [] if self.mesh is None else [f"mesh {shown(self.mesh.name)}"]
-        parts += [type(each).__name__ for each in (self.light, self.camera) if each is not None]
+        parts += [type(item).__name__ for item in (self.light, self.camera) if item is not None]
         parts += [f"children {', '.join(shown(child.name) for child in self.children[:3])}"] if self.children else []
         parts += [f"and {len(self.children) - 3:,} more"] if len(self.children) > 3 else []
         return f"<pica.Node {shown(self.name)}: {', '.join(parts) or 'nothing'}>"

@@ -1,4 +1,4 @@
-"""Cameras that go round what they look at, turn about themselves, or walk ahead."""
+"""Cameras on an orbit, rotated in place, or moved ahead."""
 
 import itertools
 import math
@@ -35,13 +35,13 @@ def orbited(camera: Camera, center: NDArray[np.float64], angle: float) -> Camera
 
 
 def turned(camera: Camera, angle: float) -> Camera:
-    """The camera turned about the vertical axis through itself by `angle` radians, as `orbited` turns."""
+    """The camera rotated about the vertical axis through itself by `angle` radians, in the direction of `orbited`."""
     return orbited(camera, camera.transform[:3, 3], angle)
 
 
 def dollied(camera: Camera, distance: float) -> Camera:
-    """The camera gone ahead by `distance` metres at its own height; one that looks straight up or down goes along its
-    axis."""
+    """The camera moved ahead by `distance` metres at constant height; a camera that looks straight up or down moves
+    along its axis."""
     forward = -camera.transform[:3, 2]
     level = forward * (1, 0, 1)
     if np.linalg.norm(level) > _LEVEL:
@@ -52,7 +52,7 @@ def dollied(camera: Camera, distance: float) -> Camera:
 
 
 def encloses(scene: Scene, camera: Camera) -> bool:
-    """Whether the camera stands inside the box round the scene, where an orbit would go through its walls."""
+    """Whether the camera is inside the bounding box of the scene, where an orbit would go through its walls."""
     low, high = scene.bounds()
     eye = camera.transform[:3, 3]
     return bool(((low <= eye) & (eye <= high)).all())
@@ -66,8 +66,8 @@ def framing_all_round(low: NDArray[np.float64], high: NDArray[np.float64], aspec
     slope = math.tan(camera.vertical_fov / 2) * _SHARE
     farther = 0.0
     for step in range(steps):
-        seen = orbited(camera, center, 2 * math.pi * step / steps).transform
-        x, y, z = ((corners - seen[:3, 3]) @ seen[:3, :3]).T
+        view = orbited(camera, center, 2 * math.pi * step / steps).transform
+        x, y, z = ((corners - view[:3, 3]) @ view[:3, :3]).T
         needed = np.maximum(np.abs(x) / (slope * aspect), np.abs(y) / slope) + z
         farther = max(farther, float(needed.max()))
     moved = camera.transform.copy()

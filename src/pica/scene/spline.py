@@ -82,11 +82,13 @@ class Spline(Deformer):
         speed = np.maximum(np.linalg.norm(velocity, axis=1, keepdims=True), 1e-12)
         forward = velocity / speed
         d_forward = (acceleration - forward * _dot(forward, acceleration)) / speed
-        wanted, d_wanted = value[:, 4:7], first[:, 4:7]
+        reference, d_reference = value[:, 4:7], first[:, 4:7]
         # Gram-Schmidt, and its derivative
-        across = wanted - forward * _dot(wanted, forward)
+        across = reference - forward * _dot(reference, forward)
         d_across = (
-            d_wanted - forward * (_dot(d_wanted, forward) + _dot(wanted, d_forward)) - d_forward * _dot(wanted, forward)
+            d_reference
+            - forward * (_dot(d_reference, forward) + _dot(reference, d_forward))
+            - d_forward * _dot(reference, forward)
         )
         size = np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
         up = across / size

@@ -51,7 +51,7 @@ def machine_world(seed: int = 1, machines: int = 4, robots: int = 5) -> Scene:
         world.add(factory.node)
         channels.append(factory.channels)
     names = list(channels[0])
-    scene.animations = [Animation([c for each in channels for c in each[name]], name) for name in names]
+    scene.animations = [Animation([c for by_name in channels for c in by_name[name]], name) for name in names]
     _lights(world, max(columns, rows))
     far = np.array((-5.2, 5.7, 10.1)) * max(columns, rows)
     camera = Camera.look_at(far, (0.05, -0.05, 0.1), vertical_fov=math.radians(32.5), name="three-quarter")

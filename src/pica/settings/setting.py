@@ -138,14 +138,14 @@ class Group:
             known = f"is not one of {', '.join(cls.levels)}; or" if cls.levels else "is not a level, there are none;"
             group = group_name(cls)
             raise SettingsError(f"setting {group}: {shown(plain(level))} {known} write {group}.name=value")
-        named = {name for each in cls.levels.values() for name in each.values}
+        named = {name for item in cls.levels.values() for name in item.values}
         defaults = {name: setting.default for name, setting in declared(cls).items() if name in named}
         return defaults | dict(cls.levels[level].values)
 
 
 def declared(group: type) -> dict[str, Setting]:
     """The settings of a group by name."""
-    return {each.name: each.metadata["setting"] for each in fields(group) if "setting" in each.metadata}
+    return {item.name: item.metadata["setting"] for item in fields(group) if "setting" in item.metadata}
 
 
 def group_name(group: type) -> str:

@@ -99,7 +99,7 @@ class Settings(Group):
 
     def changed_groups(self, other: "Settings") -> frozenset[str]:
         """The differences from other settings: names of groups, and "seed"."""
-        return frozenset(each.name for each in fields(self) if getattr(self, each.name) != getattr(other, each.name))
+        return frozenset(item.name for item in fields(self) if getattr(self, item.name) != getattr(other, item.name))
 
     @staticmethod
     def schema() -> dict[str, Any]:
@@ -118,7 +118,7 @@ class Settings(Group):
                 at = {level: values[name] for level, values in levels.items() if name in values}
                 settings[dotted(group, name)] = setting.describe() | ({"levels": at} if at else {})
         groups = {
-            name: {"text": group.__doc__, "levels": {level: each.text for level, each in group.levels.items()}}
+            name: {"text": group.__doc__, "levels": {level: item.text for level, item in group.levels.items()}}
             for name, group in GROUPS.items()
         }
         presets = {}
@@ -133,8 +133,8 @@ GROUPS = {
     name: hint for name, hint in get_type_hints(Settings).items() if isinstance(hint, type) and issubclass(hint, Group)
 }
 
-for each in (*GROUPS.values(), Settings):
-    checked_names(SettingsError)(each)
+for group_type in (*GROUPS.values(), Settings):
+    checked_names(SettingsError)(group_type)
 
 
 def _at_level(level: str) -> dict[str, Value]:
@@ -162,12 +162,12 @@ PRESETS = {
 
 def _value(group: type[Group], path: str, name: str, value: Any) -> Any:
     """The value of a setting, read if it is text. Raises SettingsError if there is no such setting."""
-    known = declared(group)
-    if name not in known:
+    settings = declared(group)
+    if name not in settings:
         groups = [*GROUPS.values(), Settings] if group is Settings else [group]
-        names = [*known, *GROUPS] if group is Settings else list(known)
-        all_paths = [dotted(each, setting) for each in groups for setting in declared(each)]
+        names = [*settings, *GROUPS] if group is Settings else list(settings)
+        all_paths = [dotted(item, setting) for item in groups for setting in declared(item)]
         hint = did_you_mean(path, [*all_paths, *GROUPS]) if group is Settings else did_you_mean(name, names)
         listed = f"; {shown(name)} is not one of {', '.join(sorted(names))}"
         raise SettingsError(f"setting {shown(path)} does not exist{hint or listed}")
-    return known[name].read(value) if isinstance(value, str) else value
+    return settings[name].read(value) if isinstance(value, str) else value

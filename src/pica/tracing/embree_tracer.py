@@ -11,10 +11,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.rhi.acceleration import ObjectFlags, RtGeometry, RtObject, RtSection
+from pica.rhi.acceleration import ObjectFlags, RtObject
 from pica.rhi.device import Device
 from pica.rhi.host_memory import HostBuffer
 from pica.rhi.passes import Recording
+from pica.rhi.rt_geometry import RtGeometry, RtSection
 from pica.rhi.rt_view import RtView
 from pica.tracing import embree
 from pica.tracing.embree_loops import CUTOUT, LANES, OPAQUE, ROWS, loops

@@ -52,7 +52,7 @@ class AmbientOcclusion(Effect):
         return Reference(self._by_many_rays, inputs, layers)
 
     def __call__(self, graph: FrameGraph, gbuffer: GBuffer) -> Texture:
-        """The open share of this frame's G-buffer."""
+        """Visibility for this frame's G-buffer."""
         with graph.scope(self.name):
             raw = graph.texture("raw", spy.Format.rg16_float)
             shared = {"occlusion": write(raw), **self._lengths}

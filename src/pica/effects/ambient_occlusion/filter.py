@@ -45,7 +45,7 @@ class RayFilter:
         self._smooth = device.compute(f"{_FOLDER}/occlusion_filter.slang")
 
     def __call__(self, graph: FrameGraph, occlusion: Texture) -> tuple[Texture, Texture]:
-        """The history, and (width, height, rg16_float) the open share and its variance."""
+        """The history, and (width, height, rg16_float) visibility and its variance."""
         history, signal = self._mean(graph, occlusion)
         filtered = graph.texture("filtered", spy.Format.rg16_float)
         graph.add(
@@ -65,5 +65,5 @@ class HorizonFilter:
         self._mean = _Mean(device, _HORIZON_RAYS, smoothed=True)
 
     def __call__(self, graph: FrameGraph, occlusion: Texture) -> tuple[Texture, Texture]:
-        """The history, and (width, height, rg16_float) the open share and its variance."""
+        """The history, and (width, height, rg16_float) visibility and its variance."""
         return self._mean(graph, occlusion)

@@ -41,7 +41,7 @@ class Composite(Effect):
         return programs(self._device).compute("effects/composite/composite.slang", name=name)
 
     def so_far(self, graph: FrameGraph, parts: Sequence[Texture]) -> Texture:
-        """The sum without what later stages give, for one that mirrors it."""
+        """The sum without later stages, for screen-space reflections."""
         return self._added(self._sum_so_far, "radiance so far", graph, parts)
 
     def __call__(self, graph: FrameGraph, gbuffer: GBuffer, parts: Sequence[Texture]) -> Texture:

@@ -64,15 +64,15 @@ class RasterVisibility:
         self._state.index_buffer = scene.geometry.indices
         for for_types in self._passes.values():  # so that the first triangles of a kind find its pipeline made
             for_types.of(scene.material_types)
-        drawn = scene.draws(frame)
-        for draws in drawn:
+        draw_lists = scene.draws(frame)
+        for draws in draw_lists:
             if draws.kind not in self._passes:
                 self._passes[draws.kind] = self._pass(self._device, draws.kind)
         frame.profiler.begin(frame.encoder, "raster")
-        for draws in drawn:  # Slang-RHI would place its barrier within the render pass, which Vulkan forbids
+        for draws in draw_lists:  # Slang-RHI would place its barrier within the render pass, which Vulkan forbids
             frame.encoder.set_buffer_state(draws.arguments, spy.ResourceState.indirect_argument)
         with frame.encoder.begin_render_pass(self._targets[visibility]) as encoder:
-            for draws in drawn:
+            for draws in draw_lists:
                 self._passes[draws.kind].of(scene.material_types).bind(encoder, scene=scene, frame=constants)
                 encoder.set_render_state(self._state)
                 encoder.draw_indexed_indirect(draws.count, draws.arguments)
@@ -142,8 +142,8 @@ class GBufferEffect(Effect):
     def __call__(self, graph: FrameGraph, scene: SceneView) -> GBuffer:
         """The G-buffer of this frame."""
         with graph.scope(self.name):
-            known = supported_features(scene.material_types)
-            optional = [feature.word for feature in known & {COATS, LOBES}]
+            features = supported_features(scene.material_types)
+            optional = [feature.word for feature in features & {COATS, LOBES}]
             # Callers of `advance` read them after the frame.
             gbuffer = GBuffer(graph, graph.size, optional, Lifetime.KEPT)
             if self._raster is not None:

@@ -14,13 +14,13 @@ Array = NDArray[Any]
 _OF = "debug.global_illumination"
 
 
-def offer_ray_aovs(graph: FrameGraph, found: Texture) -> None:
+def offer_ray_aovs(graph: FrameGraph, path_light: Texture) -> None:
     """Offer results of rays, at half size; light is in nits over diffuse albedo, which is irradiance over pi.
 
     raw: radiance of single rays; distance: metres to the hit, below 0 for a miss.
     """
-    graph.offer(f"{_OF}.raw", (found,), rgb)
-    graph.offer(f"{_OF}.distance", (found,), lambda values: values[..., 3])
+    graph.offer(f"{_OF}.raw", (path_light,), rgb)
+    graph.offer(f"{_OF}.distance", (path_light,), lambda values: values[..., 3])
 
 
 def offer_filter_aovs(

@@ -62,7 +62,7 @@ class GlobalIllumination(Effect):
 
     @property
     def cache(self) -> str | None:
-        """The module of the cache that its light comes with; see frame/signals/indirect.py."""
+        """The module of the cache of indirect light; see frame/signals/indirect.py."""
         return self._way.cache.module if self._way.cache else None
 
     def __call__(
@@ -74,7 +74,7 @@ class GlobalIllumination(Effect):
         occlusion: Texture | None,
         exposure: Buffer,
     ) -> IndirectResult:
-        """What this frame's surfaces reflect diffusely of others.
+        """The diffuse indirect light of this frame's surfaces.
 
         For surfels and light maps, `occlusion`: screen-space visibility, finer than they are, or None. For surfels,
         `exposure`: a float, the displayed value of one nit in the previous frame.

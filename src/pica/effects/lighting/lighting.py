@@ -24,7 +24,7 @@ class DirectLighting(Effect):
 
     def __init__(self, device: Device, settings: LightingSettings) -> None:
         self._ltc_tables = LtcTables(device)
-        self._prefiltered = PrefilteredEnvironment(device, wanted=settings.environment == "prefiltered")
+        self._prefiltered = PrefilteredEnvironment(device, enabled=settings.environment == "prefiltered")
         self._direct = programs(device).compute("effects/lighting/direct.slang", name="lighting")
 
     def __call__(
@@ -37,11 +37,9 @@ class DirectLighting(Effect):
         noisy: Texture | None,
         mirrored: Texture | None,
     ) -> Texture:
-        """The direct light of this frame, both parts as frame/signals/light.py has them; without `shadows` there are
-        none.
+        """The direct light of this frame, both parts as in frame/signals/light.py; `shadows` None: unshadowed.
 
-        `noisy`: output for the light of noisy slots (StochasticLightDenoiser.samples). None if there are
-        none.
+        `noisy`: output for the light of noisy slots (StochasticLightDenoiser.samples). None if there are none.
         `mirrored`: output for specular light of the prefiltered environment, likewise (Reflections.surroundings).
         `occlusion`: visibility of each pixel's surroundings, which dims the prefiltered environment, the only light
         here without shadows of its own.

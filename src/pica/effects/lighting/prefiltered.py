@@ -15,10 +15,10 @@ _COSINE_LOBE = -1.0
 
 
 class PrefilteredEnvironment:
-    """Radiance by direction and roughness, and irradiance. One black texel if it is not wanted."""
+    """Radiance by direction and roughness, and irradiance. One black texel if disabled."""
 
-    def __init__(self, device: Device, wanted: bool) -> None:
-        self._size = size = _SIZE if wanted else (1, 1)
+    def __init__(self, device: Device, enabled: bool) -> None:
+        self._size = size = _SIZE if enabled else (1, 1)
         self._levels = device.texture("prefiltered environment", spy.Format.rgba32_float, size, layers=LEVELS + 1)
         self.block = device.parameter_block("effects/lighting/prefiltered.slang", "prefiltered")
         self.block.bind(
@@ -26,9 +26,9 @@ class PrefilteredEnvironment:
             sampler=device.sampler(
                 address_u=spy.TextureAddressingMode.wrap, address_v=spy.TextureAddressingMode.clamp_to_edge
             ),
-            enabled=int(wanted),
+            enabled=int(enabled),
         )
-        self._prefilter = device.compute("effects/lighting/prefilter.slang") if wanted else None
+        self._prefilter = device.compute("effects/lighting/prefilter.slang") if enabled else None
         self._made_for = -1
 
     def add_update(self, graph: FrameGraph, scene: SceneView) -> None:

@@ -33,7 +33,7 @@ _LIGHT = spy.Format.rgba32_float
 
 
 class Reflections(Effect):
-    """The light that surfaces mirror of others, of emissive triangles and of the environment."""
+    """Specular reflections of other surfaces, of emissive triangles and of the environment."""
 
     name = "reflections"
     aov_names = ("reflections",)
@@ -73,7 +73,7 @@ class Reflections(Effect):
             return None if self._screen is None else graph.texture("mirrored surroundings", _LIGHT)
 
     def reference(self) -> Reference | None:
-        """The same by many rays; None where the picture alone is mirrored."""
+        """The ground truth by many rays; None for screen-space reflections."""
         if self._traced is None:
             return None
         inputs = "frame", "gbuffer", "scene", "lightSlots"
@@ -91,7 +91,7 @@ class Reflections(Effect):
         surroundings: Texture | None,
         picture: Texture | None,
     ) -> Texture:
-        """What this frame's surfaces mirror, as frame/signals/light.py has it.
+        """The specular reflections of this frame's surfaces, as in frame/signals/light.py.
 
         `indirect`: indirect light at hits; None: none. `surroundings`: the texture of that function, filled;
         with it `picture`, the light of this frame towards the camera without reflections.

@@ -97,20 +97,20 @@ class Cascades:
         least margin left is, so that seldom two must be at once.
         """
         axes = light.transform[:3, :3]
-        needs = [self._need(drawn, sphere, axes) for drawn, sphere in zip(self._drawn, targets, strict=False)]
+        needs = [self._need(previous, sphere, axes) for previous, sphere in zip(self._drawn, targets, strict=False)]
         stale = [cascade for cascade, need in enumerate(needs) if need > 1]
         if not stale and max(needs) > _PROACTIVE:
             stale = [int(np.argmax(needs))]
         self._drawn[len(targets) :] = [None] * (self._settings.cascades - len(targets))
         return [(cascade, self._fit(cascade, targets[cascade], light, box)) for cascade in stale]
 
-    def _need(self, drawn: Sphere | None, target: Sphere, axes: Vector) -> float:
+    def _need(self, previous: Sphere | None, target: Sphere, axes: Vector) -> float:
         """How much of its margin a view has used; infinite if it is invalid."""
         largest = target.radius * (1 + _MARGIN)
-        if drawn is None or drawn.radius < target.radius or drawn.radius > largest * (1 + 1e-6):
+        if previous is None or previous.radius < target.radius or previous.radius > largest * (1 + 1e-6):
             return math.inf
-        moved = float(np.abs((target.center - drawn.center) @ axes[:, :2]).max())
-        return moved / max(drawn.radius - target.radius, 1e-3 * target.radius)
+        moved = float(np.abs((target.center - previous.center) @ axes[:, :2]).max())
+        return moved / max(previous.radius - target.radius, 1e-3 * target.radius)
 
     def _fit(self, cascade: int, target: Sphere, light: Camera, box: Box) -> Camera:
         axes, radius = light.transform[:3, :3], target.radius * (1 + _MARGIN)

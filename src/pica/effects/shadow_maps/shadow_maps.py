@@ -68,5 +68,5 @@ class ShadowMaps(Effect):
         self.maps.update(frame, scene)
 
     def _parameter(self, name: str, frame: FrameContext) -> Any:
-        """The maps are others when lights come or go."""
+        """Read in each frame: the maps are recreated when lights are added or removed."""
         return self.maps.parameters[name]

@@ -53,8 +53,8 @@ def _ellipses(shadow: Array, footprints: Array) -> Array:
     axes = footprints[y, x]
     for angle in np.linspace(0, 2 * np.pi, 96, endpoint=False):
         offset = 2 * (axes[..., :2] * np.cos(angle) + axes[..., 2:] * np.sin(angle))
-        drawn = np.abs(axes).max(-1) > 0
+        visible = np.abs(axes).max(-1) > 0
         column, row = np.rint(x + offset[..., 0]).astype(int), np.rint(y + offset[..., 1]).astype(int)
-        drawn &= (column >= 0) & (column < width) & (row >= 0) & (row < height)
-        picture[row[drawn], column[drawn]] = (0, 1, 0)
+        visible &= (column >= 0) & (column < width) & (row >= 0) & (row < height)
+        picture[row[visible], column[visible]] = (0, 1, 0)
     return picture

@@ -1,1 +1,1 @@
-"""What effects hand on to others: light towards the camera, shadows, indirect light."""
+"""Data that effects exchange: light towards the camera, shadows, indirect light."""

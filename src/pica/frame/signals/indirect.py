@@ -14,7 +14,7 @@ class IndirectCache:
     """A cache of indirect light for positions outside the picture."""
 
     module: str
-    """Path below the package of the Slang module that stands for frame/signals/indirect_cache.slang's."""
+    """Path below the package of the Slang module that implements frame/signals/indirect_cache.slang."""
     values: dict[str, Any]
     """Its parameters, for all passes that are linked with it."""
 
@@ -26,7 +26,7 @@ class IndirectResult:
     arriving: Texture
     """(width, height, rgba32_float) irradiance of each pixel, as nits over albedo; alpha 0: invalid."""
     reflected: Texture
-    """(width, height) of that what surfaces reflect diffusely, as frame/signals/light.py has it."""
+    """(width, height) diffuse reflection of it by the surfaces, as in frame/signals/light.py."""
     known: bool
     """Whether `arriving` may be read: without filters it holds single rays."""
     bounces: int

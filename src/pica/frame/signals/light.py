@@ -17,9 +17,9 @@ BOTH_PARTS = spy.Format.rgba32_uint
 
 def diffuse_of(*packed: Array) -> Array:
     """The sum of the diffuse light of textures of BOTH_PARTS."""
-    return np.asarray(sum(light_of(each[..., :2]) for each in packed))
+    return np.asarray(sum(light_of(texture[..., :2]) for texture in packed))
 
 
 def specular_of(*packed: Array) -> Array:
     """The same of specular light."""
-    return np.asarray(sum(light_of(each[..., 2:]) for each in packed))
+    return np.asarray(sum(light_of(texture[..., 2:]) for texture in packed))

@@ -48,37 +48,37 @@ class EmissiveTriangles:
     def starts(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
         """Records and their first triangles, (n,) each."""
         for added in self._added.values():
-            for records, first, each in added:
-                yield records, first + each * np.arange(len(records))
+            for records, first, triangles in added:
+                yield records, first + triangles * np.arange(len(records))
 
     def add(
         self, key: int, records: NDArray[np.int64], section: Section, to_world: NDArray[np.float32]
     ) -> NDArray[np.int64]:
         """Add the triangles of a section, placed by records (n,) at `to_world` (n, 3, 4); returns first rows, (n,)."""
-        each = len(section.indices)
-        count = each * len(records)
+        triangles = len(section.indices)
+        count = triangles * len(records)
         first = self._runs.take(count)
         if self._runs.end > len(self._rows):
             more = max(self._runs.end, 2 * len(self._rows)) - len(self._rows)
             self._rows = np.append(self._rows, np.zeros(more, EMISSIVE_TRIANGLE))
             self._powers = np.append(self._powers, np.zeros(more))
-        rows = self._rows[first : first + count].reshape(len(records), each)
-        rows["record"], rows["primitive"] = records[:, None], np.arange(each)
+        rows = self._rows[first : first + count].reshape(len(records), triangles)
+        rows["record"], rows["primitive"] = records[:, None], np.arange(triangles)
         sides = 2 if section.material.double_sided else 1
         strength = average_emission(section.material) * np.pi * sides
-        powers = self._powers[first : first + count].reshape(len(records), each)
-        step = max(_AT_ONCE // each, 1)
+        powers = self._powers[first : first + count].reshape(len(records), triangles)
+        step = max(_AT_ONCE // triangles, 1)
         for start in range(0, len(records), step):
             powers[start : start + step] = strength * _areas(section, to_world[start : start + step, :, :3])
-        self._added.setdefault(key, []).append((records, first, each))
+        self._added.setdefault(key, []).append((records, first, triangles))
         self.revision += 1
-        return first + each * np.arange(len(records))
+        return first + triangles * np.arange(len(records))
 
     def remove(self, key: int) -> None:
         """Remove the triangles under this key."""
         added = self._added.pop(key, [])
-        for records, first, each in added:
-            count = each * len(records)
+        for records, first, triangles in added:
+            count = triangles * len(records)
             self._powers[first : first + count] = 0
             self._runs.give_back(first, count)
         self.revision += bool(added)

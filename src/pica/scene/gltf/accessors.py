@@ -20,7 +20,7 @@ _COPIES = 8
 """Bytes that a component counts as: it is read, and becomes a 32-bit number."""
 
 Rows = NDArray[np.intp]
-"""(n,) which elements are wanted."""
+"""(n,) which elements to read."""
 
 
 def element_count(document: Document, source: Element, key: str) -> int:
@@ -32,9 +32,9 @@ def element_count(document: Document, source: Element, key: str) -> int:
 
 
 def read_accessor(
-    document: Document, source: Element, key: str, types: tuple[str, ...], wanted: Rows | None = None
+    document: Document, source: Element, key: str, types: tuple[str, ...], subset: Rows | None = None
 ) -> NDArray[Any]:
-    """(count, components) as stored, of the accessor that `source` refers to under `key`; only `wanted` rows if given.
+    """(count, components) as stored, of the accessor that `source` refers to under `key`; only `subset` rows if given.
 
     The budget counts the rows that are read. Raises SceneError unless the accessor's type is one of `types`.
     """
@@ -45,43 +45,43 @@ def read_accessor(
         if array is None:
             array = _dense(document, dense)
         if array is not None:
-            rows = dense.elements if wanted is None else len(wanted)
+            rows = dense.elements if subset is None else len(subset)
             document.take(document.entries("accessors")[index], bytes=rows * dense.width * _COPIES)
-            return array if wanted is None else array[wanted]
+            return array if subset is None else array[subset]
     accessor = _accessor(document, source, key)
     dtype = accessor.choice("componentType", COMPONENTS)
     kind, shape = accessor.text("type"), accessor.choice("type", _SHAPES)
     if kind not in types:
         raise source.fault(f"must be {' or '.join(types)}, not {kind} ({accessor.place()})", key)
     count, width = accessor.integer("count", low=1), shape[0] * shape[1]
-    rows = count if wanted is None else len(wanted)
+    rows = count if subset is None else len(subset)
     sparse = "sparse" in accessor
     document.take(accessor, bytes=(rows + count * sparse) * width * _COPIES)
     if "bufferView" in accessor:
         values = _elements(document, accessor, count, shape, dtype)
     else:
         values = np.zeros((count if sparse else rows, width), dtype)
-        wanted = wanted if sparse else None
+        subset = subset if sparse else None
     if sparse:
         values = _with_sparse(document, accessor.object("sparse"), values, shape)
-    return values if wanted is None else values[wanted]
+    return values if subset is None else values[subset]
 
 
 def read_floats(
-    document: Document, source: Element, key: str, types: tuple[str, ...], wanted: Rows | None = None
+    document: Document, source: Element, key: str, types: tuple[str, ...], subset: Rows | None = None
 ) -> NDArray[np.float32]:
-    """(count, components) as numbers: normalized integers become 0 to 1 or -1 to 1; only `wanted` rows if given.
+    """(count, components) as numbers: normalized integers become 0 to 1 or -1 to 1; only `subset` rows if given.
 
     Raises SceneError unless they are finite.
     """
-    values = read_accessor(document, source, key, types, wanted)
+    values = read_accessor(document, source, key, types, subset)
     if values.dtype == np.float32 and document.small_accessors.get(source.values[key]) is not None:
         return values
     if values.dtype.kind != "f" and _accessor(document, source, key).flag("normalized", default=False):
         # 3.11, decoding normalized integers: c / 255, max(c / 127, -1) and so on
         scaled = values.astype(np.float32) / np.float32(np.iinfo(values.dtype).max)
         return np.maximum(scaled, np.float32(-1))
-    floats = values.astype(np.float32, copy=wanted is None)  # wanted rows are a copy already
+    floats = values.astype(np.float32, copy=subset is None)  # a subset is a copy already
     # A finite sum of squares proves that all values are valid; otherwise they are searched.
     if not np.vdot(floats, floats) <= LARGEST and not np.isfinite(floats).all():
         raise source.fault(f"holds numbers that are not finite ({_accessor(document, source, key).place()})", key)

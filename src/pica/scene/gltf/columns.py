@@ -31,8 +31,8 @@ def numbers(
                 array = np.full(1, np.inf)
             if (np.abs(array) <= LARGEST).all():
                 return array.reshape(-1, count)
-    each = [entry.numbers(key, count, default=default) for entry in entries]
-    return np.array(each, np.float64).reshape(-1, count)
+    checked = [entry.numbers(key, count, default=default) for entry in entries]
+    return np.array(checked, np.float64).reshape(-1, count)
 
 
 def integers(entries: Sequence[Element], key: str, default: int = -1) -> NDArray[np.int64]:

@@ -131,7 +131,7 @@ class Document:
     def _parse(self, content: bytes, otherwise: str) -> dict[str, Any]:
         """The parsed JSON object. Raises SceneError, with the text `otherwise` if it is no JSON."""
         taken = len(content) * (1 if content.isascii() else 4)  # as text, with bytes enough for its widest character
-        taken += sum(content.count(sign) * each for sign, each in _JSON_BYTES.items())
+        taken += sum(content.count(sign) * size for sign, size in _JSON_BYTES.items())
         try:
             self.budget.take(bytes=taken)
         except SceneError as error:

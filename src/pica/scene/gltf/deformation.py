@@ -19,17 +19,17 @@ _JOINT_BYTES = 1000
 
 
 def morph_offsets(
-    document: Document, primitive: Element, base: Collection[str], vertex_count: int, wanted: Rows | None
+    document: Document, primitive: Element, base: Collection[str], vertex_count: int, subset: Rows | None
 ) -> dict[str, NDArray[np.float32]]:
     """Offsets of the morph targets for those of POSITION, NORMAL and TANGENT in `base`.
 
-    (vertices, targets, 3), for the `wanted` vertices, or for all.
+    (vertices, targets, 3), for the `subset` vertices, or for all.
     """
     offsets: dict[str, NDArray[np.float32]] = {}
     if "targets" not in primitive:
         return offsets
     targets = primitive.objects("targets")
-    count = vertex_count if wanted is None else len(wanted)
+    count = vertex_count if subset is None else len(subset)
 
     def room() -> NDArray[np.float32]:
         document.take(primitive, "targets", bytes=2 * 12 * count * len(targets))  # twice: by target in the end
@@ -42,7 +42,7 @@ def morph_offsets(
             if name not in base or name not in target:
                 continue
             check_per_vertex(document, target, name, vertex_count)
-            values = read_floats(document, target, name, ("VEC3",), wanted)
+            values = read_floats(document, target, name, ("VEC3",), subset)
             if name not in offsets:
                 offsets[name] = room()
             offsets[name][:, number] = values
@@ -52,9 +52,9 @@ def morph_offsets(
 
 
 def joints_and_weights(
-    document: Document, accessors: Element, vertex_count: int, wanted: Rows | None
+    document: Document, accessors: Element, vertex_count: int, subset: Rows | None
 ) -> tuple[NDArray[np.uint16], NDArray[np.float32]] | None:
-    """(vertices, k) each, of the `wanted` vertices or all, from any number of sets, without columns of zero weight.
+    """(vertices, k) each, of the `subset` vertices or all, from any number of sets, without columns of zero weight.
 
     None if there are none.
     """
@@ -68,8 +68,8 @@ def joints_and_weights(
             raise accessors.fault(f"lacks {missing[0]}, which goes with {(set(names) - set(missing)).pop()}")
         for name in names:
             check_per_vertex(document, accessors, name, vertex_count)
-        joints = read_accessor(document, accessors, names[0], ("VEC4",), wanted)
-        weights = read_floats(document, accessors, names[1], ("VEC4",), wanted)
+        joints = read_accessor(document, accessors, names[0], ("VEC4",), subset)
+        weights = read_floats(document, accessors, names[1], ("VEC4",), subset)
         if joints.dtype not in (np.uint8, np.uint16):
             raise accessors.fault("joints must be unsigned integers of 8 or 16 bits", names[0])
         if weights.min() < 0:

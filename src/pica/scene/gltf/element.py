@@ -166,15 +166,15 @@ class Element:
                 raise self._unfit(value, "text", key, index)
         return values
 
-    def choice(self, key: str, known: Mapping[Any, _Value], default: _Value | None = None) -> _Value:
-        """What `known` has for the string or integer."""
+    def choice(self, key: str, choices: Mapping[Any, _Value], default: _Value | None = None) -> _Value:
+        """What `choices` has for the string or integer."""
         value = self.values.get(key)
         if value is None and default is not None:
             return default
         option = value if type(value) is str else _whole(value)
-        if option not in known:
-            raise self._unfit(value, f"one of {', '.join(map(str, known))}", key)
-        return known[option]
+        if option not in choices:
+            raise self._unfit(value, f"one of {', '.join(map(str, choices))}", key)
+        return choices[option]
 
     def reference(self, key: str, entries: Sequence["Element"]) -> "Element":
         """The one of `entries` that an integer refers to."""

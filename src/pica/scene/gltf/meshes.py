@@ -61,8 +61,8 @@ class Meshes:
         if entry not in self._made:
             primitives = entry.objects("primitives")
             _check_target_counts(entry, primitives)
-            found = [self._section(primitive) for primitive in primitives]
-            sections = [section for section in found if section is not None]
+            parts = [self._section(primitive) for primitive in primitives]
+            sections = [section for section in parts if section is not None]
             mesh = self._made[entry] = entry.apply(Mesh, sections, entry.name)
             shining = sum(section.indices.size for section in sections if any(section.material.emission))
             self._counts[mesh] = _Counts(max(len(sections), 1), shining, mesh.target_count, entry)
@@ -70,9 +70,9 @@ class Meshes:
 
     def expect(self, nodes: Iterable[Element]) -> None:
         """Get ready for the meshes that nodes show."""
-        shown = (node.values["mesh"] for node in nodes if type(node.values.get("mesh")) is int)
+        indices = (node.values["mesh"] for node in nodes if type(node.values.get("mesh")) is int)
         meshes = self._entries
-        names = dict.fromkeys(mesh for mesh in shown if 0 <= mesh < len(meshes))
+        names = dict.fromkeys(mesh for mesh in indices if 0 <= mesh < len(meshes))
         self._document.small_accessors.prefetch(
             accessor for mesh in names for accessor in _accessors_of(meshes[mesh].values.get("primitives"))
         )

@@ -140,9 +140,9 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
         values, extras = entry.values, entry.extras
         index = values.get("mesh")
         if index is not None and (type(index) is not int or index not in still):
-            shown = meshes.get(entry)
-            if not meshes.target_count(shown):
-                still[index] = shown
+            candidate = meshes.get(entry)
+            if not meshes.target_count(candidate):
+                still[index] = candidate
         if fits and index in still and values.keys() <= _PLAIN and "pica" not in extras:
             mesh = still[index]
             nodes[entry] = _plain_node(
@@ -155,9 +155,9 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
             node.place(node.transform, pose)
             special.append(entry)
     meshes.complete()
-    for each, count in copies.items():
-        if each is not None:
-            meshes.count_shown(each, count)
+    for mesh, count in copies.items():
+        if mesh is not None:
+            meshes.count_shown(mesh, count)
     for entry, children in hierarchy.children.items():
         if entry in nodes:
             node = nodes[entry]

@@ -26,17 +26,18 @@ class PathResampling:
         self,
         graph: FrameGraph,
         gbuffer: GBuffer,
-        found: Texture,
-        met: Texture,
+        path_light: Texture,
+        packed_hits: Texture,
     ) -> None:
-        """Replace the light in `found`, of paths that were to be chosen from (indirect_rays.slang)."""
-        formats = dict.fromkeys(("starts", "ends", "kept"), spy.Format.rgba32_uint)
+        """Replace the light of the candidate paths (indirect_rays.slang) by that of the resampled ones."""
+        formats = dict.fromkeys(("visiblePoints", "samplePoints", "reservoirState"), spy.Format.rgba32_uint)
         reservoirs = graph.history("reservoirs", formats, graph.half_size)
         state = reservoirs.state
-        shared = {**gbuffer.half_blocks(graph), "found": update(found)}
+        shared = {**gbuffer.half_blocks(graph), "pathLight": update(path_light)}
 
         def known(frame: FrameContext) -> int:
             return int(not (state.empty or frame.changed_lights))  # the light of paths is that of their frame
 
-        graph.add(self._in_time, graph.half_size, **shared, **reservoirs.swap(), met=met, known=known)
+        fresh = {"packedHits": packed_hits, "known": known}
+        graph.add(self._in_time, graph.half_size, **shared, **reservoirs.swap(), **fresh)
         graph.add(self._of_neighbours, graph.half_size, **shared, **reservoirs.textures)

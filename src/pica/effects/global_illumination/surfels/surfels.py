@@ -111,13 +111,13 @@ class SurfelIndirect:
     ) -> None:
         """Fill the pictures."""
         pool = self._pool
-        each = (pool.capacity, 1, 1)
+        surfel_grid = (pool.capacity, 1, 1)
         slots = {"freeSlots": pool.free_slots, "freeCount": pool.free_count}
         graph.provide(surfels=pool)
         graph.record("begin surfels", self._begin, scene=scene)
         graph.add(
             self._place,
-            each,
+            surfel_grid,
             anchors=pool.anchors,
             capacity=pool.capacity,
             **slots,
@@ -134,7 +134,7 @@ class SurfelIndirect:
         )
         graph.add(
             self._queue,
-            each,
+            surfel_grid,
             estimators=pool.estimators,
             surfelOfRay=pool.surfel_of_ray,
             rayCount=pool.ray_count,
@@ -157,7 +157,7 @@ class SurfelIndirect:
         )
         graph.add(
             self._update,
-            each,
+            surfel_grid,
             rayRanges=pool.ray_ranges,
             sampleCounts=pool.sample_counts,
             rayRadiance=pool.ray_radiance,
@@ -168,12 +168,12 @@ class SurfelIndirect:
             settled=lambda frame: int(self._unchanged > COMPLETE_FROM),
             **slots,
         )
-        half_known = graph.texture("light of surfels", spy.Format.rgba32_float, graph.half_size)
-        graph.add(self._lookup, graph.half_grid, halfKnown=write(half_known))
+        half_light = graph.texture("light of surfels", spy.Format.rgba32_float, graph.half_size)
+        graph.add(self._lookup, graph.half_grid, halfLight=write(half_light))
         graph.add(
             self._apply,
             graph.grid,
-            halfKnown=half_known,
+            halfLight=half_light,
             occlusion=occlusion or graph.nothing(spy.Format.r16_float),
             occluded=int(occlusion is not None),
             **pictures.arguments(),
