@@ -22,10 +22,11 @@ _TILES = ((1 << 17, 4), (1 << 14, 3), (0, 2))
 _SUMS, _POINT = 32, 32
 """Bytes: hash_grid.slang."""
 _ACROSS = 512
-_BOUNCES = 12
-"""Maximum number of bounces of the cache's own paths, where the entries are young."""
-_MEMORY, _MEMORY_OF_CHANGE, _CHANGE = 32, 4, 16
-"""Frames that an entry averages over; the same after a change of lights, and for how many frames."""
+_BOUNCES, _FIRST_BOUNCES, _FIRST_FRAMES = 2, 12, 32
+"""Maximum number of bounces of the cache's own paths where entries have few samples; in the first frames, when all
+have few."""
+_LEAST_MEMORY, _MEMORY_OF_CHANGE, _MEMORY = 2, 8, 32
+"""Frames that an entry averages over: right after lights have changed, while they go on changing, and at most."""
 
 
 class CacheEntries:
@@ -76,13 +77,15 @@ class RadianceCache:
         self._resolve = device.compute(f"{_FOLDER}/cache_resolve.slang")
         self._entries = CacheEntries(device)
         self._occupancy = [device.buffer("cache occupancy", size=4, struct_size=4) for _ in range(2)]
-        self._size, self._since_change = (0, 0), _CHANGE
+        self._size = 0, 0
+        self._age, self._since_change, self._memory = 0, 0, 0.0
         self.lookups = IndirectCache(f"{_FOLDER}/radiance_cache.slang", {"radianceCache": self._entries})
         """For effects whose rays end in the cache."""
 
     def reset(self) -> None:
         """Discard all entries."""
         self._entries.clear()
+        self._age = 0
 
     def __call__(self, graph: FrameGraph, light: LightSamples, exposure: Buffer) -> None:
         """Add the passes that sample light at the hits of the last frame, and take the samples into the entries."""
@@ -90,13 +93,14 @@ class RadianceCache:
         if graph.half_size != self._size:
             self._size = graph.half_size
             entries.allocate(graph.half_size)
+            self._age = 0
         graph.provide(radianceCache=entries)
         graph.record("begin radiance cache", self._begin)
         graph.add(
             self._update,
             (_ACROSS, -(-entries.points // _ACROSS)),
             **light.at_hits(regularized=True),
-            bounces=_BOUNCES,
+            bounces=lambda frame: _FIRST_BOUNCES if self._age < _FIRST_FRAMES else _BOUNCES,
             exposure=exposure,
             width=_ACROSS,
         )
@@ -104,13 +108,17 @@ class RadianceCache:
             self._resolve,
             (entries.capacity, 1, 1),
             exposure=exposure,
-            memory=lambda frame: _MEMORY if self._since_change >= _CHANGE else _MEMORY_OF_CHANGE,
+            memory=lambda frame: self._memory,
             occupancy=lambda frame: self._occupancy[frame.index & 1],
             previousOccupancy=lambda frame: self._occupancy[(frame.index + 1) & 1],
         )
 
     def _begin(self, frame: FrameContext) -> None:
+        self._age += 1
+        goes_on = self._since_change == 0
         self._since_change = 0 if frame.changed_lights else self._since_change + 1
+        least = _MEMORY_OF_CHANGE if goes_on and frame.changed_lights else _LEAST_MEMORY
+        self._memory = min(max(self._since_change / 2, least), _MEMORY)
         pixel = camera_constants(frame.camera, frame.size, frame.output_size[0] / frame.output_size[1])["pixelSize"]
         self._entries.block.bind(size=max(_CELL, _LEAST_PIXELS * pixel))
         frame.encoder.clear_buffer(self._occupancy[frame.index & 1])
