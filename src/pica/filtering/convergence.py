@@ -5,6 +5,10 @@ Those of shaders are in convergence.slang.
 
 UNTESTED_FROM = 16
 """Frames after which histories are no longer tested against new samples: every change has reached them by then."""
+RELIT_FOR = 8
+"""Frames after a change of lights in which indirect light keeps short histories."""
+AT_REST_AFTER_RELIT = 24
+"""Frames after a change of lights until a picture may come to rest: indirect light follows until then."""
 CORRECTION_FROM = 32
 """Frames after which reflections converge to the mean of each pixel's own rays."""
 UNFILTERED_FROM = 56

@@ -2,7 +2,7 @@
 
 import slangpy as spy
 
-from pica.filtering.convergence import UNTESTED_FROM
+from pica.filtering.convergence import RELIT_FOR, UNTESTED_FROM
 from pica.frame.context import FrameContext
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Block, Lifetime, Texture, write
@@ -52,6 +52,7 @@ class Reprojection:
                 "filtering/temporal.slang",
                 "reprojection",
                 found=self.found,
+                relit=lambda frame: int(frame.since_relit < RELIT_FOR),
                 unchanged=lambda frame: float(self.unchanged if self.unchanged < UNTESTED_FROM else _NEVER),
             )
             graph.offer("debug.reprojection.found", (self.found,), lambda words: words)

@@ -43,6 +43,8 @@ class FrameContext:
     """Whether the camera or, once it is updated, the scene differs from the frame before; true in a first frame."""
     changed_lights: bool = True
     """Whether emitters do, once the scene is updated."""
+    since_relit: int = 0
+    """Frames since emitters have changed, as Relighting counts them."""
     requested: frozenset[str] = frozenset()
     """Names of AOVs and views to capture."""
 

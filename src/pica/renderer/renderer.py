@@ -11,6 +11,7 @@ from pica.errors import PicaError, SettingsError
 from pica.frame.aovs import at_size
 from pica.frame.context import FrameContext, FrameSequence, Size
 from pica.frame.effect import Effect
+from pica.frame.relighting import Relighting
 from pica.gpu_scene.view import SceneView
 from pica.graph.description import GraphDescription
 from pica.graph.plan import Plan, newest
@@ -82,6 +83,7 @@ class Renderer(Closing):
         self.captured: dict[str, Lazy] = {}
         """Functions that fetch the captures of the newest `advance`, by name."""
         self._running = False
+        self._relighting = Relighting()
         self._black_pictures = BlackPictures()
 
     @property
@@ -281,6 +283,7 @@ class Renderer(Closing):
         frame = self._frames.begin(camera, jittered)
         frame.changed |= self.view.update(frame, camera)
         frame.changed_lights = self.view.lights_changed
+        frame.since_relit = self._relighting.count(frame.changed_lights, frame.index == 0)
         return frame
 
     @synchronized

@@ -5,6 +5,7 @@ from typing import Any
 
 import slangpy as spy
 
+from pica.filtering.convergence import AT_REST_AFTER_RELIT
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture, write
 from pica.rhi.device import Device
@@ -47,7 +48,8 @@ class TemporalResolve:
             linearSampler=self._linear,
             movingPicture=write(moving),
             known=history.known,
-            changed=lambda frame: int(frame.changed),
+            changed=lambda frame: int(frame.changed or frame.since_relit < AT_REST_AFTER_RELIT),
+            relit=lambda frame: int(frame.since_relit < AT_REST_AFTER_RELIT),
             **history.swap(),
         )
         return history["picture"]

@@ -23,8 +23,8 @@ _SUMS, _POINT = 32, 32
 """Bytes: hash_grid.slang."""
 _ACROSS = 512
 _BOUNCES, _FIRST_BOUNCES, _FIRST_FRAMES = 2, 12, 32
-"""Maximum number of bounces of the cache's own paths where entries have few samples; in the first frames, when all
-have few."""
+"""Maximum number of bounces of the cache's own paths where entries have few samples; in the first frames, and the first
+after a change of lights, when all have few."""
 _LEAST_MEMORY, _MEMORY_OF_CHANGE, _MEMORY = 2, 8, 32
 """Frames that an entry averages over: right after lights have changed, while they go on changing, and at most."""
 
@@ -78,14 +78,14 @@ class RadianceCache:
         self._entries = CacheEntries(device)
         self._occupancy = [device.buffer("cache occupancy", size=4, struct_size=4) for _ in range(2)]
         self._size = 0, 0
-        self._age, self._since_change, self._memory = 0, 0, 0.0
+        self._clock, self._age, self._memory = 0, 0, 0.0
         self.lookups = IndirectCache(f"{_FOLDER}/radiance_cache.slang", {"radianceCache": self._entries})
         """For effects whose rays end in the cache."""
 
     def reset(self) -> None:
         """Discard all entries."""
         self._entries.clear()
-        self._age = 0
+        self._clock = self._age = 0
 
     def __call__(self, graph: FrameGraph, light: LightSamples, exposure: Buffer) -> None:
         """Add the passes that sample light at the hits of the last frame, and take the samples into the entries."""
@@ -93,7 +93,7 @@ class RadianceCache:
         if graph.half_size != self._size:
             self._size = graph.half_size
             entries.allocate(graph.half_size)
-            self._age = 0
+            self._clock = self._age = 0
         graph.provide(radianceCache=entries)
         graph.record("begin radiance cache", self._begin)
         graph.add(
@@ -109,16 +109,16 @@ class RadianceCache:
             (entries.capacity, 1, 1),
             exposure=exposure,
             memory=lambda frame: self._memory,
-            occupancy=lambda frame: self._occupancy[frame.index & 1],
-            previousOccupancy=lambda frame: self._occupancy[(frame.index + 1) & 1],
+            occupancy=lambda frame: self._occupancy[self._clock & 1],
+            previousOccupancy=lambda frame: self._occupancy[(self._clock + 1) & 1],
         )
 
     def _begin(self, frame: FrameContext) -> None:
-        self._age += 1
-        goes_on = self._since_change == 0
-        self._since_change = 0 if frame.changed_lights else self._since_change + 1
-        least = _MEMORY_OF_CHANGE if goes_on and frame.changed_lights else _LEAST_MEMORY
-        self._memory = min(max(self._since_change / 2, least), _MEMORY)
+        self._clock += 1
+        # After a change of lights the light of old entries would go round for long: paths are long again.
+        self._age = 0 if frame.since_relit == 0 else self._age + 1
+        least = _MEMORY_OF_CHANGE if frame.changed_lights and frame.since_relit > 0 else _LEAST_MEMORY
+        self._memory = min(max(min(self._age, frame.since_relit) / 2, least), _MEMORY)
         pixel = camera_constants(frame.camera, frame.size, frame.output_size[0] / frame.output_size[1])["pixelSize"]
-        self._entries.block.bind(size=max(_CELL, _LEAST_PIXELS * pixel))
-        frame.encoder.clear_buffer(self._occupancy[frame.index & 1])
+        self._entries.block.bind(size=max(_CELL, _LEAST_PIXELS * pixel), clock=self._clock)
+        frame.encoder.clear_buffer(self._occupancy[self._clock & 1])
