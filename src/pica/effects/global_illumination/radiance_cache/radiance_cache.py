@@ -24,8 +24,11 @@ _SUMS, _POINT = 32, 32
 _ACROSS = 512
 _BOUNCES = 12
 """Maximum number of bounces of the cache's own paths, where the entries are young."""
-_MEMORY, _MEMORY_OF_CHANGE, _CHANGE = 32, 4, 16
-"""Frames that an entry averages over; the same after a change of lights, and for how many frames."""
+_SAMPLES, _SAMPLES_OF_CHANGE = 1024, 2
+"""Maximum number of samples that an entry counts; the same when lights change, so that rays end in it only after new
+samples, which outweigh it."""
+_NEVER = 1 << 31
+"""A frame that no point was written in."""
 
 
 class CacheEntries:
@@ -36,12 +39,12 @@ class CacheEntries:
         self.block = device.parameter_block(f"{_FOLDER}/hash_grid.slang", "radianceCache")
         self.capacity, self.points = 0, 0
         """Entries; points of a frame."""
-        self._cleared: list[spy.Buffer] = []
+        self._cleared: dict[str, spy.Buffer] = {}
 
     def clear(self) -> None:
         """Free all entries, and discard all points."""
-        for buffer in self._cleared:
-            buffer.copy_from_numpy(np.zeros(buffer.size // 4, np.uint32))
+        for name, buffer in self._cleared.items():
+            buffer.copy_from_numpy(np.full(buffer.size // 4, _NEVER if name == "points" else 0, np.uint32))
 
     def allocate(self, half_size: tuple[int, int]) -> None:
         """Make room for pictures of twice this size. The cache begins empty."""
@@ -60,10 +63,8 @@ class CacheEntries:
             "used": make("cache uses", size=4 * capacity, struct_size=4),
             "light": make("cache light", size=16 * capacity, struct_size=16),
         }
-        self._cleared = [buffers[name] for name in ("keys", "samples", "sums", "points")]
-        self.block.bind(
-            **buffers, capacity=capacity, tile=tile, tilesAcross=across, tiles=tiles, count=self.points, size=_CELL
-        )
+        self._cleared = {name: buffers[name] for name in ("keys", "samples", "sums", "points")}
+        self.block.bind(**buffers, capacity=capacity, tile=tile, tilesAcross=across, tiles=tiles, count=self.points)
         self.clear()
 
 
@@ -76,7 +77,7 @@ class RadianceCache:
         self._resolve = device.compute(f"{_FOLDER}/cache_resolve.slang")
         self._entries = CacheEntries(device)
         self._occupancy = [device.buffer("cache occupancy", size=4, struct_size=4) for _ in range(2)]
-        self._size, self._since_change = (0, 0), _CHANGE
+        self._size = (0, 0)
         self.lookups = IndirectCache(f"{_FOLDER}/radiance_cache.slang", {"radianceCache": self._entries})
         """For effects whose rays end in the cache."""
 
@@ -104,13 +105,14 @@ class RadianceCache:
             self._resolve,
             (entries.capacity, 1, 1),
             exposure=exposure,
-            memory=lambda frame: _MEMORY if self._since_change >= _CHANGE else _MEMORY_OF_CHANGE,
+            mostSamples=lambda frame: _SAMPLES_OF_CHANGE if frame.changed_lights else _SAMPLES,
             occupancy=lambda frame: self._occupancy[frame.index & 1],
             previousOccupancy=lambda frame: self._occupancy[(frame.index + 1) & 1],
         )
 
     def _begin(self, frame: FrameContext) -> None:
-        self._since_change = 0 if frame.changed_lights else self._since_change + 1
         pixel = camera_constants(frame.camera, frame.size, frame.output_size[0] / frame.output_size[1])["pixelSize"]
-        self._entries.block.bind(size=max(_CELL, _LEAST_PIXELS * pixel))
+        orthographic = frame.camera.orthographic_height is not None
+        least = _LEAST_PIXELS * pixel  # metres, for each metre from the camera unless it is orthographic
+        self._entries.block.bind(size=0 if orthographic else max(_CELL, least), leastSize=least if orthographic else 0)
         frame.encoder.clear_buffer(self._occupancy[frame.index & 1])
