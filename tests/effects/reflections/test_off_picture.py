@@ -65,11 +65,19 @@ def test_surfels_that_have_been_seen_light_what_the_mirror_shows(device):
     assert whole == pytest.approx(behind, rel=0.03)
 
 
-@pytest.mark.parametrize("values", [{"global_illumination.mode": "path_traced"}, SURFELS], ids=["paths", "surfels"])
-def test_where_nobody_knows_paths_go_on(device, values):
+def test_the_radiance_cache_lights_what_the_mirror_shows(device):
+    """Also what the camera has never seen, and with few bounces."""
+    values = {"global_illumination.mode": "path_traced", "global_illumination.bounces": 2}
+    mirrored, whole, behind = in_the_mirror(device, values)
+    assert mirrored == pytest.approx(behind, rel=0.03)
+    assert mirrored == pytest.approx(1, abs=0.03)
+    assert whole == pytest.approx(1, abs=0.03)
+
+
+def test_where_no_cache_has_data_paths_go_on(device):
     """For `global_illumination.bounces` surfaces: beyond these, light is missing."""
-    two, _, _ = in_the_mirror(device, {**values, "global_illumination.bounces": 2})
-    sixteen, _, behind = in_the_mirror(device, {**values, "global_illumination.bounces": 16})
+    two, _, _ = in_the_mirror(device, {**SURFELS, "global_illumination.bounces": 2})
+    sixteen, _, behind = in_the_mirror(device, {**SURFELS, "global_illumination.bounces": 16})
     assert SHINES * (1 + REFLECTS) < two < 0.8 * behind
     assert 0.9 * behind < sixteen < 1.03 * behind
 

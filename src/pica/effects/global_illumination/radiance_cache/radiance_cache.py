@@ -25,6 +25,9 @@ _ACROSS = 512
 _BOUNCES, _FIRST_BOUNCES, _FIRST_FRAMES = 2, 12, 32
 """Maximum number of bounces of the cache's own paths where entries have few samples; in the first frames, and the first
 after a change of lights, when all have few."""
+_SAMPLES, _SAMPLES_OF_CHANGE = 1024, 2
+"""Samples that an entry's older light counts as: at most, and after a change of lights, when rays go on until there are
+new ones."""
 _LEAST_MEMORY, _MEMORY_OF_CHANGE, _MEMORY = 2, 8, 32
 """Frames that an entry averages over: right after lights have changed, while they go on changing, and at most."""
 
@@ -62,9 +65,7 @@ class CacheEntries:
             "light": make("cache light", size=16 * capacity, struct_size=16),
         }
         self._cleared = [buffers[name] for name in ("keys", "samples", "sums", "points")]
-        self.block.bind(
-            **buffers, capacity=capacity, tile=tile, tilesAcross=across, tiles=tiles, count=self.points, size=_CELL
-        )
+        self.block.bind(**buffers, capacity=capacity, tile=tile, tilesAcross=across, tiles=tiles, count=self.points)
         self.clear()
 
 
@@ -78,14 +79,14 @@ class RadianceCache:
         self._entries = CacheEntries(device)
         self._occupancy = [device.buffer("cache occupancy", size=4, struct_size=4) for _ in range(2)]
         self._size = 0, 0
-        self._clock, self._age, self._memory = 0, 0, 0.0
+        self._clock, self._age, self._memory = 1, 0, 0.0
         self.lookups = IndirectCache(f"{_FOLDER}/radiance_cache.slang", {"radianceCache": self._entries})
         """For effects whose rays end in the cache."""
 
     def reset(self) -> None:
         """Discard all entries."""
         self._entries.clear()
-        self._clock = self._age = 0
+        self._clock, self._age = 1, 0
 
     def __call__(self, graph: FrameGraph, light: LightSamples, exposure: Buffer) -> None:
         """Add the passes that sample light at the hits of the last frame, and take the samples into the entries."""
@@ -93,7 +94,7 @@ class RadianceCache:
         if graph.half_size != self._size:
             self._size = graph.half_size
             entries.allocate(graph.half_size)
-            self._clock = self._age = 0
+            self._clock, self._age = 1, 0
         graph.provide(radianceCache=entries)
         graph.record("begin radiance cache", self._begin)
         graph.add(
@@ -109,6 +110,7 @@ class RadianceCache:
             (entries.capacity, 1, 1),
             exposure=exposure,
             memory=lambda frame: self._memory,
+            mostSamples=lambda frame: _SAMPLES_OF_CHANGE if frame.since_relit == 0 else _SAMPLES,
             occupancy=lambda frame: self._occupancy[self._clock & 1],
             previousOccupancy=lambda frame: self._occupancy[(self._clock + 1) & 1],
         )
@@ -120,5 +122,8 @@ class RadianceCache:
         least = _MEMORY_OF_CHANGE if frame.changed_lights and frame.since_relit > 0 else _LEAST_MEMORY
         self._memory = min(max(min(self._age, frame.since_relit) / 2, least), _MEMORY)
         pixel = camera_constants(frame.camera, frame.size, frame.output_size[0] / frame.output_size[1])["pixelSize"]
-        self._entries.block.bind(size=max(_CELL, _LEAST_PIXELS * pixel), clock=self._clock)
+        orthographic = frame.camera.orthographic_height is not None
+        width = _LEAST_PIXELS * pixel  # metres, for each metre from the camera unless it is orthographic
+        size, least_size = (0.0, width) if orthographic else (max(_CELL, width), 0.0)
+        self._entries.block.bind(size=size, leastSize=least_size, clock=self._clock)
         frame.encoder.clear_buffer(self._occupancy[self._clock & 1])
