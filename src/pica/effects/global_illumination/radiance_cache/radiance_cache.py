@@ -13,11 +13,11 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/global_illumination/radiance_cache"
-_CELL, _LEAST_PIXELS = 0.04, 16
+_CELL, _LEAST_PIXELS = 0.04, 8
 """A cell's width: metres for each metre from the camera, and pixels at least."""
 _SMALLEST, _LARGEST = 1 << 15, 1 << 19
 """Entries, 60 bytes each."""
-_TILES = ((1 << 17, 4), (1 << 14, 3), (0, 2))
+_TILES = ((1 << 17, 4), (1 << 15, 3), (1 << 13, 2), (0, 1))
 """Pixels of half size, and from so many on the side of a tile of them that gives the cache one of its hits."""
 _SUMS, _POINT = 32, 32
 """Bytes: hash_grid.slang."""
