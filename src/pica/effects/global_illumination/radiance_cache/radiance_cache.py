@@ -112,7 +112,7 @@ class RadianceCache:
 
     def _begin(self, frame: FrameContext) -> None:
         pixel = camera_constants(frame.camera, frame.size, frame.output_size[0] / frame.output_size[1])["pixelSize"]
+        least = _LEAST_PIXELS * pixel
         orthographic = frame.camera.orthographic_height is not None
-        least = _LEAST_PIXELS * pixel  # metres, for each metre from the camera unless it is orthographic
-        self._entries.block.bind(size=0 if orthographic else max(_CELL, least), leastSize=least if orthographic else 0)
+        self._entries.block.bind(size=least if orthographic else max(_CELL, least))
         frame.encoder.clear_buffer(self._occupancy[frame.index & 1])
