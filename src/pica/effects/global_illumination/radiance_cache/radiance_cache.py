@@ -24,9 +24,9 @@ _SUMS, _POINT = 32, 32
 _ACROSS = 512
 _BOUNCES = 12
 """Maximum number of bounces of the cache's own paths, where the entries are young."""
-_SAMPLES, _SAMPLES_OF_CHANGE = 1024, 2
-"""Maximum number of samples that an entry counts; the same when lights change, so that rays end in it only after new
-samples, which outweigh it."""
+_SAMPLES, _SAMPLES_OF_CHANGE = 1024, 3
+"""Maximum number of samples that an entry counts; the same when lights change, so that rays end in it only after a new
+sample, which has half the weight."""
 _NEVER = 1 << 31
 """A frame that no point was written in."""
 
