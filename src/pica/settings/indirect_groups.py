@@ -72,8 +72,8 @@ class GlobalIlluminationSettings(Group):
         range=(1, 16),
         unit="surfaces",
         text="Maximum number of bounces of paths that neither the picture nor a cache ends; hits that are on screen, in"
-        " the radiance cache or in a light map include all of them. 1 turns both off. Russian roulette ends paths before,"
-        " the sooner the darker surfaces are. Surfels have no limit.",
+        " the radiance cache or in a light map include all of them. 1 turns both off. Russian roulette ends paths"
+        " before, the sooner the darker surfaces are. Surfels have no limit.",
         higher="brighter rooms in the first frames and after cuts, more rays",
         lower="less time",
     )

@@ -25,8 +25,8 @@ _ACROSS = 512
 _BOUNCES = 12
 """Maximum number of bounces of the cache's own paths, where the entries are young."""
 _SAMPLES, _SAMPLES_OF_CHANGE = 1024, 3
-"""Maximum number of samples that an entry counts; the same when lights change, so that rays end in it only after a new
-sample, which has half the weight."""
+"""Maximum number of samples that an entry counts; the same when lights change, so that rays end in it only after two
+new samples, which outweigh it."""
 _NEVER = 1 << 31
 """A frame that no point was written in."""
 
