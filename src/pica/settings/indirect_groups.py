@@ -49,8 +49,11 @@ class GlobalIlluminationSettings(Group):
     """Light that surfaces reflect diffusely of other surfaces."""
 
     levels: ClassVar = {
-        "low": Level("At most two surfaces on the way out of sight: closed rooms are darker.", {"bounces": 2}),
-        "medium": Level("Up to 8 surfaces on the way out of sight."),
+        "low": Level(
+            "At most two surfaces where neither the picture nor a cache has light: closed rooms start darker.",
+            {"bounces": 2},
+        ),
+        "medium": Level("Up to 8 surfaces there, which is nearly all light."),
         "high": Level("Up to 16.", {"bounces": 16}),
     }
 
@@ -58,8 +61,8 @@ class GlobalIlluminationSettings(Group):
         "path_traced",
         "How it is found.",
         off="Not at all: what no light reaches directly is black.",
-        path_traced="A quarter of a path a pixel, and a filter. Off the picture paths end in the light map that the"
-        " renderer was given, if any.",
+        path_traced="A quarter of a path a pixel, and a filter. Off the picture paths end in the radiance cache, or in"
+        " the light map that the renderer was given.",
         restir="The same paths, each chosen from those of earlier frames and of neighbours (ReSTIR GI).",
         surfels="Discs on surfaces remember it, with a few rays from each in every frame.",
         light_map="From the light map that the renderer was given, without rays; not at all where it was given none.",
@@ -68,10 +71,10 @@ class GlobalIlluminationSettings(Group):
         8,
         range=(1, 16),
         unit="surfaces",
-        text="Maximum number of bounces between a lamp and what the camera sees, if path_traced; hits that are on"
-        " screen or in a light map include all of them. Russian roulette ends paths before, the sooner the darker"
-        " surfaces are. Surfels have no limit.",
-        higher="brighter rooms, more rays",
+        text="Maximum number of bounces of paths that neither the picture nor a cache ends; hits that are on screen, in"
+        " the radiance cache or in a light map include all of them. 1 turns both off. Russian roulette ends paths"
+        " before, the sooner the darker surfaces are. Surfels have no limit.",
+        higher="brighter rooms in the first frames and after cuts, more rays",
         lower="less time",
     )
     surfels: int = number(
