@@ -20,7 +20,7 @@ _SMALLEST, _LARGEST = 1 << 15, 1 << 19
 _TILES = ((1 << 17, 4), (1 << 15, 3), (1 << 13, 2), (0, 1))
 """Pixels of half size, and from so many on the side of a tile of them that gives the cache one of its hits."""
 _SUMS, _POINT = 32, 32
-"""Bytes: hash_grid.slang."""
+"""Bytes of an entry, and of a point: hash_grid.slang."""
 _ACROSS = 512
 _BOUNCES, _FIRST_BOUNCES, _FIRST_FRAMES = 2, 12, 32
 """Maximum number of bounces of the cache's own paths where entries have few samples; in the first frames, and the first
@@ -55,12 +55,13 @@ class CacheEntries:
         tiles = across * down
         self.points = 3 * tiles
         self.capacity = capacity = min(max(1 << (2 * pixels - 1).bit_length(), _SMALLEST), _LARGEST)
+        threads = -(-self.points // _ACROSS) * _ACROSS  # those beyond the points read, too
         make = self._device.buffer
         buffers = {
             "keys": make("cache keys", size=4 * capacity, struct_size=4),
             "samples": make("cache samples", size=4 * capacity, struct_size=4),
             "sums": make("cache sums", size=_SUMS * capacity, struct_size=4),
-            "points": make("cache points", size=2 * _POINT * self.points, struct_size=16),
+            "points": make("cache points", size=_POINT * (self.points + threads), struct_size=16),
             "used": make("cache uses", size=4 * capacity, struct_size=4),
             "light": make("cache light", size=16 * capacity, struct_size=16),
         }
