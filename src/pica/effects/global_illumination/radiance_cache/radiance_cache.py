@@ -25,7 +25,7 @@ _ACROSS = 512
 _BOUNCES, _FIRST_BOUNCES, _FIRST_FRAMES = 2, 12, 32
 """Maximum number of bounces of the cache's own paths where entries have few samples; in the first frames, and the first
 after a change of lights, when all have few."""
-_SAMPLES, _SAMPLES_OF_CHANGE = 1024, 3
+_SAMPLES, _SAMPLES_OF_CHANGE = 1024, 2
 """Samples that an entry's older light counts as: at most, and after a change of lights, when rays go on until there are
 new ones."""
 _LEAST_MEMORY, _MEMORY_OF_CHANGE, _MEMORY = 2, 8, 32
