@@ -13,7 +13,7 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/global_illumination/radiance_cache"
-_CELL, _LEAST_PIXELS = 0.04, 8
+_CELL, _LEAST_PIXELS = 0.04, 6
 """A cell's width: metres for each metre from the camera, and pixels at least."""
 _SMALLEST, _LARGEST = 1 << 15, 1 << 19
 """Entries, 60 bytes each."""
@@ -22,9 +22,9 @@ _TILES = ((1 << 17, 4), (1 << 15, 3), (1 << 13, 2), (0, 1))
 _SUMS, _POINT = 32, 32
 """Bytes of an entry, and of a point: hash_grid.slang."""
 _ACROSS = 512
-_BOUNCES, _FIRST_BOUNCES, _FIRST_FRAMES = 2, 12, 32
-"""Maximum number of bounces of the cache's own paths where entries have few samples; in the first frames, and the first
-after a change of lights, when all have few."""
+_BOUNCES, _FIRST_BOUNCES, _FIRST_FRAMES = 3, 13, 32
+"""Lit surfaces on the cache's own paths, the point included, where entries have few samples; in the first frames, and
+the first after a change of lights, when all have few."""
 _SAMPLES, _SAMPLES_OF_CHANGE = 1024, 2
 """Samples that an entry's older light counts as: at most, and after a change of lights, when rays go on until there are
 new ones."""
