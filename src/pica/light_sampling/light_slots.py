@@ -11,6 +11,8 @@ from pica.scene.model import Node
 from pica.settings import Settings
 
 _NO_SLOT = 0xFFFFFFFF
+_MOST_SHAPES = 32
+"""Lights up to which sharp reflections meet their shapes, since each of their rays tests all lights."""
 _UNTRACED = 8
 """Lights with a slot of their own, where that costs no ray."""
 
@@ -113,9 +115,18 @@ class LightSlots:
             candidates=candidates if environment else min(candidates, sources),
             byBrdf=int(environment),
             reflections=int(self._settings.reflections.mode != "off"),
-            shapes=int(by_reflection_rays and self._settings.reflections.area_lights),
+            shapes=self._met_shapes(lights),
             surroundings=int(by_reflection_rays and self._settings.lighting.environment != "off"),
         )
+
+    def _met_shapes(self, lights: LightTable) -> int:
+        """light_slots.slang: `shapes`."""
+        reflections = self._settings.reflections
+        if reflections.mode != "ray_traced":
+            return 0
+        if reflections.area_lights:
+            return 2
+        return int(reflections.rays == "adaptive" and lights.light_count <= _MOST_SHAPES)
 
     def _denoiser(self, light: Light | None) -> str:
         """The filter of a light's shadow; none where shadows have no penumbra."""

@@ -19,6 +19,13 @@ class ReflectionsSettings(Group):
         ray_traced="A quarter of a ray a pixel along the lobe that the surface mirrors, and as many from there to a"
         " light.",
     )
+    rays: Literal["quarter", "adaptive"] = choice(
+        "adaptive",
+        "Rays of ray_traced, a pixel and frame.",
+        quarter="One for 2x2 pixels.",
+        adaptive="One for each pixel that mirrors sharply, one for 2x2 of the others. Sharp mirrors then show area"
+        " lights by these rays, too. mirror_rays are always a quarter.",
+    )
     bounces: int = number(
         1,
         range=(1, 4),

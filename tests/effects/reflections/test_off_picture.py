@@ -79,7 +79,7 @@ def test_where_no_cache_has_data_paths_go_on(device):
     two, _, _ = in_the_mirror(device, {**SURFELS, "global_illumination.bounces": 2})
     sixteen, _, behind = in_the_mirror(device, {**SURFELS, "global_illumination.bounces": 16})
     assert SHINES * (1 + REFLECTS) < two < 0.8 * behind
-    assert 0.9 * behind < sixteen < 1.03 * behind
+    assert 0.9 < sixteen < 1.02
 
 
 def test_other_global_illumination_is_asked_from_the_next_frame_on(device, baked):

@@ -5,6 +5,8 @@ import pytest
 import slangpy as spy
 
 import pica
+from benchmarks import motion_scenes
+from pica.color import luminance
 from pica.quality.effects import MeasuredEffect, compare_effect
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
@@ -64,14 +66,14 @@ def glossy_room():
     )
 
 
-def lamps():
+def lamps(roughness=0.4):
     """A glossy floor, walls and a ball below lamps of all shapes, one behind a board."""
     floor, wall = metal(0.55), Material(base_color=(0.7, 0.6, 0.5, 1), metallic=0.0, roughness=0.5)
     return (
         scene_of(
             placed(plane(4, 4, floor)),
             placed(plane(4, 3, wall), move(0, 1.5, -2) @ rotate("x", 90)),
-            placed(sphere(0.4, metal(0.4)), move(0.4, 0.4, -0.4)),
+            placed(sphere(0.4, metal(roughness)), move(0.4, 0.4, -0.4)),
             placed(box((0.8, 0.8, 0.05), wall), move(-0.7, 0.4, -1.2)),
             shining(RectangleLight(radiance=3.0, width=1.4, height=1.0), move(0.8, 1.7, -1.2) @ rotate("x", -30)),
             shining(DiskLight(radiance=3.0, radius=0.7), move(-0.7, 0.9, -1.0)),
@@ -87,6 +89,7 @@ SCENES = {
     "cornell": lambda: (pica.scenes.cornell(), None),
     "glossy room": glossy_room,
     "lamps": lamps,
+    "lamps in a mirror": lambda: lamps(0.05),
 }
 SHAPES = {"reflections.area_lights": "true"}
 LONGER = {"global_illumination.bounces": "2", "reflections.bounces": "2"}
@@ -229,8 +232,8 @@ def test_what_a_mirror_shows_moves_with_its_image(device, scene, camera):
     """Its history is found where the image of the mirrored point was, not where the mirror was."""
     errors = []
     for follows in (True, False):
-        shown = scene()
-        renderer = pica.Renderer(shown, size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device)
+        shown, values = scene(), {"reflections.mode": "ray_traced", "reflections.rays": "quarter"}
+        renderer = pica.Renderer(shown, size=SIZE, settings=settings(values), device=device)
         center = pivot(shown, camera)
 
         def orbit(frame, center=center):
@@ -248,6 +251,39 @@ def test_what_a_mirror_shows_moves_with_its_image(device, scene, camera):
             renderer._stages.reflections._accumulate = without_distances  # before the frame is declared
         errors.append(np.mean(compare_effect(renderer, "reflections", orbit, 10, 32).psnr[4:]))
     assert errors[0] > errors[1] + 1.5
+
+
+def test_rays_of_their_own_keep_a_curved_mirror_sharp_in_motion(device):
+    """Neighbours mirror other things, and so does the past of a pixel."""
+    light = lambert(0, emission=(4.0, 4.0, 4.0))
+    stripes = [placed(box((0.5, 4, 0.1), light), move(x, 1, 6)) for x in range(-6, 7, 2)]
+    ball = placed(sphere(1.0, metal(0.05)), move(0, 1, 0))
+    scene = scene_of(ball, *stripes, environment=uniform(0.2, 0.2, 0.2))
+    camera = Camera.look_at((0, 1, 4), (0, 1, 0), vertical_fov=np.radians(30))
+    errors, counts = {}, {}
+    for rays in ("quarter", "adaptive"):
+        chosen = settings({"reflections.mode": "ray_traced", "reflections.rays": rays})
+        renderer = pica.Renderer(scene, size=(96, 54), settings=chosen, device=device)
+
+        def orbit(frame):
+            return orbited(camera, (0, 1, 0), np.radians(0.5 * frame))
+
+        errors[rays] = np.mean(compare_effect(renderer, "reflections", orbit, 8, 32).psnr[4:])
+        counts[rays] = renderer.count_rays(camera)["reflection_rays"]
+    assert errors["adaptive"] > errors["quarter"] + 0.8, errors
+    assert 3 * counts["quarter"] < counts["adaptive"] < 5 * counts["quarter"]
+
+
+def test_mirrors_in_mirrors_are_not_black(device):
+    """Where a path of `reflections.bounces` ends on metal, it takes what reaches the metal there."""
+    size, room = (48, 27), motion_scenes.metal()
+    with pica.Renderer(room, size=size, device=device) as renderer:
+        color = renderer.render(24).color
+    with pica.PathTracer(room, size=size, device=device) as tracer:
+        expected = tracer.render(256).color
+    dark = (luminance(color) < 0.3 * luminance(expected)).mean()
+    assert dark < 0.006
+    assert color.mean() == pytest.approx(expected.mean(), rel=0.08)
 
 
 def test_views_show_where_the_past_was_looked_for(device):

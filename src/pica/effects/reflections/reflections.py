@@ -11,6 +11,7 @@ from pica.effects.reflections.debug_aovs import (
     offer_reflection_aovs,
     offer_reprojection_aovs,
 )
+from pica.effects.reflections.ray_grid import ray_size
 from pica.effects.reflections.ray_traced.traced_rays import TracedRays
 from pica.effects.reflections.screen_space.screen_rays import ScreenRays
 from pica.filtering.reprojection import Reprojection
@@ -53,6 +54,7 @@ class Reflections(Effect):
         self._traced = TracedRays(device, settings, tracer, cache, filters) if by_rays else None
         self._screen = ScreenRays(device) if settings.mode == "screen_space" else None
         self._mirrors = settings.reconstruction == "mirror_rays" and filters
+        self._dense = settings.rays == "adaptive" and by_rays and not self._mirrors
         step = "reconstruct_radiance" if self._mirrors else "reconstruct"
         self._reconstruct = programs(device).compute(f"{_FOLDER}/{step}.slang")
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
@@ -101,11 +103,12 @@ class Reflections(Effect):
             # Screen-space rays read the reflections of the previous frame.
             lifetime = Lifetime.FRAME if self._screen is None else Lifetime.KEPT
             reflected = graph.texture("reflected", SIGNAL, lifetime=lifetime)
-            hit_position_and_pdf = graph.texture("hit position and pdf", _LIGHT, graph.half_size)
-            ray_light = single = graph.texture("light", spy.Format.rgba32_uint, graph.half_size)
+            size = ray_size(graph, self._dense)
+            hit_position_and_pdf = graph.texture("hit position and pdf", _LIGHT, size)
+            ray_light = single = graph.texture("light", spy.Format.rgba32_uint, size)
             if self._traced is not None:
-                mirrors = int(self._mirrors)
-                single = self._traced(graph, gbuffer, light, indirect, hit_position_and_pdf, ray_light, mirrors)
+                kinds = {"mirrors": int(self._mirrors), "dense": self._dense}
+                single = self._traced(graph, gbuffer, light, indirect, hit_position_and_pdf, ray_light, **kinds)
             if self._screen is not None:
                 assert surroundings is not None and picture is not None
                 state = history.state
@@ -127,7 +130,7 @@ class Reflections(Effect):
                 reflected=write(reflected),
             )
             if self._correction is not None:
-                self._correction(graph, reprojection, hit_position_and_pdf, single, reflected)
+                self._correction(graph, reprojection, hit_position_and_pdf, single, reflected, self._dense)
             graph.offer("reflections", (reflected,), light_of)
         return reflected
 
@@ -148,6 +151,7 @@ class Reflections(Effect):
             light=light,
             reconstructed=write(reconstructed),
             distances=write(distances),
+            dense=int(self._dense),
             **({} if self._mirrors else {"filtered": int(self._filters)}),
         )
         offer_reflection_aovs(graph, light, reconstructed, distances)
@@ -155,7 +159,15 @@ class Reflections(Effect):
             return reconstructed
         signal = graph.texture("signal", _LIGHT)
         past = {"reconstructed": reconstructed, "distances": distances}
-        graph.add(self._accumulate, graph.grid, known=history.known, signal=write(signal), **history.swap(), **past)
+        graph.add(
+            self._accumulate,
+            graph.grid,
+            dense=int(self._dense),
+            known=history.known,
+            signal=write(signal),
+            **history.swap(),
+            **past,
+        )
         offer_history_aovs(graph, signal, history["history"])
         if graph.wants(*REPROJECTION_AOVS):
             self._show_past(graph, signal, history, past)

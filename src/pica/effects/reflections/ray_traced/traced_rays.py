@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import slangpy as spy
 
+from pica.effects.reflections.ray_grid import ray_pictures, ray_size
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import IndirectResult
 from pica.graph.graph import FrameGraph
@@ -17,7 +18,7 @@ from pica.tracing.ray_effect import PATHS, ray_effect
 
 
 class TracedRays:
-    """A ray along the specular lobe for 2x2 pixels, and a shadow ray from its hit to a light."""
+    """A ray along the specular lobe for 2x2 pixels or for one, and a shadow ray from its hit to a light."""
 
     def __init__(
         self,
@@ -46,24 +47,27 @@ class TracedRays:
         hit_position_and_pdf: Texture,
         light: Texture,
         mirrors: int,
+        dense: bool,
     ) -> Texture:
-        """Trace the rays; write `hit_position_and_pdf` and `light`, of half size, as reflected.slang has them.
+        """Trace the rays; write `hit_position_and_pdf` and `light` as reflected.slang has them.
 
-        `indirect`: None without global illumination. `mirrors`: as in reflected.slang. Returns the light of single rays
+        `indirect`: None without global illumination. `mirrors`: as in reflected.slang, `dense`: as in ray_grid.slang.
+        Returns the light of single rays
         (format of `light`) before spatial reuse.
         """
         self.bounces["indirectBounces"] = indirect.bounces if indirect else 0
-        smooth, half = self._filters, gbuffer.half_blocks(graph)
-        packed_hits = graph.texture("packed hits", spy.Format.rg32_uint, graph.half_size)
-        single = graph.texture("light of single rays", spy.Format.rgba32_uint, graph.half_size) if smooth else light
+        smooth, size = self._filters, ray_size(graph, dense)
+        blocks = {"gbuffer": gbuffer} if dense else gbuffer.half_blocks(graph)
+        packed_hits = graph.texture("packed hits", spy.Format.rg32_uint, size)
+        single = graph.texture("light of single rays", spy.Format.rgba32_uint, size) if smooth else light
         known: dict[str, Any] = {
             "arriving": indirect.arriving if indirect else graph.nothing(spy.Format.rgba32_float),
             "arrivingKnown": int(indirect is not None and indirect.known),
         }
         graph.add(
             self._trace,
-            graph.half_size,
-            **half,
+            size,
+            **blocks,
             **self.bounces,
             **known,
             **samples.at_hits(regularized=smooth),
@@ -71,6 +75,7 @@ class TracedRays:
             light=write(single),
             packedHits=write(packed_hits),
             mirrors=mirrors,
+            dense=int(dense),
             **(indirect.cache.values if indirect and indirect.cache else {}),
         )
         graph.offer(
@@ -81,5 +86,6 @@ class TracedRays:
         )
         if smooth:
             rays = {"hitPositionAndPdf": hit_position_and_pdf, "packedHits": packed_hits, "light": single}
-            graph.add(self._gather, graph.half_grid, gathered=write(light), **half, **rays)
+            pictures = (*graph.half_size, ray_pictures(dense))
+            graph.add(self._gather, pictures, gathered=write(light), dense=int(dense), **blocks, **rays)
         return single
