@@ -167,7 +167,7 @@ def main() -> None:
     parser.add_argument("--parts", default="camera,objects,ring")
     parser.add_argument("--size", default="480x270")
     parser.add_argument("--samples", type=int, default=1024)
-    parser.add_argument("--preset", default="hybrid")
+    parser.add_argument("--preset", default="quality")
     parser.add_argument("--set", action="append", default=[], dest="values", metavar="GROUP.NAME=VALUE")
     parser.add_argument("--references", type=Path, metavar="DIR")
     parser.add_argument("--noise", action="store_true")

@@ -40,7 +40,7 @@ def main() -> None:
     parser.add_argument("output", help="a .png")
     parser.add_argument("--size", default="640x360")
     parser.add_argument("--frames", type=int, default=32)
-    parser.add_argument("--preset", default="hybrid")
+    parser.add_argument("--preset", default="quality")
     arguments = parser.parse_args()
     width, height = (int(length) for length in arguments.size.split("x"))
 

@@ -122,7 +122,7 @@ def test_raster_preset_traces_no_ray(device):
 
 
 def test_hybrid_preset_is_the_default(device):
-    assert pica.Settings.preset("hybrid") == pica.Settings()
+    assert pica.Settings.preset("quality") == pica.Settings()
 
 
 def test_noise_falls_as_frames_grow(device):

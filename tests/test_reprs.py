@@ -46,11 +46,11 @@ def test_nodes_and_meshes_say_what_they_hold():
 
 def test_settings_are_summed_up():
     settings = pica.Settings()
-    assert settings.summary() == "hybrid"
-    for preset in ("raster", "low", "high"):
+    assert settings.summary() == "quality"
+    for preset in ("raster", "performance", "cinematic"):
         assert pica.Settings.preset(preset).summary() == preset
-    changed = pica.Settings.preset("high").with_values({"shadows.mode": "hard", "seed": 7})
-    assert changed.summary() == "high, shadows.mode=hard, seed=7"
+    changed = pica.Settings.preset("cinematic").with_values({"shadows.mode": "hard", "seed": 7})
+    assert changed.summary() == "cinematic, shadows.mode=hard, seed=7"
 
 
 @pytest.mark.device
@@ -62,5 +62,5 @@ def test_renderers_say_what_they_render(device):
     renderer.close()
     assert repr(renderer) == f"<pica.Renderer {told}: closed>"
     with pica.PathTracer(scene, size=SIZE, device=device, max_depth=3) as tracer:
-        assert repr(tracer).endswith("max_depth=3>") and repr(tracer).startswith(f"<pica.PathTracer {told}: hybrid")
+        assert repr(tracer).endswith("max_depth=3>") and repr(tracer).startswith(f"<pica.PathTracer {told}: quality")
     assert repr(tracer) == f"<pica.PathTracer {told}: closed>"

@@ -121,9 +121,9 @@ def test_values_come_by_name(values):
         Settings().with_values(values)
 
 
-@pytest.mark.parametrize("name", [None, 7, ["hybrid"], {}, "", "\x1b\n"])
+@pytest.mark.parametrize("name", [None, 7, ["quality"], {}, "", "\x1b\n"])
 def test_presets_of_other_kinds(name):
-    with pytest.raises(SettingsError, match="is not one of hybrid"):
+    with pytest.raises(SettingsError, match="is not one of performance"):
         Settings.preset(name)
 
 
@@ -174,7 +174,7 @@ def test_settings_can_be_copied():
 
 
 def test_presets():
-    assert Settings.preset("hybrid") == Settings.preset("medium") == Settings()
+    assert Settings.preset("quality") == Settings()
     assert Settings.preset("raster").shadows.method == "maps"
     with pytest.raises(SettingsError, match=f"preset 'nonsense' is not one of {', '.join(PRESETS)}"):
         Settings.preset("nonsense")
@@ -185,12 +185,13 @@ def test_the_command_line_names_all_presets():
     assert all(preset in option.help for preset in PRESETS)
 
 
-@pytest.mark.parametrize("level", ["low", "medium", "high"])
-def test_a_preset_named_as_a_level_is_that_level_of_all_groups(level):
-    settings = Settings.preset(level)
-    assert settings == Settings().with_values({name: at for name, at in LEVELS if at == level})
-    for path, setting in SCHEMA["settings"].items():
-        assert lookup(settings, path) == setting.get("levels", {}).get(level, setting["default"])
+def test_presets_trade_pixels_and_rays():
+    """And never light: none has fewer bounces than the default."""
+    pixels = [Settings.preset(name).antialiasing.upscale for name in ("performance", "balanced", "quality")]
+    assert pixels == sorted(set(pixels), reverse=True) and pixels[-1] == 1
+    for name in ("performance", "balanced", "cinematic"):
+        assert Settings.preset(name).global_illumination.bounces == Settings().global_illumination.bounces
+    assert Settings.preset("cinematic").shadows == ShadowsSettings(max_lights=8)
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -219,9 +220,9 @@ def test_levels_leave_the_technique_to_presets(level):
 def test_a_preset_s_level_gives_way_to_a_group_s_and_that_to_a_value_in_any_order():
     values = {"shadows.denoised_lights": "1", "shadows": "high"}
     for given in (values, dict(reversed(values.items()))):
-        settings = Settings.preset("low").with_values(given)
+        settings = Settings.preset("balanced").with_values(given)
         assert settings.shadows == ShadowsSettings(max_lights=8, denoised_lights=1)
-        assert settings.lighting == Settings.preset("low").lighting
+        assert settings.lighting == Settings.preset("balanced").lighting
 
 
 def test_changed_groups():

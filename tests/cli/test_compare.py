@@ -40,7 +40,7 @@ def test_the_last_frame_of_a_sequence_is_compared_where_the_camera_is_then(run, 
 
 
 def test_both_pictures_of_other_settings_follow_the_sequence(run, calls):
-    more = ["--size", "8x4", "--frames", "2", "--against", "preset=high", "--json"]
+    more = ["--size", "8x4", "--frames", "2", "--against", "preset=cinematic", "--json"]
     code, out, err = run("compare", "m.glb", "--sequence", "turn", *more)
     assert code == 0, err
     assert json.loads(out)["sequence"] == "turn"
@@ -69,19 +69,20 @@ def test_wrong_sequences_and_speeds(run, calls, arguments, says):
 
 
 def test_against_other_settings(run, calls, tmp_path):
-    first = ["--preset", "low", "--set", "shadows.mode=hard"]
+    first = ["--preset", "balanced", "--set", "shadows.mode=hard"]
     more = ["--size", "8x4", "--frames", "3", "--json", "-o", tmp_path / "sheet.png"]
-    others = ["--against", "preset=high", "--against", "reflections.mode=off"]
+    others = ["--against", "preset=cinematic", "--against", "reflections.mode=off"]
     code, out, err = run("compare", "m.glb", *first, *others, *more)
     assert code == 0, err
     result = json.loads(out)
-    assert result["against"] == ["preset=high", "reflections.mode=off"] and "samples" not in result
+    assert result["against"] == ["preset=cinematic", "reflections.mode=off"] and "samples" not in result
     assert result["whole"] == {"flip": 0.0, "psnr": 120.0, "relmse": 0.0}
-    low, high = calls
+    balanced, cinematic = calls
     hard = {"shadows.mode": "hard"}
-    assert low.settings == pica.Settings.preset("low").with_values(hard)
-    assert high.settings == pica.Settings.preset("high").with_values({**hard, "reflections.mode": "off"})
-    assert (low.frames, high.frames) == (3, 3) and high.camera is low.camera and high.scene is low.scene
+    assert balanced.settings == pica.Settings.preset("balanced").with_values(hard)
+    assert cinematic.settings == pica.Settings.preset("cinematic").with_values({**hard, "reflections.mode": "off"})
+    assert (balanced.frames, cinematic.frames) == (3, 3)
+    assert cinematic.camera is balanced.camera and cinematic.scene is balanced.scene
     assert (tmp_path / "sheet.png").exists()
 
 
@@ -91,8 +92,8 @@ def test_against_other_settings(run, calls, tmp_path):
         (["--against", "high"], "--against 'high' is neither preset=name nor group.name=value"),
         (["--against", "preset=best"], "preset 'best' is not one of"),
         (["--against", "shadows.tint=1"], "setting 'shadows.tint' does not exist"),
-        (["--against", "preset=high", "--samples", "4"], "--against takes no --effect"),
-        (["--against", "preset=high", "--effect", "shadows"], "--against takes no --effect"),
+        (["--against", "preset=cinematic", "--samples", "4"], "--against takes no --effect"),
+        (["--against", "preset=cinematic", "--effect", "shadows"], "--against takes no --effect"),
     ],
 )
 def test_what_nothing_is_compared_against(run, calls, arguments, says):

@@ -12,7 +12,7 @@ SCENES = sorted(set(BUILT_IN) - {"demo"})
 EFFECTS = ["shadows", "ambient_occlusion", "global_illumination", "reflections"]
 WAYS = {
     "render": [["-o", "out.png"], ["-o", "out.exr", "--transparent"], ["-o", "%d.png", "--turntable", "--fps", "0.25"]],
-    "compare": [["--samples", "1"], ["--against", "preset=low"]],
+    "compare": [["--samples", "1"], ["--against", "preset=balanced"]],
     "bench": [["--warm-up", "0"]],
 }
 WAYS["render"] += [["-o", "out.png", "--path-traced", "--samples", "1"]]

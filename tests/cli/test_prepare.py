@@ -39,10 +39,10 @@ def asked(monkeypatch, calls):
 
 
 def test_a_scene_with_its_settings(run, asked):
-    code, out, err = run("prepare", "m.glb", "--preset", "low", "--set", "shadows.mode=hard")
-    assert code == 0 and out.startswith("m.glb, low: ready in the cache") and "Preparing" in err
-    assert [settings for _, settings in asked] == [Settings.preset("low").with_values({"shadows.mode": "hard"})]
-    assert json.loads(run("prepare", "m.glb", "--json")[1])["presets"] == ["hybrid"]
+    code, out, err = run("prepare", "m.glb", "--preset", "balanced", "--set", "shadows.mode=hard")
+    assert code == 0 and out.startswith("m.glb, balanced: ready in the cache") and "Preparing" in err
+    assert [settings for _, settings in asked] == [Settings.preset("balanced").with_values({"shadows.mode": "hard"})]
+    assert json.loads(run("prepare", "m.glb", "--json")[1])["presets"] == ["quality"]
     assert asked[1][1] == Settings()
 
 

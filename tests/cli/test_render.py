@@ -128,7 +128,7 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--animation", "9" * 5000], "no animation"),
         (["--animation", "-1"], "no animation '-1'"),
         (["--preset", "best"], "preset 'best'"),
-        (["--preset", "hybird"], "is not one of hybrid, raster, low, medium, high; did you mean 'hybrid'?"),
+        (["--preset", "qualty"], "balanced, quality, cinematic, raster; did you mean 'quality'?"),
         (["--set", "shadow.mode=hard"], "setting 'shadow.mode' does not exist; did you mean 'shadows.mode'"),
         (["--aov", "nromal"], "no AOV 'nromal' in this frame; there are depth, normal; did you mean 'normal'?"),
         (["--path-traced", "--frames", "4"], "--frames is for the hybrid renderer; with --path-traced, use --samples"),
@@ -182,7 +182,7 @@ def test_what_path_tracing_does_not_read_is_a_warning(run, calls, tmp_path):
     says = "--path-traced: --set shadows.mode, --set lighting changes nothing, as path tracing does not read it"
     assert code == 0 and err.startswith(f"pica: warning: {says}\n")
     assert "warning" not in run("render", *more)[2]
-    assert "--preset low changes nothing" in run("render", *more[:5], "--preset", "low", "--path-traced")[2]
+    assert "--preset balanced changes nothing" in run("render", *more[:5], "--preset", "balanced", "--path-traced")[2]
     assert run("render", *more[:5], "--set", "shadows.transparent=false", "--path-traced")[2].count("warning") == 0
 
 

@@ -120,7 +120,7 @@ def test_effects_are_those_of_a_wider_picture(device, kind):
     part = Camera.from_intrinsics(
         matrix[0, 0], matrix[1, 1], matrix[0, 2] - 32, matrix[1, 2] - 16, (63, 39), whole.pose("opencv")
     )
-    chosen = pica.Settings.preset("raster" if kind == "raster" else "hybrid")
+    chosen = pica.Settings.preset("raster" if kind == "raster" else "quality")
     make = pica.PathTracer if kind == "path traced" else pica.Renderer
     with make(scene, size=(96, 64), settings=chosen, device=device) as renderer:
         expected = renderer.render(12, camera=whole).color[16:55, 32:95]

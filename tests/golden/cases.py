@@ -38,7 +38,7 @@ class Golden:
     frames: int = 64
     camera: Camera | None = None
     """None: the scene's own."""
-    preset: str = "hybrid"
+    preset: str = "quality"
     values: dict[str, str] = field(default_factory=dict)
     """Settings that differ from the preset's."""
     path_edges: int | None = None

@@ -49,9 +49,5 @@ def check(device, golden, folder):
         )
 
 
-def test_medium_is_the_default_of_which_there_are_pictures():
-    assert pica.Settings.preset("medium") == pica.Settings.preset("hybrid") == pica.Settings()
-
-
 def test_each_preset_has_a_picture():
-    assert {golden.preset for golden in WHOLE_FRAMES} | {"medium"} == set(pica.settings.PRESETS)
+    assert {golden.preset for golden in WHOLE_FRAMES} == set(pica.settings.PRESETS)

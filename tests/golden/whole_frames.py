@@ -52,7 +52,7 @@ class WholeFrame:
     frames: int = 12
     camera: Camera | None = None
     """None: the scene's own."""
-    preset: str = "hybrid"
+    preset: str = "quality"
     map_spacing: float | None = None
     """Metres between probes of the light map that the renderer is given; None: no light map."""
     display: bool = False

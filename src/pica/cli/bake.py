@@ -31,7 +31,7 @@ def bake(
     import pica
 
     options.check_output(output, (".lightmap",))
-    settings = options.parse_settings("hybrid", values)
+    settings = options.parse_settings("quality", values)
     content = view.load()
     began = time.perf_counter()
     with progress("Baking", json) as advance:

@@ -19,7 +19,7 @@ def bench(
         int | None,
         options.count("Frames before the first one measured; unless told 50, without a graphics card 3.", least=0),
     ] = None,
-    preset: options.Preset = "hybrid",
+    preset: options.Preset = "quality",
     values: options.Values = None,
     light_map: options.LightMapFile = None,
     device: options.Device = None,

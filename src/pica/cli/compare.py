@@ -45,7 +45,7 @@ def compare(
             "objects, 1/30 unless told.",
         ),
     ] = None,
-    preset: options.Preset = "hybrid",
+    preset: options.Preset = "quality",
     values: options.Values = None,
     against: Annotated[
         list[str] | None,

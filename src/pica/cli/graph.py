@@ -25,7 +25,7 @@ def graph(
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="The .svg to write; without it, a table.")
     ] = None,
     size: options.Size = "1280x720",
-    preset: options.Preset = "hybrid",
+    preset: options.Preset = "quality",
     values: options.Values = None,
     light_map: options.LightMapFile = None,
     device: options.Device = None,

@@ -36,7 +36,9 @@ def count(text: str, least: int = 1) -> Any:
 
 Size = Annotated[str, typer.Option("--size", metavar="WxH", help="Size of the picture in pixels.")]
 Frames = Annotated[int, count("Frames to accumulate.")]
-Preset = Annotated[str, typer.Option(metavar="NAME", help="Named settings: hybrid, raster, low, medium or high.")]
+Preset = Annotated[
+    str, typer.Option(metavar="NAME", help="Named settings: performance, balanced, quality, cinematic or raster.")
+]
 Values = Annotated[
     list[str] | None, typer.Option("--set", metavar="GROUP.NAME=VALUE", help="One setting; may be repeated.")
 ]
@@ -97,7 +99,7 @@ def warn_of_unread(preset: str, texts: list[str] | None) -> None:
     """Warn of settings that are given and that path tracing does not read."""
     names = [text.partition("=")[0].strip() for text in texts or []]
     unread = [f"--set {name}" for name in dict.fromkeys(names) if not f"{name}.".startswith(_OF_PATH_TRACING)]
-    unread = [*([f"--preset {preset}"] if preset != "hybrid" else []), *unread]
+    unread = [*([f"--preset {preset}"] if preset != "quality" else []), *unread]
     if unread:
         fault = "changes nothing, as path tracing does not read it"
         warnings.warn(f"--path-traced: {', '.join(unread)} {fault}", stacklevel=2)

@@ -56,7 +56,7 @@ def prepare(
         raise PicaError("give either SCENE or --all")
     if everything and (env is not None or light_map is not None):
         raise PicaError("--all takes neither --env nor --light-map")
-    presets = list(PRESETS) if everything and preset is None else [preset or "hybrid"]
+    presets = list(PRESETS) if everything and preset is None else [preset or "quality"]
     variants = [options.parse_settings(name, values) for name in presets]
     began = time.perf_counter()
     count = 0

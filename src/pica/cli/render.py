@@ -37,7 +37,7 @@ def render(
     ],
     size: options.Size = "1280x720",
     frames: Annotated[int | None, options.count("Frames to accumulate, 16 unless told.")] = None,
-    preset: options.Preset = "hybrid",
+    preset: options.Preset = "quality",
     values: options.Values = None,
     ev: options.Ev = None,
     aov: Annotated[

@@ -8,6 +8,7 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.gpu_scene.mirrors import may_mirror
 from pica.programs.library import programs
 from pica.programs.material_types import (
     MAX_PARAMETERS,
@@ -125,6 +126,8 @@ class MaterialTable:
         self.table = HostTable(device, "materials", MATERIAL)
         self.transparent: set[int] = set()
         """Rows of transmissive materials."""
+        self.mirrors: set[int] = set()
+        """Rows of materials that may mirror sharply."""
         self._materials: dict[Material, _Packed] = {}
         self._textures: dict[tuple[Image, bool], _ImageOnGpu] = {}
         self._samplers: dict[Sampler, spy.Sampler] = {}
@@ -262,6 +265,7 @@ class MaterialTable:
             return
         del self._materials[material]
         self.transparent.discard(entry.row)
+        self.mirrors.discard(entry.row)
         self._forget(entry)
         self.table.give_back(entry.row, 1)
 
@@ -270,6 +274,7 @@ class MaterialTable:
         self.table.rows[row] = self._packed(material, images)
         self._type_users[material.type] += 1
         (self.transparent.add if material.transmission > 0 else self.transparent.discard)(row)
+        (self.mirrors.add if may_mirror(material) else self.mirrors.discard)(row)
         return _Packed(row, material.type, _kind(material), images, average_emission(material))
 
     def _forget(self, entry: _Packed) -> None:

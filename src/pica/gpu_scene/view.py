@@ -122,6 +122,11 @@ class SceneView:
         return self.scene.pending_programs
 
     @property
+    def mirrors(self) -> bool:
+        """Whether any material may mirror sharply."""
+        return bool(self.scene.materials.mirrors)
+
+    @property
     def transparent(self) -> bool:
         """Whether shadow rays pass through some surfaces; otherwise they only test visibility."""
         return self._transparent_shadows and bool(self.scene.materials.transparent)

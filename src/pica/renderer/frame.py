@@ -94,7 +94,7 @@ def declare(
         # Screen-space reflections read the picture before reflections are added.
         picture = stages.composite.so_far(graph, s.parts) if surroundings else None
         inputs = s.light, s.reprojection, s.indirect, surroundings, picture
-        s.parts.append(stages.reflections(graph, s.gbuffer, *inputs))
+        s.parts.append(stages.reflections(graph, s.gbuffer, *inputs, mirrors=s.scene.mirrors))
     yield "reflections"
     s.radiance = stages.composite(graph, s.gbuffer, s.parts)
     yield "composite"

@@ -100,7 +100,7 @@ class FramePlan:
     ) -> tuple[Any, ...]:
         """Everything that determines the passes and the sizes of their textures."""
         gathers = denoiser, last and denoiser is not None
-        return self._gbuffer_structure(frames, view), stages.slots.layout, view.transparent, gathers
+        return self._gbuffer_structure(frames, view), stages.slots.layout, view.transparent, view.mirrors, gathers
 
     def _gbuffer_structure(self, frames: FrameSequence, view: SceneView) -> tuple[Any, ...]:
         features = supported_features(view.material_types)

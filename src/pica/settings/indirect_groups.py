@@ -27,7 +27,7 @@ class ReflectionsSettings(Group):
         " lights by these rays, too. mirror_rays are always a quarter.",
     )
     bounces: int = number(
-        1,
+        2,
         range=(1, 4),
         unit="surfaces",
         text="That a reflection shows lit: with 2, lit surfaces are seen in mirrors that are seen in mirrors. Only from"

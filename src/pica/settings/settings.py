@@ -49,7 +49,7 @@ class Settings(Group):
 
     @staticmethod
     def preset(name: str) -> "Settings":
-        """Named settings, one of PRESETS: "hybrid" is the default. Raises SettingsError."""
+        """Named settings, one of PRESETS: "quality" is the default. Raises SettingsError."""
         if not isinstance(name, str) or name not in PRESETS:
             fault = f"preset {shown(name)} is not one of {', '.join(PRESETS)}"
             raise SettingsError(fault + did_you_mean(name, PRESETS))
@@ -87,7 +87,7 @@ class Settings(Group):
         }
 
     def summary(self) -> str:
-        """The nearest preset and the differences from it, such as "hybrid, shadows.mode=hard"."""
+        """The nearest preset and the differences from it, such as "quality, shadows.mode=hard"."""
         own = self.values()
         presets = {name: Settings.preset(name).values() for name in PRESETS}
         differing = {
@@ -137,12 +137,19 @@ for group_type in (*GROUPS.values(), Settings):
     checked_names(SettingsError)(group_type)
 
 
-def _at_level(level: str) -> dict[str, Value]:
-    return {name: level for name, group in GROUPS.items() if level in group.levels}
-
-
 PRESETS = {
-    "hybrid": Level("The default: raster or rays find what pixels see, rays its light."),
+    "performance": Level("A quarter of the pixels, upscaled.", {"antialiasing.upscale": 2.0}),
+    "balanced": Level("Less than half of the pixels, upscaled.", {"antialiasing.upscale": 1.5}),
+    "quality": Level("The default: raster or rays find what pixels see, rays its light."),
+    "cinematic": Level(
+        "Rays of their own for 8 lights, resampled paths, more mirrors in mirrors: half as fast, for films.",
+        {
+            "shadows": "high",
+            "lighting": "high",
+            "reflections.bounces": 3,
+            "global_illumination.mode": "restir",
+        },
+    ),
     "raster": Level(
         "No rays at all.",
         {
@@ -154,9 +161,6 @@ PRESETS = {
             "global_illumination.mode": "light_map",
         },
     ),
-    "low": Level("hybrid with every group at its low level: faster.", _at_level("low")),
-    "medium": Level("hybrid with every group at its medium level, which is hybrid itself.", _at_level("medium")),
-    "high": Level("hybrid with every group at its high level: less noise.", _at_level("high")),
 }
 
 

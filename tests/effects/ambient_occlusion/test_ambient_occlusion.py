@@ -18,7 +18,7 @@ SIZE = (64, 48)
 MODES = ("ray_traced", "ground_truth")
 
 
-def renderer_of(device, scene, size=SIZE, preset="hybrid", values=None, filters=True, **occlusion):
+def renderer_of(device, scene, size=SIZE, preset="quality", values=None, filters=True, **occlusion):
     chosen = pica.Settings.preset(preset).with_values({"debug.filters": filters, **(values or {})})
     occlusion = {f"ambient_occlusion.{name}": str(value) for name, value in occlusion.items()}
     return pica.Renderer(scene, size=size, settings=chosen.with_values(occlusion), device=device)

@@ -36,14 +36,14 @@ def a_room(material=PLASTIC, *lights):
 CASES = {
     **{preset: (preset, {}) for preset in pica.settings.PRESETS},
     **{
-        f"global_illumination {mode}": ("medium", {"global_illumination.mode": mode})
+        f"global_illumination {mode}": ("quality", {"global_illumination.mode": mode})
         for mode in ("off", "restir", "surfels", "light_map")
     },
-    "reflections screen_space": ("medium", {"reflections.mode": "screen_space"}),
-    "reflections off": ("medium", {"reflections.mode": "off"}),
-    "transparent": ("medium", {"visibility.background": "transparent"}),
-    "upscaled": ("medium", {"antialiasing.upscale": "1.5"}),
-    "unfiltered": ("medium", {"debug.filters": "false"}),
+    "reflections screen_space": ("quality", {"reflections.mode": "screen_space"}),
+    "reflections off": ("quality", {"reflections.mode": "off"}),
+    "transparent": ("quality", {"visibility.background": "transparent"}),
+    "upscaled": ("quality", {"antialiasing.upscale": "1.5"}),
+    "unfiltered": ("quality", {"debug.filters": "false"}),
 }
 
 

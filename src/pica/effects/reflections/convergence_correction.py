@@ -37,7 +37,8 @@ class ConvergenceCorrection:
     ) -> None:
         """Correct `reflected` in place once the picture is at rest.
 
-        `hit_position_and_pdf` and `light`: of this frame's rays, as reflected.slang has them. `dense`: see ray_grid.slang.
+        `hit_position_and_pdf` and `light`: of this frame's rays, as reflected.slang has them. `dense`: as in
+        ray_grid.slang.
         """
         correction = graph.texture("correction", spy.Format.rgba32_float, lifetime=Lifetime.KEPT)
         second_moments = graph.texture("correction second moments", spy.Format.r32_float, lifetime=Lifetime.KEPT)

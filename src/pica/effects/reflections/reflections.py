@@ -53,13 +53,13 @@ class Reflections(Effect):
         by_rays = settings.mode == "ray_traced"
         self._traced = TracedRays(device, settings, tracer, cache, filters) if by_rays else None
         self._screen = ScreenRays(device) if settings.mode == "screen_space" else None
-        self._mirrors = settings.reconstruction == "mirror_rays" and filters
-        self._dense = settings.rays == "adaptive" and by_rays and not self._mirrors
-        step = "reconstruct_radiance" if self._mirrors else "reconstruct"
+        self._by_mirror_rays = settings.reconstruction == "mirror_rays" and filters
+        self._adapts = settings.rays == "adaptive" and by_rays and not self._by_mirror_rays
+        step = "reconstruct_radiance" if self._by_mirror_rays else "reconstruct"
         self._reconstruct = programs(device).compute(f"{_FOLDER}/{step}.slang")
         self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
-        self._correction = ConvergenceCorrection(device) if filters and not self._mirrors else None
+        self._correction = ConvergenceCorrection(device) if filters and not self._by_mirror_rays else None
         reference = f"{_FOLDER}/reflection_reference.slang"
         self._by_many_paths = ManySamples(device, reference, "MirroredLight", "surface", tracer, is_light=True)
 
@@ -92,23 +92,26 @@ class Reflections(Effect):
         indirect: IndirectResult | None,
         surroundings: Texture | None,
         picture: Texture | None,
+        mirrors: bool,
     ) -> Texture:
         """The specular reflections of this frame's surfaces, as in frame/signals/light.py.
 
         `indirect`: indirect light at hits; None: none. `surroundings`: the texture of that function, filled;
-        with it `picture`, the light of this frame towards the camera without reflections.
+        with it `picture`, the light of this frame towards the camera without reflections. `mirrors`: whether any
+        material may mirror sharply.
         """
         with graph.scope(self.name):
             history = graph.history("history", {"history": _LIGHT}, layers=1)
             # Screen-space rays read the reflections of the previous frame.
             lifetime = Lifetime.FRAME if self._screen is None else Lifetime.KEPT
             reflected = graph.texture("reflected", SIGNAL, lifetime=lifetime)
-            size = ray_size(graph, self._dense)
+            dense = self._adapts and mirrors
+            size = ray_size(graph, dense)
             hit_position_and_pdf = graph.texture("hit position and pdf", _LIGHT, size)
             ray_light = single = graph.texture("light", spy.Format.rgba32_uint, size)
             if self._traced is not None:
-                kinds = {"mirrors": int(self._mirrors), "dense": self._dense}
-                single = self._traced(graph, gbuffer, light, indirect, hit_position_and_pdf, ray_light, **kinds)
+                rays = hit_position_and_pdf, ray_light, int(self._by_mirror_rays), dense
+                single = self._traced(graph, gbuffer, light, indirect, *rays)
             if self._screen is not None:
                 assert surroundings is not None and picture is not None
                 state = history.state
@@ -116,13 +119,13 @@ class Reflections(Effect):
                     graph,
                     surroundings,
                     known=lambda frame: int(self._filters and state.precedes(frame)),
-                    mirrors=int(self._mirrors),
+                    mirrors=int(self._by_mirror_rays),
                     picture=picture,
                     reflected=reflected,
                     hitPositionAndPdf=write(hit_position_and_pdf),
                     light=write(ray_light),
                 )
-            signal = self._rebuild(graph, history, hit_position_and_pdf, ray_light)
+            signal = self._rebuild(graph, history, hit_position_and_pdf, ray_light, dense)
             graph.add(
                 self._filter,
                 graph.grid,
@@ -130,7 +133,7 @@ class Reflections(Effect):
                 reflected=write(reflected),
             )
             if self._correction is not None:
-                self._correction(graph, reprojection, hit_position_and_pdf, single, reflected, self._dense)
+                self._correction(graph, reprojection, hit_position_and_pdf, single, reflected, dense)
             graph.offer("reflections", (reflected,), light_of)
         return reflected
 
@@ -140,8 +143,9 @@ class Reflections(Effect):
         history: History,
         hit_position_and_pdf: Texture,
         light: Texture,
+        dense: bool,
     ) -> Texture:
-        """(width, height, rgba32_float) mirrored light over albedo from half as many rays, and its variance."""
+        """(width, height, rgba32_float) mirrored light over albedo from fewer rays, and its variance."""
         reconstructed = graph.texture("reconstructed", _LIGHT)
         distances = graph.texture("distances", spy.Format.rg32_float)
         graph.add(
@@ -151,8 +155,8 @@ class Reflections(Effect):
             light=light,
             reconstructed=write(reconstructed),
             distances=write(distances),
-            dense=int(self._dense),
-            **({} if self._mirrors else {"filtered": int(self._filters)}),
+            dense=int(dense),
+            **({} if self._by_mirror_rays else {"filtered": int(self._filters)}),
         )
         offer_reflection_aovs(graph, light, reconstructed, distances)
         if not self._filters:
@@ -162,7 +166,7 @@ class Reflections(Effect):
         graph.add(
             self._accumulate,
             graph.grid,
-            dense=int(self._dense),
+            dense=int(dense),
             known=history.known,
             signal=write(signal),
             **history.swap(),
