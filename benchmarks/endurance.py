@@ -1,11 +1,13 @@
 """Objects come and go for thousands of frames, or a camera flies far: does memory stay flat?
 
-    python benchmarks/endurance.py [--flight] [--frames 20000] [--size 64x36] [--surfels 250000] [--device NAME]
+    python benchmarks/endurance.py [--flight surfels|path_traced] [--frames 20000] [--size 64x36] [--surfels 250000]
+        [--device NAME] [--strip FILE.png]
 
 Prints the process's resident memory and pica's own count of device memory twenty times. With --flight a camera flies
-four laps through a world of 200 metres whose light surfels keep, twelve metres a second at 60 frames a second with
-10,000 frames; then also how many surfels of the pool are in use at most, and milliseconds of a frame; at the end the
-last lap's median over the second's, which sees the same.
+four laps through a world of 200 metres whose light surfels or the radiance cache keep, twelve metres a second at 60
+frames a second with 10,000 frames; then also how many surfels or entries are in use at most, and milliseconds of a
+frame; at the end the last lap's median over the second's, which sees the same, and FLIP of the last picture against a
+renderer that has flown for 48 frames alone. --strip shows both of the last picture and of four before it.
 """
 
 import argparse
@@ -15,8 +17,11 @@ from collections import deque
 from pathlib import Path
 
 import numpy as np
+import PIL.Image
 
 import pica
+from pica.quality.picture_errors import compare
+from pica.quality.playback import last_frame
 from pica.rhi.device import Device
 from pica.scene.environment import Environment
 from pica.scene.light import DirectionalLight
@@ -63,38 +68,53 @@ def world() -> Scene:
     return scene
 
 
-def fly(size: tuple[int, int], frames: int, surfels: int, device: str | None) -> None:
+def fly(mode: str, size: tuple[int, int], frames: int, surfels: int, device: str | None, strip: str | None) -> None:
     """Four laps, in a figure of eight five metres above the ground."""
-    values = {"global_illumination.mode": "surfels", "global_illumination.surfels": str(surfels)}
-    renderer = pica.Renderer(world(), size=size, settings=pica.Settings().with_values(values), device=Device(device))
+    values = {"global_illumination.mode": mode, "global_illumination.surfels": str(surfels)}
+    scene, opened, settings = world(), Device(device), pica.Settings().with_values(values)
+    renderer = pica.Renderer(scene, size=size, settings=settings, device=opened)
+    count = "count.surfels" if mode == "surfels" else "count.cache_entries"
 
     def place(share: float) -> tuple[float, float, float]:
         turn = 8 * np.pi * share
         return 90 * np.sin(turn), 5.0, 90 * np.sin(2 * turn) / 2
 
+    def view(frame: int) -> pica.Camera:
+        return pica.Camera.look_at(place(frame / frames), place((frame + 20) / frames), vertical_fov=np.radians(60))
+
     milliseconds, most = [], 0
     for frame in range(frames):
-        camera = pica.Camera.look_at(place(frame / frames), place((frame + 20) / frames), vertical_fov=np.radians(60))
+        camera = view(frame)
         began = time.perf_counter()
-        renderer.advance(camera, capture=("count.surfels",))
+        renderer.advance(camera, capture=(count,))
         renderer.device.handle.wait_for_idle()
         milliseconds.append(1e3 * (time.perf_counter() - began))
-        most = max(most, renderer.captured["count.surfels"]()) if frame % 10 == 0 else most
+        most = max(most, renderer.captured[count]()) if frame % 10 == 0 else most
         if (frame + 1) % max(frames // 20, 1) == 0:
             print(
                 f"{frame + 1} frames: resident {resident():.1f} MB, device {renderer.device.memory / 2**20:.2f} MB, "
-                f"at most {most} of {surfels} surfels, {np.median(milliseconds[-(frames // 20) :]):.1f} ms a frame",
+                f"at most {most} {count.removeprefix('count.')},"
+                f" {np.median(milliseconds[-(frames // 20) :]):.1f} ms a frame",
                 flush=True,
             )
     lap = frames // 4
     second, last = np.median(milliseconds[lap : 2 * lap]), np.median(milliseconds[3 * lap :])
     print(f"last lap over second: {last / second:.3f}")
+    pictures = []
+    for each in renderer, pica.Renderer(scene, size=size, settings=settings, device=opened):
+        pictures.append([last_frame(each, view, range(end - 8, end)) for end in range(frames + 8, frames + 49, 8)])
+    flown, fresh = (row[-1].color for row in pictures)
+    print(f"FLIP of the last picture against a fresh renderer: {compare(fresh, flown).flip:.4f}")
+    if strip:
+        rows = [np.concatenate([frame.display[..., :3] for frame in row[-5:]], 1) for row in pictures]
+        PIL.Image.fromarray(np.concatenate(rows)).save(strip)
 
 
 def main() -> None:
     """Run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--flight", action="store_true")
+    parser.add_argument("--flight", choices=["surfels", "path_traced"])
+    parser.add_argument("--strip", metavar="FILE.png")
     parser.add_argument("--frames", type=int, default=20_000)
     parser.add_argument("--size", default="64x36")
     parser.add_argument("--surfels", type=int, default=250_000)
@@ -102,7 +122,8 @@ def main() -> None:
     arguments = parser.parse_args()
     width, height = (int(length) for length in arguments.size.split("x"))
     if arguments.flight:
-        fly((width, height), arguments.frames, arguments.surfels, arguments.device)
+        device, strip = arguments.device, arguments.strip
+        fly(arguments.flight, (width, height), arguments.frames, arguments.surfels, device, strip)
         return
     scene = Scene(environment=Environment(np.ones((2, 4, 3), np.float32)))
     scene.add(Node(mesh=Mesh([plane(6, 6, Material())])))

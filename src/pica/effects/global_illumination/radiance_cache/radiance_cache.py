@@ -115,6 +115,10 @@ class RadianceCache:
             occupancy=lambda frame: self._occupancy[self._clock & 1],
             previousOccupancy=lambda frame: self._occupancy[(self._clock + 1) & 1],
         )
+        graph.offer("count.cache_entries", (), self._count, on_request=True)
+
+    def _count(self) -> int:
+        return int(self._occupancy[self._clock & 1].to_numpy().view(np.uint32)[0])
 
     def _begin(self, frame: FrameContext) -> None:
         self._clock += 1
