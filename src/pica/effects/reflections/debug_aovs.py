@@ -14,8 +14,9 @@ REPROJECTION_AOVS = tuple(f"{_OF}.{name}" for name in ("of_surface", "of_image",
 def offer_reflection_aovs(graph: FrameGraph, light: Texture, reconstructed: Texture, distances: Texture) -> None:
     """Offer the reflections' textures; light is in nits over specular albedo.
 
-    raw: (height / 2, width / 2, 3) radiance of single rays. reconstructed: (height, width, 3) from neighbours' rays of
-    this frame; variance: of that, (height, width); distance: metres to the reflected surface.
+    raw: radiance of single rays, (height, width, 3) of their textures (ray_grid.slang). reconstructed: (height, width,
+    3) from neighbours' rays of this frame; variance: of that, (height, width); distance: metres to the reflected
+    surface.
     """
     graph.offer(f"{_OF}.raw", (light,), lambda light: light_of(light[..., :2]) + light_of(light[..., 2:]))
     graph.offer(f"{_OF}.reconstructed", (reconstructed,), rgb)
