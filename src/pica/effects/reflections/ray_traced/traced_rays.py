@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import slangpy as spy
 
-from pica.effects.reflections.ray_grid import ray_pictures, ray_size
+from pica.effects.reflections.ray_grid import ray_size
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import IndirectResult
 from pica.graph.graph import FrameGraph
@@ -86,6 +86,5 @@ class TracedRays:
         )
         if smooth:
             rays = {"hitPositionAndPdf": hit_position_and_pdf, "packedHits": packed_hits, "light": single}
-            pictures = (*graph.half_size, ray_pictures(dense))
-            graph.add(self._gather, pictures, gathered=write(light), dense=int(dense), **blocks, **rays)
+            graph.add(self._gather, (*(graph.size if dense else graph.half_size), 1), gathered=write(light), dense=int(dense), **blocks, **rays)
         return single
