@@ -158,6 +158,21 @@ def test_the_mean_of_frames_is_a_mean(renderer):
     np.testing.assert_allclose(renderer.render(5, camera=twin).color, np.mean(frames, axis=0), rtol=1e-4, atol=1e-5)
 
 
+def test_a_first_picture_is_made_of_several_frames(renderer, device):
+    told = []
+    first = pica.Renderer(
+        still_life(), size=SIZE, settings=pica.Settings().with_values({"antialiasing.first_samples": 4}), device=device
+    )
+    one = first.render(1, camera=CAMERA, progress=lambda done, frames: told.append((done, frames)))
+    np.testing.assert_array_equal(one.color, renderer.render(4, camera=CAMERA).color)
+    assert told == [(1, 1)]
+    np.testing.assert_array_equal(first.render(2, camera=CAMERA).color, renderer.render(2, camera=CAMERA).color)
+    again = first.render(1, camera=CAMERA, cut=True)
+    np.testing.assert_array_equal(again.color, one.color)
+    renderer.reset()  # buffers have the first frame's samples, at the centres of pixels
+    np.testing.assert_array_equal(again.aov("position"), renderer.render(1, camera=CAMERA).aov("position"))
+
+
 def test_reset_starts_the_same_noise_again(renderer):
     first = renderer.render(3, camera=CAMERA)
     renderer.reset()

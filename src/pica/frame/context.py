@@ -122,6 +122,11 @@ class FrameSequence:
         """Start again from frame 0."""
         self._previous, self._index = None, 0
 
+    @property
+    def is_first(self) -> bool:
+        """Whether the next frame is frame 0."""
+        return self._index == 0
+
     def rewind(self) -> None:
         """Count from frame 0 again, but remember the camera before."""
         self._index = 0

@@ -41,6 +41,9 @@ from pica.settings import Settings
 from pica.tracing.fallbacks import runnable
 from pica.tracing.ray_buffers import Tracer
 
+_FIRST_SAMPLES = 8
+"""Frames of a first picture on graphics cards: as many as it takes to have the error of the picture in motion."""
+
 
 class Renderer(Closing):
     """The hybrid renderer: one frame a call from about one ray per pixel and effect.
@@ -240,7 +243,14 @@ class Renderer(Closing):
             return checked_aovs("advance", names, plan.offers) or frozenset()
 
         with self.device.lock:
+            for _ in range(self._unshown_frames()):
+                self._advance(camera, not self._running, jittered)
             return self._advance(camera, not self._running, jittered, select=select)
+
+    def _unshown_frames(self) -> int:
+        """Before the next one, whose histories they begin."""
+        first = self.settings.antialiasing.first_samples or (1 if self.device.is_software else _FIRST_SAMPLES)
+        return first - 1 if self._frames.is_first else 0
 
     @synchronized
     def count_rays(self, camera: Camera) -> dict[str, int]:
@@ -321,24 +331,25 @@ class Renderer(Closing):
         images: dict[str, Lazy] = {}
         labels: Labels | None = None
         timings: dict[str, float] = {}
+        first = 1 - self._unshown_frames()
 
         def capture(plan: Plan) -> frozenset[str]:
-            names = plan.names("gbuffer", requested) if done == 1 else set()
+            names = plan.names("gbuffer", requested) if done == first else set()
             if done == frames:
                 names |= {"color", "display", *plan.names_but("gbuffer", requested, self.debug)}
             return frozenset(names)
 
-        for done in range(1, frames + 1):
+        for done in range(first, frames + 1):
             with self.device.lock:
                 self._advance(camera, wait=True, denoiser=denoiser, last=done == frames, select=capture)
                 images |= self.captured
-                if done == 1 and images.keys() & NUMBERED:
+                if done == first and images.keys() & NUMBERED:
                     labels = self.view.name_labels()
                 if done == frames:
                     timings = self.device.profiler.flush()
                     if denoiser is not None:  # the denoiser's inputs belong to the picture
                         self._frame_plan.of(self._stages, self._frames, self.view, lambda plan: frozenset())
-            if progress is not None:
+            if progress is not None and done > 0:
                 progress(done, frames)
         color, display = images.pop("color"), images.pop("display")
         checked_aovs("render", requested, images)  # debug AOVs are known only now

@@ -293,6 +293,14 @@ class AntialiasingSettings(Group):
         higher="less to render",
         lower="more detail while something moves, a still picture is smooth sooner",
     )
+    first_samples: int = number(
+        0,
+        range=(0, 64),
+        unit="frames; 0: 8 on a graphics card, 1 on a processor",
+        text="How many frames make the first picture, and the first after `cut` or `reset`. Later ones are one each.",
+        higher="no noise where a film or a new view begins, for the time of so many frames",
+        lower="the first picture is as fast as the others",
+    )
     sharpness: float = number(
         0.0,
         range=(0.0, 1.0),

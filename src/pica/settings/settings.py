@@ -138,7 +138,9 @@ for group_type in (*GROUPS.values(), Settings):
 
 
 PRESETS = {
-    "performance": Level("A quarter of the pixels, upscaled.", {"antialiasing.upscale": 2.0}),
+    "performance": Level(
+        "A quarter of the pixels, upscaled.", {"antialiasing.upscale": 2.0, "antialiasing.first_samples": 1}
+    ),
     "balanced": Level("Less than half of the pixels, upscaled.", {"antialiasing.upscale": 1.5}),
     "quality": Level("The default: raster or rays find what pixels see, rays its light."),
     "cinematic": Level(
