@@ -16,6 +16,9 @@ from pica.tracing.ray_pipeline import EffectCode, PipelineEffect
 
 PATHS = 1, 1, 2, 4, 8
 """`parts` of paths from pixels: the first ray, the one from there to a light, then twice as many each time."""
+ENDED_PATHS = (1,)
+"""The same of paths of which most end at their first hit, in a cache: a dispatch for each ray more costs more than it
+saves."""
 
 RayEffect = PipelineEffect | PathPipeline | BufferEffect
 

@@ -110,15 +110,15 @@ def test_shading_that_changes_at_rest_is_followed(device):
 
 
 def test_shadows_leave_no_trail_on_surfaces_at_rest(device):
-    scene, size = pica.scenes.machine_world(), (160, 90)
+    scene, size = pica.scenes.machine_world(), (256, 144)
     view = scene.default_camera(16 / 9)
     play = sequence("objects", scene, view, speed=1 / 30)
     with pica.Renderer(scene, size=size, device=device) as renderer:
         frame = [renderer.render(1, camera=play(index), aovs=["motion"]) for index in range(24)][-1]
         reference = renderer.render(32, camera=view, cut=True).color
     resting = np.abs(frame.aov("motion")).max(-1) == 0
-    off = np.abs(frame.color - reference).max(-1) > 0.3 * reference.mean()
-    assert off[resting].mean() < 0.026  # each pixel judged alone: .030
+    off = np.abs(frame.color - reference).max(-1) > 0.5 * reference.mean()
+    assert off[resting].mean() < 0.01  # .0087; each pixel judged alone .0118
 
 
 @pytest.mark.parametrize(("upscale", "bound"), [("1", 0.6), ("1.5", 0.75)])

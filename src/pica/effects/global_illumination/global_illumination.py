@@ -81,13 +81,15 @@ class GlobalIllumination(Effect):
         """
         with graph.scope(self.name):
             arriving = graph.texture("arriving", spy.Format.rgba32_float)
+            paths: Texture | None = None
             pictures = IndirectPictures(arriving, graph.texture("reflected", SIGNAL))
             if isinstance(self._way, SurfelIndirect):
                 self._way(graph, gbuffer, scene, light, occlusion, exposure, pictures)
             elif isinstance(self._way, LightMapIndirect):
                 self._way(graph, occlusion, pictures)
             else:
-                self._way(graph, gbuffer, light, exposure, pictures)
+                paths = self._way(graph, gbuffer, light, exposure, pictures)
             graph.offer("diffuse_indirect", (pictures.reflected,), light_of)
             offer_irradiance_aovs(graph, arriving)
-        return IndirectResult(arriving, pictures.reflected, self._way.is_smooth, self._bounces, self._way.cache)
+        known, cache = self._way.is_smooth, self._way.cache
+        return IndirectResult(arriving, pictures.reflected, known, self._bounces, paths, cache)

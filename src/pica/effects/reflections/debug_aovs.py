@@ -1,24 +1,40 @@
 """Reflections and the work of their filters as arrays for people."""
 
 from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pica.frame.aovs import light_of
 from pica.frame.effect import rgb
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
 
+Array = NDArray[Any]
+
 _OF = "debug.reflections"
+_NO_EMISSION = 0xFFFFFFFF
+"""reflected.slang: NO_EMISSION."""
 REPROJECTION_AOVS = tuple(f"{_OF}.{name}" for name in ("of_surface", "of_image", "image_share", "kernel"))
 
 
-def offer_reflection_aovs(graph: FrameGraph, light: Texture, reconstructed: Texture, distances: Texture) -> None:
+def offer_ray_aovs(graph: FrameGraph, light: Texture) -> None:
+    """Offer raw: radiance of single rays, (height, width, 3) of their texture (ray_grid.slang)."""
+
+    def radiance(light: Array) -> Array:
+        emitted = np.where(light[..., :2] == _NO_EMISSION, np.uint32(0), light[..., :2])
+        return light_of(emitted) + light_of(light[..., 2:])
+
+    graph.offer(f"{_OF}.raw", (light,), radiance)
+
+
+def offer_reflection_aovs(graph: FrameGraph, reconstructed: Texture, distances: Texture) -> None:
     """Offer the reflections' textures; light is in nits over specular albedo.
 
-    raw: radiance of single rays, (height, width, 3) of their textures (ray_grid.slang). reconstructed: (height, width,
-    3) from neighbours' rays of this frame; variance: of that, (height, width); distance: metres to the reflected
-    surface.
+    reconstructed: (height, width, 3) from neighbours' rays of this frame; variance: of that, (height, width); distance:
+    metres to the reflected surface.
     """
-    graph.offer(f"{_OF}.raw", (light,), lambda light: light_of(light[..., :2]) + light_of(light[..., 2:]))
     graph.offer(f"{_OF}.reconstructed", (reconstructed,), rgb)
     graph.offer(f"{_OF}.variance", (reconstructed,), lambda values: values[..., 3])
     graph.offer(f"{_OF}.distance", (distances,), lambda values: values[..., 0])

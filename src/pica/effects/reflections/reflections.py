@@ -8,6 +8,7 @@ from pica.effects.reflections.convergence_correction import ConvergenceCorrectio
 from pica.effects.reflections.debug_aovs import (
     REPROJECTION_AOVS,
     offer_history_aovs,
+    offer_ray_aovs,
     offer_reflection_aovs,
     offer_reprojection_aovs,
 )
@@ -125,6 +126,7 @@ class Reflections(Effect):
                     hitPositionAndPdf=write(hit_position_and_pdf),
                     light=write(ray_light),
                 )
+            offer_ray_aovs(graph, single)
             signal = self._rebuild(graph, history, hit_position_and_pdf, ray_light, dense)
             graph.add(
                 self._filter,
@@ -158,7 +160,7 @@ class Reflections(Effect):
             dense=int(dense),
             **({} if self._by_mirror_rays else {"filtered": int(self._filters)}),
         )
-        offer_reflection_aovs(graph, light, reconstructed, distances)
+        offer_reflection_aovs(graph, reconstructed, distances)
         if not self._filters:
             return reconstructed
         signal = graph.texture("signal", _LIGHT)

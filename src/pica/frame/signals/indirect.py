@@ -31,6 +31,9 @@ class IndirectResult:
     """Whether `arriving` may be read: without filters it holds single rays."""
     bounces: int
     """Maximum number of bounces of paths that neither the picture nor a cache ends."""
+    paths: Texture | None
+    """(width, height, rgba32_float) of half size, as indirect_rays.slang has it: what single paths bring, before any
+    reuse. None: there are none, or they are chosen from several."""
     cache: IndirectCache | None
     """The cache for positions that `arriving` does not have."""
 

@@ -18,7 +18,7 @@ from pica.programs.library import programs
 from pica.rhi.device import Device
 from pica.settings import GlobalIlluminationSettings
 from pica.tracing.ray_buffers import Tracer
-from pica.tracing.ray_effect import PATHS, ray_effect
+from pica.tracing.ray_effect import ENDED_PATHS, ray_effect
 
 _FOLDER = "effects/global_illumination/path_traced"
 _LIGHT = spy.Format.rgba32_float
@@ -49,7 +49,7 @@ class PathTracedIndirect:
             self.radiance_cache = RadianceCache(device, tracer) if self._asks_picture else None
             self.cache = self.radiance_cache.lookups if self.radiance_cache else None
         module, cache = f"{_FOLDER}/indirect_rays.slang", self.cache.module if self.cache else None
-        parts = PATHS if settings.bounces > 1 else ()
+        parts = ENDED_PATHS if settings.bounces > 1 else ()
         self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, True, cache, parts=parts)
         self._gather = device.compute(f"{_FOLDER}/irradiance_gather.slang")
         self._widen = device.compute(f"{_FOLDER}/irradiance_atrous.slang")
@@ -69,8 +69,8 @@ class PathTracedIndirect:
         light: LightSamples,
         exposure: Buffer,
         pictures: IndirectPictures,
-    ) -> None:
-        """Fill the pictures."""
+    ) -> Texture | None:
+        """Fill the pictures. Returns IndirectResult.paths."""
         if self.radiance_cache is not None:
             self.radiance_cache(graph, light, exposure)
         history = graph.history("indirect light", {"history": spy.Format.rgba32_uint}, layers=1)
@@ -87,6 +87,7 @@ class PathTracedIndirect:
             smooth=int(self.is_smooth),
             **pictures.arguments(),
         )
+        return None if self._resampling else found
 
     def _found(
         self,

@@ -9,12 +9,12 @@ from pica.effects.reflections.ray_grid import ray_size
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import IndirectResult
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Texture, write
+from pica.graph.resources import Texture, update, write
 from pica.light_sampling.light_sampler import LightSamples
 from pica.rhi.device import Device
 from pica.settings import ReflectionsSettings
 from pica.tracing.ray_buffers import Tracer
-from pica.tracing.ray_effect import PATHS, ray_effect
+from pica.tracing.ray_effect import ENDED_PATHS, ray_effect
 
 
 class TracedRays:
@@ -34,9 +34,10 @@ class TracedRays:
         """Maximum numbers of bounces, by their names in shaders."""
         module = "effects/reflections/ray_traced/reflection_rays.slang"
         self._trace = ray_effect(
-            device, module, "ReflectionRays", "surface", tracer, simplified=True, with_module=cache, parts=PATHS
+            device, module, "ReflectionRays", "surface", tracer, simplified=True, with_module=cache, parts=ENDED_PATHS
         )
-        self._gather = device.compute("effects/reflections/ray_traced/gather_lighting.slang")
+        # A pass whose parameters differ between dispatches would be bound again each time.
+        self._gather = [device.compute("effects/reflections/ray_traced/gather_lighting.slang") for _ in range(2)]
 
     def __call__(
         self,
@@ -60,9 +61,13 @@ class TracedRays:
         blocks = {"gbuffer": gbuffer} if dense else gbuffer.half_blocks(graph)
         packed_hits = graph.texture("packed hits", spy.Format.rg32_uint, size)
         single = graph.texture("light of single rays", spy.Format.rgba32_uint, size) if smooth else light
+        # Mirror rays are no samples of the lobe, and are weighed apart from what is.
+        paths = indirect.paths if indirect and not mirrors else None
         known: dict[str, Any] = {
             "arriving": indirect.arriving if indirect else graph.nothing(spy.Format.rgba32_float),
             "arrivingKnown": int(indirect is not None and indirect.known),
+            "paths": paths if paths else graph.nothing(spy.Format.rgba32_float),
+            "pathsKnown": int(paths is not None),
         }
         graph.add(
             self._trace,
@@ -80,11 +85,14 @@ class TracedRays:
         )
         graph.offer(
             "rays.reflection_rays",
-            (hit_position_and_pdf,),
-            lambda values: int(np.count_nonzero(values[..., 3])),
+            (hit_position_and_pdf, packed_hits),
+            lambda ends, hits: int(np.count_nonzero(ends[..., 3] * hits.any(-1))),
             on_request=True,
         )
         if smooth:
             rays = {"hitPositionAndPdf": hit_position_and_pdf, "packedHits": packed_hits, "light": single}
-            graph.add(self._gather, (*(graph.size if dense else graph.half_size), 1), gathered=write(light), dense=int(dense), **blocks, **rays)
+            for each, gather in enumerate(self._gather[: 1 + dense]):
+                target = update(light) if each else write(light)
+                threads = (*(graph.size if each else graph.half_size), 1)
+                graph.add(gather, threads, gathered=target, dense=int(dense), each=each, **blocks, **rays)
         return single
