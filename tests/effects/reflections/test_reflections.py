@@ -141,6 +141,29 @@ def rebuilt_frames(device, scene, camera, size, count, values):
     return np.array(frames), renderer
 
 
+def test_rough_surfaces_take_the_paths_of_diffuse_light(device):
+    """The same light as by rays of their own, which `restir` leaves them, and no ray."""
+    plastic = Material(base_color=(0.7, 0.5, 0.3, 1), metallic=0.0, roughness=0.8)
+    scene = scene_of(
+        placed(plane(4, 4, plastic)),
+        placed(plane(4, 3, plastic), move(0, 1.5, -1) @ rotate("x", 90)),
+        placed(sphere(0.5, plastic), move(0, 0.5, -0.2)),
+        shining(PointLight(intensity=5.0), move(1, 1.6, 0.5)),
+    )
+    lights, rays = {}, {}
+    for mode in ("path_traced", "restir"):
+        values = pica.Settings().with_values(UNFILTERED | {"global_illumination.mode": mode})
+        with pica.Renderer(scene, size=SIZE, settings=values, device=device) as renderer:
+            frames = [renderer.render(1, camera=VIEW, aovs=["reflections"]) for _ in range(128)]
+            lights[mode] = np.mean([frame.aov("reflections") for frame in frames], 0)
+            rays[mode] = renderer.count_rays(VIEW)["reflection_rays"]
+    assert rays["path_traced"] == 0 and rays["restir"] > 500
+    blocks = {mode: light.reshape(4, 12, 4, 16, 3).mean((1, 3, 4)) for mode, light in lights.items()}
+    lit = blocks["restir"] > 0.2 * blocks["restir"].max()
+    np.testing.assert_allclose(blocks["path_traced"][lit], blocks["restir"][lit], rtol=0.12)
+    np.testing.assert_allclose(lights["path_traced"].mean(), lights["restir"].mean(), rtol=0.03)
+
+
 def test_neighbours_rays_cut_the_variance(device):
     """RTG 25, 25.2.2: as 16 rays a pixel would. Here alpha is 0.3, on a flat and on a curved surface."""
     scene, _ = under_clouds(0.3**0.5)
