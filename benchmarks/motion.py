@@ -1,14 +1,17 @@
 """What users see at rest and in motion, against the path tracer: docs/measurements/motion.md.
 
-    PYTHONPATH=. python benchmarks/motion.py [SCENE ...] [--parts camera,objects,ring] [--size 480x270]
-        [--samples 1024] [--preset NAME] [--set GROUP.NAME=VALUE] [--references DIR] [--noise] [--json]
+    PYTHONPATH=. python benchmarks/motion.py [SCENE ...] [--env FILE] [--parts camera,objects,flicker,ring]
+        [--size 480x270] [--samples 1024] [--preset NAME] [--set GROUP.NAME=VALUE] [--references DIR] [--noise] [--json]
 
-SCENE is a name in pica.scenes or in motion_scenes.py: `door`, `metal`. FLIP, and the mean luminance over the
-reference's, both clipped at display white as FLIP has them, so that a lamp's edge does not outweigh the room; of
+SCENE is a name in pica.scenes or in motion_scenes.py: `door`, `metal`, or a file, below the environment --env. FLIP,
+and the mean luminance over the reference's, both clipped at display white as FLIP has them, so that a lamp's edge does
+not outweigh the room; of
 
 * camera: the 64th and the 2nd frame at rest, and the 24th of a camera that turns by a degree a frame: round what it
   looks at, or in closed rooms about itself. It comes to where the other two stand, all three have one reference;
 * objects: the 24th frame of an animation in steps of 1/30 s, the camera at rest;
+* flicker: the mean absolute change from frame to frame at rest over the mean, both clipped like that, in the left half
+  of the picture, while a small ball goes up and down in the right one: without it (`alone`), and with it;
 * ring: the fraction of sky pixels, more than two pixels from a thin ring, that are off by over 5 % of the picture's
   mean luminance in the 20th frame of an orbit of 1.5 degrees a frame, 240x135.
 
@@ -31,12 +34,14 @@ import pica
 from benchmarks import motion_scenes
 from pica.color import luminance
 from pica.frame.context import Size
-from pica.quality.picture_errors import compare
+from pica.quality.picture_errors import compare, exposure_for
 from pica.quality.playback import last_frame
 from pica.quality.sequences import Sequence, sequence
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
+from pica.scene.orbit import pivot
+from pica.scenes.placing import move
 
 Pixels = NDArray[np.float32]
 
@@ -46,6 +51,8 @@ DEGREES, STEP = 1.0, 1 / 30
 """A frame, of the camera; seconds a frame, of the animation."""
 CAMERA_SCENES = "machine_world", "corridor", "rooms", "door", "metal"
 OBJECT_SCENES = "corridor", "machine_world", "landscape"
+FLICKER_FRAMES = range(100, 120)
+"""After so many at rest."""
 RING_SIZE, RING_FRAMES, RING_DEGREES = (240, 135), 20, 1.5
 RING_MARGIN, RING_ERROR = 2, 0.05
 """Pixels round the ring that do not count; of the mean luminance."""
@@ -60,10 +67,15 @@ class Bench:
     samples: int
     settings: pica.Settings
     references: Path | None
+    environment: str | None = None
+
+    def scene(self, name: str) -> Scene:
+        """A new one."""
+        return made(name, self.environment)
 
     def reference(self, name: str, scene: Scene, camera: Camera, size: Size) -> Pixels:
         """(2, height, width, 3): path traced pictures of half the samples each, of different noise."""
-        file = self.references and self.references / f"{name}-{size[0]}x{size[1]}-{self.samples}.npy"
+        file = self.references and self.references / f"{Path(name).stem}-{size[0]}x{size[1]}-{self.samples}.npy"
         if file and file.exists():
             return np.load(file)
         halves = []
@@ -77,8 +89,10 @@ class Bench:
         return np.stack(halves)
 
 
-def made(name: str) -> Scene:
+def made(name: str, environment: str | None = None) -> Scene:
     """A new scene."""
+    if Path(name).suffix:
+        return pica.load(name, environment=environment)
     make: Callable[[], Scene] = getattr(motion_scenes, name, None) or getattr(pica.scenes, name)
     return make()
 
@@ -104,7 +118,7 @@ def played(renderer: pica.Renderer, play: Sequence, frames: range) -> Pixels:
 
 def moving_camera(bench: Bench, name: str) -> dict[str, Any]:
     """At rest, and after MOVING frames of a camera that comes to the same place."""
-    scene = made(name)
+    scene = bench.scene(name)
     camera = scene.default_camera(bench.size[0] / bench.size[1])
     halves = bench.reference(name, scene, camera, bench.size)
     orbit = sequence("orbit", scene, camera, speed=DEGREES)
@@ -118,15 +132,43 @@ def moving_camera(bench: Bench, name: str) -> dict[str, Any]:
 
 def moving_objects(bench: Bench, name: str) -> dict[str, Any]:
     """After MOVING frames of the animation."""
-    scene = made(name)
+    scene = bench.scene(name)
     camera = scene.default_camera(bench.size[0] / bench.size[1])
     play = sequence("objects", scene, camera, speed=STEP)
     play(MOVING - 1)
-    halves = bench.reference(f"{name}-objects", scene, camera, bench.size)
+    halves = bench.reference(f"{Path(name).stem}-objects", scene, camera, bench.size)
     play(0)
     with pica.Renderer(scene, size=bench.size, settings=bench.settings, device=bench.device) as renderer:
         found = errors(halves, played(renderer, play, range(MOVING)))
     return {"scene": name, "moves": "objects", "moving": found, "noise": noise(halves)}
+
+
+def flicker(bench: Bench, name: str) -> dict[str, Any]:
+    """At rest, in the left half, while something moves in the right half."""
+    found: dict[str, Any] = {"scene": name, "moves": "ball"}
+    for part, moves in (("alone", False), ("with a ball", True)):
+        scene = bench.scene(name)
+        camera = scene.default_camera(bench.size[0] / bench.size[1])
+        center = pivot(scene, camera)
+        right, up = camera.transform[:3, 0], camera.transform[:3, 1]
+        reach = float(np.linalg.norm(center - camera.transform[:3, 3]))
+        ball = motion_scenes.ball(scene, 0.03 * reach) if moves else None
+        frames: list[Pixels] = []
+        with pica.Renderer(scene, size=bench.size, settings=bench.settings, device=bench.device) as renderer:
+            for frame in range(FLICKER_FRAMES.stop):
+                if ball is not None:
+                    height = 0.1 * reach * np.sin(0.3 * frame)
+                    ball.transform = move(
+                        *(0.6 * camera.transform[:3, 3] + 0.4 * center + 0.2 * reach * right + height * up)
+                    )
+                if frame in FLICKER_FRAMES:
+                    frames.append(renderer.render(1, camera=camera, aovs=()).color)
+                else:
+                    renderer.advance(camera)
+        left = np.stack(frames)[:, :, : bench.size[0] // 2]
+        light = np.minimum(luminance(left), 1 / exposure_for(left[0]))
+        found[part] = round(float(np.abs(np.diff(light, axis=0)).mean() / light.mean()), 5)
+    return found
 
 
 def thin_ring(bench: Bench) -> dict[str, Any]:
@@ -150,6 +192,9 @@ def _dilated(mask: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
 
 
 def _row(found: dict[str, Any], with_noise: bool) -> str:
+    if "alone" in found:
+        changes = f"{found['alone']:.3%} a frame alone, {found['with a ball']:.3%} beside a ball"
+        return f"{found['scene']:14} changes by {changes}"
     if "wrong sky" in found:
         return f"{found['scene']:14} {found['wrong sky']:.3%} of the sky is off by over {RING_ERROR:.0%} of the mean"
     columns = [
@@ -164,7 +209,8 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", metavar="SCENE")
-    parser.add_argument("--parts", default="camera,objects,ring")
+    parser.add_argument("--env")
+    parser.add_argument("--parts", default="camera,objects,flicker,ring")
     parser.add_argument("--size", default="480x270")
     parser.add_argument("--samples", type=int, default=1024)
     parser.add_argument("--preset", default="quality")
@@ -175,7 +221,7 @@ def main() -> None:
     given = parser.parse_args()
     width, height = (int(length) for length in given.size.split("x"))
     settings = pica.Settings.preset(given.preset).with_values(dict(value.split("=", 1) for value in given.values))
-    bench = Bench(open_device(), (width, height), given.samples, settings, given.references)
+    bench = Bench(open_device(), (width, height), given.samples, settings, given.references, given.env)
     parts = given.parts.split(",")
     if not given.json:
         print(f"{bench.device.name}, {given.size}, {given.samples} samples: FLIP, mean over the reference's")
@@ -189,8 +235,10 @@ def main() -> None:
     for name in given.scenes or CAMERA_SCENES if "camera" in parts else ():
         show(moving_camera(bench, name))
     for name in given.scenes or OBJECT_SCENES if "objects" in parts else ():
-        if made(name).animations:
+        if bench.scene(name).animations:
             show(moving_objects(bench, name))
+    for name in given.scenes or CAMERA_SCENES if "flicker" in parts else ():
+        show(flicker(bench, name))
     if "ring" in parts:
         show(thin_ring(bench))
 

@@ -72,6 +72,11 @@ def ring() -> Scene:
     return _seen(scene, Camera.look_at((0, 0, 4), (0, 0, 0), vertical_fov=math.radians(45)))
 
 
+def ball(scene: Scene, radius: float) -> Node:
+    """A white ball in a scene."""
+    return place(scene.add(Node("ball")), "sphere", mesh("ball", [sphere(radius, _matte(0.8, 0.8, 0.8))]))
+
+
 def _of_boxes(name: str, *boxes: tuple[Iterable[float], tuple[float, float, float], Material]) -> Scene:
     scene = Scene(name)
     inside = scene.add(Node(name))
