@@ -118,7 +118,7 @@ def test_shadows_leave_no_trail_on_surfaces_at_rest(device):
         reference = renderer.render(32, camera=view, cut=True).color
     resting = np.abs(frame.aov("motion")).max(-1) == 0
     off = np.abs(frame.color - reference).max(-1) > 0.5 * reference.mean()
-    assert off[resting].mean() < 0.01  # .0087; each pixel judged alone .0118
+    assert off[resting].mean() < 0.01  # .0092; each pixel judged alone .0118
 
 
 @pytest.mark.parametrize(("upscale", "bound"), [("1", 0.6), ("1.5", 0.75)])
