@@ -81,6 +81,8 @@ MATERIAL = np.dtype(
         ("anisotropy_turn", "f4", 2),
         ("sheen_color", "f4", 3),
         ("sheen_roughness", "f4"),
+        ("absorption", "f4", 3),
+        ("dispersion", "f4"),
         ("type", "u4"),
         ("parameters", "u4", MAX_PARAMETERS),
     ],
@@ -285,9 +287,9 @@ class MaterialTable:
     def _packed(self, material: Material, images: list[_ImageOnGpu]) -> NDArray[np.void]:
         """Its row; the images that it uses are added to `images`."""
         packed = np.zeros((), MATERIAL)
-        for name in ("base_color", "emission", "metallic", "specular_color", "roughness", "ior", "specular"):
+        for name in ("base_color", "emission", "metallic", "specular_color", "roughness", "ior", "specular", "absorption"):
             packed[name] = getattr(material, name)
-        for name in ("normal_scale", "occlusion_strength", "alpha_cutoff", "transmission", "coat_normal_scale"):
+        for name in ("normal_scale", "occlusion_strength", "alpha_cutoff", "transmission", "coat_normal_scale", "dispersion"):
             packed[name] = getattr(material, name)
         coats = baked(material)
         packed["coat_count"] = len(coats)

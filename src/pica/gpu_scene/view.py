@@ -36,6 +36,8 @@ class SceneView:
         self._device = device = device.memory_scope()
         self.scene = gpu = GpuScene.of(device, scene)
         self._transparent_shadows = settings.shadows.transparent
+        self.leaves_glass = False
+        """Whether transmissive surfaces are left to a pass of their own."""
         self.own = ViewGeometry(device, gpu)
         self.places = PreviousPlaces(device)
         self.positions = PreviousPositions(device, gpu.geometry)
@@ -131,6 +133,11 @@ class SceneView:
         """Whether shadow rays pass through some surfaces; otherwise they only test visibility."""
         return self._transparent_shadows and bool(self.scene.materials.transparent)
 
+    @property
+    def glass_apart(self) -> bool:
+        """Whether there are transmissive surfaces, and the G-buffer leaves them out."""
+        return self.leaves_glass and bool(self.scene.materials.transparent)
+
     def labels(self) -> NDArray[np.uint32]:
         """(records, 2) the node and the material of each record as they are now, both counted from 1."""
         records = self.records
@@ -222,6 +229,7 @@ class SceneView:
             materials=scene.materials.table.buffer,
             masked=int(scene.masked or self.lights.masked),
             transparent=int(self.transparent),
+            glassApart=int(self.glass_apart),
             **self.lights.parameters,
         )
 

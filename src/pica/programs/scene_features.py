@@ -27,7 +27,7 @@ TEXTURES = Feature("textures", "materials.material", "TEXTURES_IN_USE")
 EMISSIVE_TEXTURES = Feature("emissive_textures", "materials.material_type", "EMISSIVE_TEXTURES_IN_USE")
 """Only these textures are also read for emitted light, when an emissive triangle is sampled."""
 ALPHA = Feature("alpha", "materials.material_types", "ALPHA_IN_USE")
-TRANSMISSION = Feature("transmission", "gpu_scene.scene", "TRANSMISSION_IN_USE")
+TRANSMISSION = Feature("transmission", "shaders.brdf_parameters", "TRANSMISSION_IN_USE")
 COATS = Feature("coats", "shaders.coats", "COATS_IN_USE")
 LOBES = Feature("lobes", "shaders.brdf_parameters", "LOBES_IN_USE")
 """Support code of the following lobes, each of which requires it."""

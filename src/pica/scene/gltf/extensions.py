@@ -13,6 +13,7 @@ SUPPORTED = frozenset(
         "KHR_lights_punctual",
         "KHR_materials_anisotropy",
         "KHR_materials_clearcoat",
+        "KHR_materials_dispersion",
         "KHR_materials_emissive_strength",
         "KHR_materials_ior",
         "KHR_materials_iridescence",
@@ -20,6 +21,7 @@ SUPPORTED = frozenset(
         "KHR_materials_specular",
         "KHR_materials_transmission",
         "KHR_materials_unlit",
+        "KHR_materials_volume",
         "KHR_mesh_quantization",
         "KHR_texture_transform",
     }

@@ -1,5 +1,6 @@
 """Materials (3.9) and their extensions."""
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any
@@ -106,11 +107,16 @@ class Materials:
 
     def _transmission(self, entry: Element) -> dict[str, Any]:
         transmission = entry.extension("KHR_materials_transmission")
-        thickness = entry.extension("KHR_materials_volume").number("thicknessFactor", low=0, default=0.0)
+        volume = entry.extension("KHR_materials_volume")
+        thickness = volume.number("thicknessFactor", low=0, default=0.0)
+        distance = volume.number("attenuationDistance", low=0, default=math.inf)
+        color = volume.numbers("attenuationColor", 3, 0, 1, WHITE)
         return {
             "transmission": transmission.number("transmissionFactor", 0, 1, 0.0),
             "transmission_texture": self._textures.get(transmission, "transmissionTexture"),
-            "thin_walled": thickness == 0,  # The rest of that extension is not read.
+            "thin_walled": thickness == 0,  # rays find the true thickness
+            "absorption": tuple(min(-math.log(max(each, 1e-20)) / max(distance, 1e-20), LARGEST) for each in color),
+            "dispersion": entry.extension("KHR_materials_dispersion").number("dispersion", low=0, default=0.0),
         }
 
     def _clearcoat(self, clearcoat: Element) -> dict[str, Any]:
