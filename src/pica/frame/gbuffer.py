@@ -15,7 +15,8 @@ _SHAPES = {"visibility": spy.Format.rg32_uint, "depth": spy.Format.r32_float, "n
 _MATERIALS = {"material": spy.Format.rgba32_uint, "emission": spy.Format.rg32_uint, "motion": spy.Format.rg32_uint}
 _OPTIONAL = {"coats": spy.Format.rg32_uint, "lobes": spy.Format.rgba32_uint}
 """Of a single texel where no material of the scene has any."""
-_USAGE = {"visibility": TEXTURE_USAGE | spy.TextureUsage.render_target}
+VISIBILITY_USAGE = TEXTURE_USAGE | spy.TextureUsage.render_target
+_USAGE = {"visibility": VISIBILITY_USAGE}
 
 
 class GBuffer:
@@ -32,6 +33,9 @@ class GBuffer:
             materials[name] = graph.texture(name, kind, size if name in optional else (1, 1), lifetime=lifetime)
         self.textures: Mapping[str, Texture] = {**self.shapes.textures, **materials}
         self.block: Block
+        self.glass: Texture | None = None
+        """(width, height, rg32_uint) as the visibility, of the nearest transmissive surface in front of it; None: such
+        surfaces are in the G-buffer, or there are none."""
         self._half: GBuffer | None = None
 
     def filled(self, graph: FrameGraph) -> None:

@@ -55,6 +55,7 @@ class DrawKind:
     """The pipeline state of a draw."""
 
     opaque: bool
+    glass: bool
     facing: Facing
 
 
@@ -69,10 +70,10 @@ class DrawList:
 
 # Properties of a section that determine its draws.
 DRAWN_SECTION = np.dtype(
-    [("index_count", "u4"), ("instances", "u4"), ("boxes", "?"), ("opaque", "?"), ("double_sided", "?")]
+    [("index_count", "u4"), ("instances", "u4"), ("boxes", "?"), ("opaque", "?"), ("glass", "?"), ("double_sided", "?")]
 )
 NOT_DRAWN = -1
-_KINDS = [DrawKind(opaque, facing) for opaque in (True, False) for facing in Facing]
+KINDS = [DrawKind(opaque, glass, facing) for opaque in (True, False) for glass in (False, True) for facing in Facing]
 """Opaque kinds first, so that they occlude those that are costlier to shade."""
 
 
@@ -128,7 +129,7 @@ class DrawLists:
         for kind, draws in sorted(self._lists.items()):
             draws.table.flush(recording)
             if draws.used:
-                draw_lists.append(DrawList(_KINDS[kind], draws.end, draws.table.buffer))
+                draw_lists.append(DrawList(KINDS[kind], draws.end, draws.table.buffer))
         return draw_lists
 
 
@@ -162,20 +163,21 @@ class _Draws:
         self.used -= len(rows)
 
 
-def drawn_section(section: Section | Primitives) -> tuple[int, int, bool, bool, bool]:
+def drawn_section(section: Section | Primitives) -> tuple[int, int, bool, bool, bool, bool]:
     """A row of DRAWN_SECTION."""
     boxes = isinstance(section, Primitives)
     indices = BOX_INDICES.size if isinstance(section, Primitives) else section.indices.size
     instances = len(section) if isinstance(section, Primitives) else 1
     material = section.material
-    return indices, instances, boxes, material.alpha_mode is AlphaMode.OPAQUE, material.double_sided
+    opaque = material.alpha_mode is AlphaMode.OPAQUE
+    return indices, instances, boxes, opaque, material.transmission > 0, material.double_sided
 
 
 def kinds_of(sections: NDArray[np.void], mirrored: NDArray[np.bool_]) -> NDArray[np.int8]:
     """(n,) numbers of the kinds of DRAWN_SECTION rows, of which some are mirrored."""
     turned = mirrored.astype(np.int8)
     facing = np.where(sections["boxes"], 3 + turned, np.where(sections["double_sided"], 0, 1 + turned))
-    return (facing + np.where(sections["opaque"], 0, len(Facing))).astype(np.int8)
+    return (facing + len(Facing) * (2 * ~sections["opaque"] + sections["glass"])).astype(np.int8)
 
 
 def draw_arguments(

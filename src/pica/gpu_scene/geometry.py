@@ -17,7 +17,7 @@ from pica.rhi.acceleration import ObjectFlags
 from pica.rhi.device import Device
 from pica.rhi.rt_geometry import RtGeometry, RtSection, build_compact
 from pica.rhi.tables import DeviceTable, Runs
-from pica.scene.material import AlphaMode, Material
+from pica.scene.material import Material
 from pica.scene.model import Mesh, Section
 
 # gpu_scene/table_rows.slang
@@ -222,7 +222,7 @@ class GeometryBuffers:
                     vertex_count=len(p.section.positions),
                     first_index=p.first_index,
                     index_count=p.section.indices.size,
-                    opaque=p.section.material.alpha_mode is AlphaMode.OPAQUE,
+                    opaque=p.section.material.stops_rays(),
                 )
                 for p in run
             ]

@@ -287,9 +287,25 @@ class MaterialTable:
     def _packed(self, material: Material, images: list[_ImageOnGpu]) -> NDArray[np.void]:
         """Its row; the images that it uses are added to `images`."""
         packed = np.zeros((), MATERIAL)
-        for name in ("base_color", "emission", "metallic", "specular_color", "roughness", "ior", "specular", "absorption"):
+        for name in (
+            "base_color",
+            "emission",
+            "metallic",
+            "specular_color",
+            "roughness",
+            "ior",
+            "specular",
+            "absorption",
+        ):
             packed[name] = getattr(material, name)
-        for name in ("normal_scale", "occlusion_strength", "alpha_cutoff", "transmission", "coat_normal_scale", "dispersion"):
+        for name in (
+            "normal_scale",
+            "occlusion_strength",
+            "alpha_cutoff",
+            "transmission",
+            "coat_normal_scale",
+            "dispersion",
+        ):
             packed[name] = getattr(material, name)
         coats = baked(material)
         packed["coat_count"] = len(coats)
@@ -387,7 +403,7 @@ class MaterialTable:
 
 def _kind(material: Material) -> tuple[object, ...]:
     """The properties that draws, structures and hit groups depend on."""
-    return material.type, material.double_sided, material.alpha_mode is AlphaMode.OPAQUE
+    return material.type, material.double_sided, material.alpha_mode is AlphaMode.OPAQUE, material.transmission > 0
 
 
 def _is_srgb(image: Image, slot: str) -> bool:

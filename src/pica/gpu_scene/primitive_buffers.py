@@ -12,7 +12,6 @@ from pica.programs.library import programs
 from pica.rhi.device import Device
 from pica.rhi.rt_geometry import RtBoxes, RtGeometry
 from pica.rhi.tables import DeviceTable
-from pica.scene.material import AlphaMode
 from pica.scene.primitives import Primitives
 from pica.scene.shape_registry import shape_source
 
@@ -84,6 +83,5 @@ class PrimitiveBuffers:
 
     def structure(self, run: list[PlacedPrimitives]) -> RtGeometry:
         """A bottom-level structure over primitives of one hit group, yet to be built."""
-        opaque = AlphaMode.OPAQUE
-        boxes = [RtBoxes(p.first_vertex, len(p.section), p.section.material.alpha_mode is opaque) for p in run]
+        boxes = [RtBoxes(p.first_vertex, len(p.section), p.section.material.stops_rays()) for p in run]
         return RtGeometry(self._device, boxes)

@@ -36,8 +36,7 @@ class SceneView:
         self._device = device = device.memory_scope()
         self.scene = gpu = GpuScene.of(device, scene)
         self._transparent_shadows = settings.shadows.transparent
-        self.leaves_glass = False
-        """Whether transmissive surfaces are left to a pass of their own."""
+        self._leaves_glass = settings.transparency.mode != "off"
         self.own = ViewGeometry(device, gpu)
         self.places = PreviousPlaces(device)
         self.positions = PreviousPositions(device, gpu.geometry)
@@ -136,7 +135,7 @@ class SceneView:
     @property
     def glass_apart(self) -> bool:
         """Whether there are transmissive surfaces, and the G-buffer leaves them out."""
-        return self.leaves_glass and bool(self.scene.materials.transparent)
+        return self._leaves_glass and bool(self.scene.materials.transparent)
 
     def labels(self) -> NDArray[np.uint32]:
         """(records, 2) the node and the material of each record as they are now, both counted from 1."""
@@ -150,6 +149,7 @@ class SceneView:
     def configure(self, settings: Settings) -> None:
         """Follow other settings."""
         self._transparent_shadows = settings.shadows.transparent
+        self._leaves_glass = settings.transparency.mode != "off"
         self._bind()
 
     def make_programs(self) -> None:

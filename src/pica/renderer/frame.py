@@ -23,6 +23,7 @@ STAGES = (
     "global_illumination",
     "reflections",
     "composite",
+    "transparency",
     "antialiasing",
     "post",
 )
@@ -98,6 +99,9 @@ def declare(
     yield "reflections"
     s.radiance = stages.composite(graph, s.gbuffer, s.parts)
     yield "composite"
+    if stages.transparency is not None:
+        s.radiance = stages.transparency(graph, s.gbuffer, s.light, s.indirect, s.radiance)
+    yield "transparency"
     s.picture, s.alpha = stages.antialiasing(graph, s.radiance, s.exposure)
     if denoiser is not None and last:
         s.picture = denoiser.finish(graph, s.picture)

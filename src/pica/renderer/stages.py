@@ -14,6 +14,7 @@ from pica.effects.reflections.reflections import Reflections
 from pica.effects.shadow_maps.shadow_maps import ShadowMaps
 from pica.effects.shadows.shadows import Shadows
 from pica.effects.stochastic_light.stochastic_light import StochasticLightDenoiser
+from pica.effects.transparency.transparency import Transparency
 from pica.filtering.reprojection import Reprojection
 from pica.frame.effect import Effect
 from pica.gpu_scene.view import SceneView
@@ -24,7 +25,7 @@ from pica.rhi.device import Device
 from pica.settings import Settings
 from pica.tracing.tracers import choose_tracer
 
-_OPTIONAL: tuple[type[Effect], ...] = Shadows, AmbientOcclusion, GlobalIllumination, Reflections
+_OPTIONAL: tuple[type[Effect], ...] = Shadows, AmbientOcclusion, GlobalIllumination, Reflections, Transparency
 """Effects that settings may leave out; ShadowMaps has the name and the AOVs of Shadows."""
 EVERY_GROUP = frozenset(field.name for field in fields(Settings))
 
@@ -42,6 +43,7 @@ class Stages:
         self.ambient_occlusion: AmbientOcclusion | None = None
         self.global_illumination: GlobalIllumination | None = None
         self.reflections: Reflections | None = None
+        self.transparency: Transparency | None = None
         self.follow(settings, EVERY_GROUP)
 
     def follow(self, settings: Settings, changed: Set[str]) -> list[str]:
@@ -70,10 +72,15 @@ class Stages:
             self.global_illumination = None if off else GlobalIllumination(device.memory_scope(), *inputs)
         cache = self.global_illumination.cache if self.global_illumination else None
         if changed & {"rays", "reflections", "debug"} or cache != self._cache:
-            off, self._cache = settings.reflections.mode == "off", cache
+            off = settings.reflections.mode == "off"
             mirrors = settings.reflections, self.tracer, cache, filters
             self.reflections = None if off else Reflections(device.memory_scope(), *mirrors)
-        by_rays = settings.reflections.mode == "ray_traced"
+        if changed & {"rays", "transparency", "debug"} or cache != self._cache:
+            glass = settings.transparency, self.tracer, cache, filters
+            off = settings.transparency.mode == "off"
+            self.transparency = None if off else Transparency(device.memory_scope(), *glass)
+        self._cache = cache
+        by_rays = "ray_traced" in (settings.reflections.mode, settings.transparency.mode)
         self.light_sampler.expect_hits(
             by_rays or settings.global_illumination.mode in ("path_traced", "restir", "surfels")
         )
@@ -107,6 +114,7 @@ class Stages:
             self.global_illumination,
             self.reflections,
             self.composite,
+            self.transparency,
             self.antialiasing,
             self.post,
         )

@@ -231,3 +231,7 @@ class Material(Followed):
     parameters: TrackedField[dict[str, float | Sequence[float]]] = TrackedField(_parameters, dict)
     """The numbers that a type of your own wants, by the names in its `struct Parameters`."""
     extras: dict[str, object] = field(default_factory=dict)
+
+    def stops_rays(self) -> bool:
+        """Whether no ray passes its surface, as one of a texture with holes or of glass."""
+        return self.alpha_mode is AlphaMode.OPAQUE and self.transmission == 0

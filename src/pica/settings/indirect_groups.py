@@ -52,6 +52,26 @@ class ReflectionsSettings(Group):
 
 
 @dataclass(frozen=True)
+class TransparencySettings(Group):
+    """What is seen through transmissive materials, such as glass."""
+
+    mode: Literal["off", "ray_traced"] = choice(
+        "ray_traced",
+        "How it is found.",
+        off="Not at all: such surfaces are opaque to the camera.",
+        ray_traced="Rays are refracted and absorbed. What they find on screen shows its finished light.",
+    )
+    surfaces: int = number(
+        6,
+        range=(1, 32),
+        unit="surfaces",
+        text="That bend a path; it goes straight on through further ones. A pane counts once, a solid twice.",
+        higher="glass behind glass refracts right",
+        lower="less time",
+    )
+
+
+@dataclass(frozen=True)
 class GlobalIlluminationSettings(Group):
     """Light that surfaces reflect diffusely of other surfaces."""
 

@@ -22,7 +22,7 @@ import {alias};
 [shader("anyhit")]
 void any_{name}(inout {payload} payload, BuiltInTriangleIntersectionAttributes attributes)
 {{
-    ignoreUncovered<{struct}>(attributes.barycentrics, payload.seed);
+    ignoreUncovered<{struct}, HitDetail.{detail}>(attributes.barycentrics, payload.seed);
 }}
 """
 _CLOSEST_HIT = """
@@ -41,7 +41,7 @@ void intersect_{name}() {{ reportCrossings<{shape}>(); }}
 [shader("anyhit")]
 void any_{name}(inout {payload} payload, ShapeAttributes attributes)
 {{
-    ignoreUncoveredShape<{material}, {shape}>(payload.seed);
+    ignoreUncoveredShape<{material}, {shape}, HitDetail.{detail}>(payload.seed);
 }}
 """
 _SHAPE_CLOSEST_HIT = """
@@ -80,6 +80,7 @@ def _of_triangles(device: Device, material: MaterialType, detail: HitDetail, sim
         name=material.name,
         struct=material.struct,
         payload=payload,
+        detail=detail,
         simplified=_SLANG_BOOL[simplified],
     )
     module = device.module(name, text)
@@ -102,6 +103,7 @@ def _of_shape(device: Device, pair: ShapeOn, material: MaterialType, detail: Hit
         material_alias=material.alias,
         shape=shape.struct,
         material=material.struct,
+        detail=detail,
         payload="HitPayload" if detail == "hit" else "PackedSurface",
         simplified=_SLANG_BOOL[simplified],
     )

@@ -7,7 +7,7 @@ import slangpy as spy
 from pica.frame.aovs import gbuffer_aovs
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
-from pica.frame.gbuffer import GBuffer
+from pica.frame.gbuffer import VISIBILITY_USAGE, GBuffer
 from pica.gpu_scene.draws import CULL, FRONT, DrawKind, Facing
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
@@ -26,30 +26,38 @@ _BOXES = Facing.BOXES, Facing.BOXES_MIRRORED
 
 
 class RasterVisibility:
-    """Rasterizes the visible triangle of each pixel. One indirect draw per kind of section."""
+    """Rasterizes the visible triangle of each pixel. One indirect draw per kind of section.
 
-    def __init__(self, device: Device) -> None:
+    `glass`: of transmissive sections before all others, which the G-buffer has already; else of what it is to have.
+    """
+
+    def __init__(self, device: Device, glass: bool = False) -> None:
+        self._device, self._glass = device, glass
         self._passes = {
-            kind: self._pass(device, kind)
-            for kind in (DrawKind(opaque, facing) for opaque in (True, False) for facing in Facing)
-            if kind.facing not in _BOXES
+            kind: self._pass(*kind)
+            for kind in ((opaque, facing) for opaque in (True, False) for facing in Facing)
+            if kind[1] not in _BOXES
         }
-        self._device = device
         self._state = spy.RenderState()
         self._state.index_format = spy.IndexFormat.uint32
         self._targets: dict[spy.Texture, spy.RenderPassDesc] = {}
         self._views: list[spy.TextureView] = []
 
     def __call__(self, graph: FrameGraph, scene: SceneView, gbuffer: GBuffer) -> None:
-        """Fill the visibility of `gbuffer`."""
+        """Fill the visibility of `gbuffer`, or its glass."""
         self._targets, self._views = {}, []
         width, height = graph.size
         self._state.viewports = [spy.Viewport.from_size(width, height)]
         self._state.scissor_rects = [spy.ScissorRect.from_size(width, height)]
         usage = spy.TextureUsage.depth_stencil | spy.TextureUsage.shader_resource
-        depth = graph.texture("raster depth", spy.Format.d32_float, usage=usage)
+        depth = graph.texture("glass depth" if self._glass else "raster depth", spy.Format.d32_float, usage=usage)
         inputs = {"scene": scene, "constants": graph.frame, "depth": write(depth)}
-        graph.record("raster", self._draw, **inputs, **gbuffer.written("visibility"))
+        if self._glass:
+            assert gbuffer.glass is not None
+            name, inputs["opaque"], target = "raster_glass", gbuffer.textures["depth"], gbuffer.glass
+        else:
+            name, target = "raster", gbuffer.textures["visibility"]
+        graph.record(name, self._draw, **inputs, visibility=write(target))
 
     def _draw(
         self,
@@ -58,6 +66,7 @@ class RasterVisibility:
         constants: ParameterBlock,
         visibility: spy.Texture,
         depth: spy.Texture,
+        opaque: spy.Texture | None = None,
     ) -> None:
         if visibility not in self._targets:
             self._targets[visibility] = self._render_targets(visibility, depth)
@@ -65,15 +74,21 @@ class RasterVisibility:
         for for_types in self._passes.values():  # so that the first triangles of a kind find its pipeline made
             for_types.of(scene.material_types)
         draw_lists = scene.draws(frame)
+        if scene.glass_apart:
+            draw_lists = [draws for draws in draw_lists if draws.kind.glass == self._glass]
         for draws in draw_lists:
-            if draws.kind not in self._passes:
-                self._passes[draws.kind] = self._pass(self._device, draws.kind)
-        frame.profiler.begin(frame.encoder, "raster")
+            if _key(draws.kind) not in self._passes:
+                self._passes[_key(draws.kind)] = self._pass(*_key(draws.kind))
+        name, apart = ("raster", {}) if opaque is None else ("raster_glass", {"opaqueDepth": opaque})
+        frame.profiler.begin(frame.encoder, name)
         for draws in draw_lists:  # Slang-RHI would place its barrier within the render pass, which Vulkan forbids
             frame.encoder.set_buffer_state(draws.arguments, spy.ResourceState.indirect_argument)
+        if opaque is not None:
+            frame.encoder.set_texture_state(opaque, spy.ResourceState.shader_resource)
         with frame.encoder.begin_render_pass(self._targets[visibility]) as encoder:
             for draws in draw_lists:
-                self._passes[draws.kind].of(scene.material_types).bind(encoder, scene=scene, frame=constants)
+                step = self._passes[_key(draws.kind)].of(scene.material_types)
+                step.bind(encoder, scene=scene, frame=constants, **apart)
                 encoder.set_render_state(self._state)
                 encoder.draw_indexed_indirect(draws.count, draws.arguments)
         frame.profiler.end(frame.encoder)
@@ -92,12 +107,16 @@ class RasterVisibility:
             }
         )
 
-    def _pass(self, device: Device, kind: DrawKind) -> ForTypes[Any, RasterPass]:
-        file, shaders = "raster.slang", ("vertexMain", "opaqueMain" if kind.opaque else "coveredMain")
-        if kind.facing in _BOXES:
-            file, shaders = "raster_primitives.slang", ("vertexMain", "fragmentMain")
-        state = RasterState((spy.Format.rg32_uint,), CULL[kind.facing], FRONT[kind.facing])
-        return programs(device).raster(f"{_FOLDER}/{file}", shaders, state)
+    def _pass(self, opaque: bool, facing: Facing) -> ForTypes[Any, RasterPass]:
+        file = ("raster_glass" if self._glass else "raster") + ("_primitives" if facing in _BOXES else "")
+        shader = "fragmentMain" if facing in _BOXES else "opaqueMain" if opaque else "coveredMain"
+        state = RasterState((spy.Format.rg32_uint,), CULL[facing], FRONT[facing])
+        shaders = "vertexMain", "glassMain" if self._glass else shader
+        return programs(self._device).raster(f"{_FOLDER}/{file}.slang", shaders, state)
+
+
+def _key(kind: DrawKind) -> tuple[bool, Facing]:
+    return kind.opaque, kind.facing
 
 
 class GBufferEffect(Effect):
@@ -136,6 +155,7 @@ class GBufferEffect(Effect):
             self._rays = ray_effect(device, f"{_FOLDER}/primary_rays.slang", "PrimaryRays", "hit", tracer)
         else:
             self._raster = RasterVisibility(device)
+        self._raster_glass: RasterVisibility | None = None
         self._coordinates: MaterialPass | None = None
         self._resolve = programs(device).compute(f"{_FOLDER}/resolve.slang")
 
@@ -155,6 +175,10 @@ class GBufferEffect(Effect):
             visibility = gbuffer.textures["visibility"]
             graph.add(self._resolve, graph.grid, scene=scene, visibility=visibility, **rest)
             gbuffer.filled(graph)
+            if scene.glass_apart:
+                self._raster_glass = self._raster_glass or RasterVisibility(self._device, glass=True)
+                gbuffer.glass = graph.texture("glass", spy.Format.rg32_uint, usage=VISIBILITY_USAGE)
+                self._raster_glass(graph, scene, gbuffer)
             self._offer(graph, scene, gbuffer)
         return gbuffer
 

@@ -1,0 +1,63 @@
+"""Transmissive surfaces: what is seen through them and in them (RTG 19, 19.3.4)."""
+
+import numpy as np
+import slangpy as spy
+
+from pica.frame.effect import Effect, rgb
+from pica.frame.gbuffer import GBuffer
+from pica.frame.signals.indirect import IndirectResult
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Texture, write
+from pica.light_sampling.light_sampler import LightSamples
+from pica.rhi.device import Device
+from pica.settings import TransparencySettings
+from pica.tracing.ray_buffers import Tracer
+from pica.tracing.ray_effect import ray_effect
+
+
+class Transparency(Effect):
+    """Paths from the camera through transmissive surfaces, which the G-buffer leaves out."""
+
+    name = "transparency"
+    aov_names = ("transmission",)
+
+    def __init__(
+        self, device: Device, settings: TransparencySettings, tracer: Tracer | None, cache: str | None, filters: bool
+    ) -> None:
+        """`cache`: the module of the cache of indirect light, if calls pass one. `filters`: DebugSettings.filters."""
+        self._surfaces, self._filters = settings.surfaces, filters
+        module = "effects/transparency/transparency_rays.slang"
+        self._trace = ray_effect(device, module, "TransparencyRays", "surface", tracer, with_module=cache)
+
+    def __call__(
+        self,
+        graph: FrameGraph,
+        gbuffer: GBuffer,
+        samples: LightSamples,
+        indirect: IndirectResult | None,
+        radiance: Texture,
+    ) -> Texture:
+        """`radiance`, complete light towards the camera without transmissive surfaces, with them (width, height,
+        rgba32_float, nits)."""
+        if gbuffer.glass is None:
+            return radiance
+        with graph.scope(self.name):
+            seen = graph.texture("seen", spy.Format.rgba32_float)
+            graph.add(
+                self._trace,
+                graph.size,
+                **samples.at_hits(regularized=self._filters),
+                glass=gbuffer.glass,
+                radiance=radiance,
+                seen=write(seen),
+                surfaces=self._surfaces,
+                **(indirect.cache.values if indirect and indirect.cache else {}),
+            )
+            graph.offer("transmission", (seen, radiance), lambda after, before: rgb(after) - rgb(before))
+            graph.offer(
+                "rays.transparency",
+                (gbuffer.glass,),
+                lambda glass: int(np.count_nonzero(glass[..., 0])),
+                on_request=True,
+            )
+        return seen
