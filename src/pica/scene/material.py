@@ -188,15 +188,16 @@ class Material(Followed):
     specular_color_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """sRGB."""
     transmission: TrackedField[float] = TrackedField(_SHARE, 0.0)
-    """Fraction of the light in the dielectric that passes the surface instead of being reflected diffusely, 0 to 1, tinted
-    by the base colour (KHR_materials_transmission)."""
+    """Fraction of the light in the dielectric that passes the surface instead of being reflected diffusely, 0 to 1,
+    tinted by the base colour (KHR_materials_transmission)."""
     transmission_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
     """Linear, in red."""
     thin_walled: TrackedField[bool] = TrackedField(flag, True)
     """True: the surface is a pane with air on both sides. False: it bounds a solid, which light enters at the front and
     leaves at the back (KHR_materials_volume with a thickness)."""
     absorption: TrackedField[Color] = TrackedField(COLOR, (0.0, 0.0, 0.0))
-    """Absorption coefficient of a solid, per metre (KHR_materials_volume: -ln(attenuationColor) / attenuationDistance)."""
+    """Absorption coefficient of a solid, per metre (KHR_materials_volume: -ln(attenuationColor) /
+    attenuationDistance)."""
     dispersion: TrackedField[float] = TrackedField(_NOT_NEGATIVE, 0.0)
     """20 over the Abbe number of a solid (KHR_materials_dispersion): red is refracted less than blue. Glass has 0.3 to
     1."""

@@ -51,7 +51,7 @@ class RasterVisibility:
         self._state.scissor_rects = [spy.ScissorRect.from_size(width, height)]
         usage = spy.TextureUsage.depth_stencil | spy.TextureUsage.shader_resource
         depth = graph.texture("glass depth" if self._glass else "raster depth", spy.Format.d32_float, usage=usage)
-        inputs = {"scene": scene, "constants": graph.frame, "depth": write(depth)}
+        inputs: dict[str, Any] = {"scene": scene, "constants": graph.frame, "depth": write(depth)}
         if self._glass:
             assert gbuffer.glass is not None
             name, inputs["opaque"], target = "raster_glass", gbuffer.textures["depth"], gbuffer.glass
