@@ -29,20 +29,35 @@ SETTINGS = settings({**RAYS, "shadows.mode": "hard", "shadows.max_lights": "4", 
 """What moves light about is off: the picture is the scene's alone, to the bit."""
 
 
+THROUGH = {"transmission", "transmission_texture", "thin_walled", "absorption", "dispersion"}
+"""Fields of what lets light through."""
+
+
 def texture(seed: int, size: int = 8) -> Texture:
     pixels = np.random.default_rng(seed).integers(60, 250, (size, size, 4)).astype(np.uint8)
     return Texture(Image(pixels, f"noise {seed}"), Sampler(linear=False))
 
 
+def glass() -> Material:
+    """Shows the fields of what lets light through."""
+    return Material(
+        base_color=(0.9, 0.8, 0.7, 1.0),
+        metallic=0.0,
+        roughness=0.1,
+        transmission=0.9,
+        transmission_texture=texture(50),
+        thin_walled=False,
+    )
+
+
 def everything() -> Material:
-    """A material that has all there is, so that each of its fields shows."""
-    slots = [field.name for field in fields(Material) if field.name.endswith("_texture")]
+    """A material that has all there is but transmission, so that each of its fields shows."""
+    slots = [field.name for field in fields(Material) if field.name.endswith("_texture") and field.name not in THROUGH]
     return Material(
         base_color=(0.8, 0.6, 0.5, 0.9),
         metallic=0.5,
         roughness=0.6,
         emission=(0.1, 0.1, 0.05),
-        transmission=0.3,
         coats=(Coat(strength=0.5, roughness=0.3),),
         iridescence=Iridescence(strength=0.5),
         anisotropy=Anisotropy(strength=0.5),
@@ -69,12 +84,22 @@ def stage() -> Scene:
     return scene_of(ball, cube, beads, shape, floor, sun, lamp, environment=sky())
 
 
+def stage_with_window() -> Scene:
+    scene = stage()
+    scene.add(placed(box((0.5, 0.2, 0.5), glass()), move(-0.1, 0.4, 0.7) @ rotate("x", 75), "window"))
+    return scene
+
+
 def named(scene: Scene, name: str) -> Node:
     return next(node for node in scene.nodes() if node.name == name)
 
 
 def material(scene: Scene) -> Material:
     return named(scene, "ball").mesh.sections[0].material
+
+
+def glass_material(scene: Scene) -> Material:
+    return named(scene, "window").mesh.sections[0].material
 
 
 def section(scene: Scene) -> Section:
@@ -122,8 +147,10 @@ MATERIAL: dict[str, Any] = {
     "ior": 2.4,
     "specular": 0.1,
     "specular_color": (0.2, 1.0, 0.2),
-    "transmission": 0.9,
-    "thin_walled": False,
+    "transmission": 0.4,
+    "thin_walled": True,
+    "absorption": (3.0, 1.0, 8.0),
+    "dispersion": 5.0,
     "coats": (Coat(strength=1.0, absorption=(0.1, 0.5, 0.9), thickness=1.0),),
     "coat_normal_scale": -1.0,
     "iridescence": Iridescence(strength=1.0, ior=1.8),
@@ -142,6 +169,7 @@ CASES: dict[tuple[type, str], Case] = {
             field.name not in QUIET,
         )
         for field in fields(Material)
+        if field.name not in THROUGH
     },
     (Image, "pixels"): Case(
         lambda scene: material(scene).base_color_texture.image, lambda before, scene: 255 - before[:4, :4]

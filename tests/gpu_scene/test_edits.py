@@ -31,16 +31,21 @@ from tests.building import lambert, placed, scene_of, uniform
 from tests.gpu_scene.edits import (
     CAMERA,
     CASES,
+    MATERIAL,
     ONCE,
     SETTINGS,
     SIZE,
+    THROUGH,
     differing,
+    glass_material,
     limb,
     material,
     named,
+    other_texture,
     picture,
     section,
     stage,
+    stage_with_window,
     texture,
 )
 
@@ -55,6 +60,7 @@ def names_of(kind: type) -> set[str]:
 def test_every_field_has_a_case():
     for kind in (Scene, Node, Mesh, Section, Primitives, Material, Image):
         wanted = names_of(kind) | ({"name", "environment"} if kind is Scene else set())
+        wanted -= THROUGH if kind is Material else set()
         assert wanted == {name for owner, name in CASES if owner is kind}
 
 
@@ -82,6 +88,21 @@ def test_what_is_written_is_in_the_next_frame(device, shared, kind, field):
     assert bool(differing(before, after)) == case.shows
     if field not in ONCE:
         setattr(holder, field, original)
+        assert differing(before, picture(renderer)) == []
+
+
+@pytest.mark.parametrize("field", sorted(THROUGH))
+def test_what_is_written_of_glass_is_in_the_next_frame(device, field):
+    scene = stage_with_window()
+    material = glass_material(scene)
+    with pica.Renderer(scene, size=SIZE, settings=SETTINGS, device=device) as renderer:
+        before, original = picture(renderer), getattr(material, field)
+        setattr(material, field, other_texture(None, scene) if field.endswith("_texture") else MATERIAL[field])
+        after = picture(renderer)
+        with pica.Renderer(deepcopy(scene), size=SIZE, settings=SETTINGS, device=device) as fresh:
+            assert differing(after, picture(fresh)) == []
+        assert differing(before, after) == ["color"]
+        setattr(material, field, original)
         assert differing(before, picture(renderer)) == []
 
 

@@ -30,7 +30,7 @@ def render_reference(
     """
     converted = mitsuba_scene(scene)
     # The volumetric integrator sees through masks on shadow rays and does not count them as path edges.
-    masked = any(material.alpha_mode is not AlphaMode.OPAQUE for material in _materials(scene))
+    masked = any(not material.stops_rays() for material in _materials(scene))
     integrator = mi.load_dict(
         {"type": "volpath" if masked else "path", "max_depth": -1 if max_depth is None else max_depth}
     )
@@ -73,12 +73,26 @@ def _materials(scene: Scene) -> list[Material]:
 
 def _surface(material: Material, textures: TextureReader) -> mi.BSDF:
     assert not material.unlit, f"{material.name}: unlit materials have no counterpart here"
+    if material.transmission > 0:
+        return _glass(material)
     plain = material.base_color_texture is None and material.normal_texture is None
     if material.specular == 0 and material.metallic == 0 and plain and material.alpha_mode is AlphaMode.OPAQUE:
         color = {"type": "rgb", "value": list(material.base_color[:3])}
         return mi.load_dict({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": color}})
     surface = mi.load_dict({"type": "pica_surface"})
     return surface.use(material, textures)
+
+
+def _glass(material: Material) -> mi.BSDF:
+    """Mitsuba's own dielectrics, for what is fully transmissive, and clear but for absorption inside."""
+    assert (material.transmission, material.base_color[:3], material.specular) == (1.0, (1.0, 1.0, 1.0), 1.0)
+    if material.thin_walled:
+        assert material.roughness == 0
+        return mi.load_dict({"type": "thindielectric", "int_ior": material.ior, "ext_ior": 1.0})
+    kind = {"type": "dielectric", "int_ior": material.ior, "ext_ior": 1.0}
+    if material.roughness > 0:
+        kind |= {"type": "roughdielectric", "distribution": "ggx", "alpha": material.roughness**2}
+    return mi.load_dict(kind)
 
 
 def _shapes(section: Section, world: NDArray[np.float64], surface: mi.BSDF, gap: float) -> list[mi.Mesh]:
@@ -115,6 +129,11 @@ def _shape(
     normals = -normals if offset < 0 else normals
     props = mi.Properties()
     props["bsdf"] = surface
+    if any(section.material.absorption):
+        most = max(section.material.absorption)
+        absorbed = {"type": "rgb", "value": [each / most for each in section.material.absorption]}
+        medium = {"type": "homogeneous", "albedo": 0.0, "sigma_t": absorbed, "scale": most}
+        props["interior"] = mi.load_dict(medium)
     if emitter is not None:
         props["emitter"] = mi.load_dict(emitter)
     shape = mi.Mesh(

@@ -16,13 +16,15 @@ from pica.scene.material_registry import MaterialSource
 HitDetail = Literal["hit", "surface"]
 """The detail of hits that an effect needs: position alone, or the evaluated surface too (ray_effect.slang)."""
 _SLANG_BOOL = {True: "true", False: "false"}
+_PASSES_GLASS = {"hit": "payload.hit.primitive != 0", "surface": "false"}
+"""Only rays of the G-buffer do, which ask for positions alone."""
 _ANY_HIT = """
 import tracing.ray_effect;
 import {alias};
 [shader("anyhit")]
 void any_{name}(inout {payload} payload, BuiltInTriangleIntersectionAttributes attributes)
 {{
-    ignoreUncovered<{struct}, HitDetail.{detail}>(attributes.barycentrics, payload.seed);
+    ignoreUncovered<{struct}>(attributes.barycentrics, payload.seed, {passes_glass});
 }}
 """
 _CLOSEST_HIT = """
@@ -41,7 +43,7 @@ void intersect_{name}() {{ reportCrossings<{shape}>(); }}
 [shader("anyhit")]
 void any_{name}(inout {payload} payload, ShapeAttributes attributes)
 {{
-    ignoreUncoveredShape<{material}, {shape}, HitDetail.{detail}>(payload.seed);
+    ignoreUncoveredShape<{material}, {shape}>(payload.seed, {passes_glass});
 }}
 """
 _SHAPE_CLOSEST_HIT = """
@@ -80,7 +82,7 @@ def _of_triangles(device: Device, material: MaterialType, detail: HitDetail, sim
         name=material.name,
         struct=material.struct,
         payload=payload,
-        detail=detail,
+        passes_glass=_PASSES_GLASS[detail],
         simplified=_SLANG_BOOL[simplified],
     )
     module = device.module(name, text)
@@ -103,7 +105,7 @@ def _of_shape(device: Device, pair: ShapeOn, material: MaterialType, detail: Hit
         material_alias=material.alias,
         shape=shape.struct,
         material=material.struct,
-        detail=detail,
+        passes_glass=_PASSES_GLASS[detail],
         payload="HitPayload" if detail == "hit" else "PackedSurface",
         simplified=_SLANG_BOOL[simplified],
     )

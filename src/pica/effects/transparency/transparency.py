@@ -55,7 +55,7 @@ class Transparency(Effect):
             )
             graph.offer("transmission", (seen, radiance), lambda after, before: rgb(after) - rgb(before))
             graph.offer(
-                "rays.transparency",
+                "rays.transparency_rays",
                 (gbuffer.glass,),
                 lambda glass: int(np.count_nonzero(glass[..., 0])),
                 on_request=True,

@@ -1,0 +1,56 @@
+"""Transmissive surfaces of pica's path tracer against Mitsuba 3's dielectrics."""
+
+import math
+
+import numpy as np
+import pytest
+
+import pica
+from pica.scene.material import Material
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import move, rotate
+from tests.building import lambert, placed, scene_of, sky
+from tests.reference.mitsuba_scene import render_reference
+
+pytestmark = pytest.mark.thorough
+SIZE = (48, 32)
+CAMERA = pica.Camera.look_at((0.4, 0.9, 2.2), (0, 0.35, 0), vertical_fov=math.radians(35))
+REFRACTED = pica.Settings().with_values({"shadows.transparent": "false"})
+"""Light through glass is found along refracted paths alone, as Mitsuba has it."""
+
+
+def glass(**values):
+    return Material(**{"metallic": 0.0, "transmission": 1.0, "roughness": 0.0, "thin_walled": False, **values})
+
+
+def pane():
+    return placed(plane(1.0, 0.8, glass(thin_walled=True)), move(0, 0.45, 0.2) @ rotate("x", 70))
+
+
+def solid(**values):
+    ball = placed(sphere(0.35, glass(**values), 48), move(-0.3, 0.4, 0))
+    cube = placed(box(0.45, glass(**values)), move(0.45, 0.26, 0.1) @ rotate("y", 25))
+    return [ball, cube]
+
+
+@pytest.mark.parametrize(
+    "nodes",
+    [
+        pytest.param([pane()], id="pane"),
+        pytest.param(solid(), id="clear"),
+        # Mitsuba loses light between rougher facets.
+        pytest.param(solid(roughness=0.25, ior=1.3), id="rough"),
+        pytest.param(solid(absorption=(0.5, 2.0, 5.0)), id="absorbing"),
+    ],
+)
+def test_path_tracer_agrees_with_mitsuba(device, nodes):
+    wall = placed(plane(3, 2, lambert(0.7, 0.3, 0.2)), move(0, 1, -0.8) @ rotate("x", 90))
+    floor = placed(plane(3, 3, lambert(0.3, 0.5, 0.7)))
+    scene = scene_of(floor, wall, *nodes, environment=sky(3))
+    scene.environment = pica.Environment(np.minimum(scene.environment.radiance, 2.0))  # few fireflies
+    expected = render_reference(scene, CAMERA, SIZE, 4096)
+    with pica.PathTracer(scene, size=SIZE, settings=REFRACTED, device=device) as tracer:
+        found = tracer.render(2048, camera=CAMERA).color
+    blocks = [picture.reshape(8, 4, 12, 4, 3).mean((1, 3)) for picture in (found, expected)]
+    np.testing.assert_allclose(*blocks, rtol=0.05, atol=0.005)
+    assert found.mean() == pytest.approx(expected.mean(), rel=0.01)
