@@ -101,7 +101,7 @@ def test_names_of_aovs_are_those_that_effects_give(renderer):
 @pytest.mark.parametrize(
     ("aovs", "message"),
     [
-        (("depth", "dept"), "render: no AOV 'dept'; there are depth, position, normal, .*environment$"),
+        (("depth", "dept"), "render: no AOV 'dept'; there are depth, position, normal, .*transmission$"),
         ("depth", "render: aovs: 'depth': must be names"),
         ((1,), r"render: aovs: \(1,\): must be names"),
         (3, "render: aovs: 3: must be names"),

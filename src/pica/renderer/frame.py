@@ -101,6 +101,7 @@ def declare(
     yield "composite"
     if stages.transparency is not None:
         s.radiance = stages.transparency(graph, s.gbuffer, s.light, s.indirect, s.radiance)
+    stages.composite.offer(graph, s.radiance)
     yield "transparency"
     s.picture, s.alpha = stages.antialiasing(graph, s.radiance, s.exposure)
     if denoiser is not None and last:

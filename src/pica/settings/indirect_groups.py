@@ -62,10 +62,11 @@ class TransparencySettings(Group):
         ray_traced="Rays are refracted and absorbed. What they find on screen shows its finished light.",
     )
     surfaces: int = number(
-        6,
+        4,
         range=(1, 32),
         unit="surfaces",
-        text="That bend a path; it goes straight on through further ones. A pane counts once, a solid twice.",
+        text="That bend a path; it goes straight on through further ones. A pane counts once, a solid twice, and again for"
+        " each reflection inside of it.",
         higher="glass behind glass refracts right",
         lower="less time",
     )

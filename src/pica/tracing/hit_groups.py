@@ -16,8 +16,8 @@ from pica.scene.material_registry import MaterialSource
 HitDetail = Literal["hit", "surface"]
 """The detail of hits that an effect needs: position alone, or the evaluated surface too (ray_effect.slang)."""
 _SLANG_BOOL = {True: "true", False: "false"}
-_PASSES_GLASS = {"hit": "payload.hit.primitive != 0", "surface": "false"}
-"""Only rays of the G-buffer do, which ask for positions alone."""
+_PASSES_GLASS = {"hit": "payload.hit.primitive != 0", "surface": "payload.primitive != 0"}
+"""Where payloads carry it on their way in."""
 _ANY_HIT = """
 import tracing.ray_effect;
 import {alias};

@@ -25,7 +25,7 @@ class Composite(Effect):
     surroundings."""
 
     name = "composite"
-    aov_names = ("combined", "environment")
+    aov_names = ("environment", "combined")
 
     def __init__(self, device: Device, transparent: bool) -> None:
         """`transparent`: without surroundings that the camera sees directly."""
@@ -48,10 +48,14 @@ class Composite(Effect):
         """The whole sum. `parts`: as frame/signals/light.py has them."""
         radiance = self._added(self._sum, "radiance", graph, parts)
         with graph.scope(self.name):
-            graph.offer("combined", (radiance,), rgb, on_request=True)
             seen = gbuffer.textures["visibility"]
             graph.offer("environment", (radiance, seen), _where_nothing_is_seen, on_request=True)
         return radiance
+
+    def offer(self, graph: FrameGraph, radiance: Texture) -> None:
+        """The finished light as an AOV."""
+        with graph.scope(self.name):
+            graph.offer("combined", (radiance,), rgb, on_request=True)
 
     def _added(
         self,

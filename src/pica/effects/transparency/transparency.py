@@ -39,9 +39,10 @@ class Transparency(Effect):
     ) -> Texture:
         """`radiance`, complete light towards the camera without transmissive surfaces, with them (width, height,
         rgba32_float, nits)."""
-        if gbuffer.glass is None:
-            return radiance
         with graph.scope(self.name):
+            if gbuffer.glass is None:
+                graph.offer("transmission", (radiance,), lambda light: np.zeros_like(rgb(light)))
+                return radiance
             seen = graph.texture("seen", spy.Format.rgba32_float)
             graph.add(
                 self._trace,

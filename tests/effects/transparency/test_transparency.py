@@ -1,0 +1,198 @@
+"""What is seen through transmissive surfaces and in them, by the transparency pass and by the path tracer."""
+
+import math
+
+import numpy as np
+import pytest
+
+import pica
+from pica.quality.picture_errors import compare
+from pica.quality.playback import last_frame
+from pica.quality.sequences import sequence
+from pica.scene.camera import Camera
+from pica.scene.environment import Environment
+from pica.scene.light import DirectionalLight, SphereLight
+from pica.scene.material import AlphaMode, Material
+from pica.scenes.basic_meshes import box, plane, sphere
+from pica.scenes.placing import aim, move, rotate
+from tests.building import lambert, orthographic, placed, render, scene_of, settings, shining, sky, trace, uniform
+
+BOTH = pytest.mark.parametrize("tracer", [render, trace], ids=["hybrid", "path tracer"])
+VIEW = Camera.look_at((0.5, 1.0, 2.6), (0, 0.35, 0), vertical_fov=math.radians(35))
+
+
+def glass(color=(1.0, 1.0, 1.0), **more) -> Material:
+    values = {"metallic": 0.0, "roughness": 0.0, "transmission": 1.0, "thin_walled": False}
+    return Material(base_color=(*color, 1.0), **{**values, **more})
+
+
+@BOTH
+@pytest.mark.parametrize("roughness", [0.0, 0.5])
+def test_a_ball_of_glass_disappears_in_even_light(device, tracer, roughness):
+    scene = scene_of(placed(sphere(0.5, glass(roughness=roughness), 64)), environment=uniform(1, 1, 1))
+    camera = Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=math.radians(24))
+    picture = tracer(device, scene, 64, camera, (24, 24)).color
+    inside = picture[8:16, 8:16]
+    assert inside.mean() == pytest.approx(1, rel=0.01)
+    assert picture.mean() == pytest.approx(1, rel=0.01)
+
+
+@BOTH
+def test_a_slab_absorbs_by_its_thickness(device, tracer):
+    """With all inner reflections: Stokes' sum of the series of a pile of plates (1862)."""
+    absorption, thickness, reflected = np.array((0.5, 2.0, 6.0)), 0.4, 0.04
+    slab = placed(box((4, thickness, 4), glass(absorption=tuple(absorption))), move(0, 1, 0))
+    camera = orthographic((0, 3, 0), (0, 0, 0), 0.5)
+    picture = tracer(device, scene_of(slab, environment=uniform(1, 1, 1)), 96, camera, (16, 16)).color
+    left = np.exp(-absorption * thickness)
+    series = (1 - reflected) ** 2 / (1 - (reflected * left) ** 2)
+    expected = reflected + series * left * (1 + reflected * left)
+    np.testing.assert_allclose(picture.mean((0, 1)), expected, rtol=0.01)
+
+
+def directions() -> Environment:
+    """Whose colour is one more than the direction that it is seen in."""
+    v, u = np.meshgrid((np.arange(256) + 0.5) / 256, (np.arange(512) + 0.5) / 512, indexing="ij")
+    angle, sine = 2 * np.pi * (u - 0.5), np.sin(np.pi * v)
+    return Environment(np.stack([sine * np.cos(angle), np.cos(np.pi * v), sine * np.sin(angle)], -1) + 1)
+
+
+def through_a_prism(index: float) -> np.ndarray:
+    """Direction in which a ray that goes down leaves the corner of a block, entered at 60 degrees (Snell)."""
+    entered = math.radians(60)
+    inside = math.asin(math.sin(entered) / index)
+    left = math.asin(index * math.sin(math.pi / 2 - inside))
+    turned = entered + left - math.pi / 2
+    return np.array((math.sin(turned), -math.cos(turned), 0))
+
+
+def prism(**values) -> tuple:
+    """A block on its edge, and a camera above one of its sides, which its rays enter at 60 degrees."""
+    block = placed(box((4, 4, 4), glass(specular=0.0, **values)), rotate("z", 60))
+    return block, orthographic((-1.9, 8, 0), (-1.9, 0, 0), 0.2)
+
+
+@BOTH
+def test_a_prism_refracts_as_snell_says(device, tracer):
+    block, camera = prism(ior=1.2)
+    picture = tracer(device, scene_of(block, environment=directions()), 8, camera, (8, 8)).color
+    expected = through_a_prism(1.2)
+    np.testing.assert_allclose(picture - 1, np.broadcast_to(expected, picture.shape), atol=1e-3)
+
+
+@BOTH
+def test_a_prism_disperses(device, tracer):
+    """The indices of blue and red are apart by (ior - 1) times dispersion / 20 (KHR_materials_dispersion)."""
+    block, camera = prism(ior=1.2, dispersion=6.0)
+    sideways = directions().radiance[..., :1]
+    scene = scene_of(block, environment=Environment(np.repeat(sideways, 3, -1)))
+    found = tracer(device, scene, 128, camera, (48, 48)).color.mean((0, 1)) - 1
+    spread = 0.2 * 6.0 / 40
+    expected = [through_a_prism(index)[0] for index in (1.2 - spread, 1.2, 1.2 + spread)]
+    np.testing.assert_allclose(found, expected, atol=0.01)
+    assert found[2] - found[0] > 0.1
+
+
+@BOTH
+def test_alpha_of_glass_passes_light_without_noise(device, tracer):
+    material = Material(
+        base_color=(0.2, 0.5, 0.8, 0.25), metallic=0.0, transmission=1.0, specular=0.0, alpha_mode=AlphaMode.BLEND
+    )
+    pane = placed(plane(4, 4, material))
+    camera = orthographic((0, 3, 0), (0, 0, 0), 0.5)
+    picture = tracer(device, scene_of(pane, environment=uniform(1, 1, 1)), 1, camera, (16, 16)).color
+    expected = 0.75 + 0.25 * np.array((0.2, 0.5, 0.8))
+    np.testing.assert_allclose(picture, np.broadcast_to(expected, picture.shape), rtol=0.01)
+
+
+def panes(order):
+    """Three panes of different colours, roughnesses and tilts, one behind the other."""
+    colors = (0.9, 0.5, 0.3), (0.4, 0.9, 0.8), (0.7, 0.7, 0.95)
+    nodes = [
+        placed(
+            plane(1.2, 0.9, glass(color, thin_walled=True, roughness=0.1 * number)),
+            move(0.1 * number, 0.5, 0.3 * number) @ rotate("x", 80 + 10 * number),
+        )
+        for number, color in enumerate(colors)
+    ]
+    return [nodes[number] for number in order]
+
+
+def test_overlapping_panes_may_come_in_any_order(device):
+    pictures = []
+    for order in ((0, 1, 2), (2, 0, 1), (1, 2, 0)):
+        floor = placed(plane(4, 4, lambert(0.5, 0.4, 0.3)))
+        pictures.append(render(device, scene_of(floor, *panes(order), environment=sky()), 96, VIEW, (32, 20)).color)
+    assert max(compare(pictures[0], other).flip for other in pictures[1:]) < 0.03  # noise
+    for other in pictures[1:]:
+        assert other.mean() == pytest.approx(pictures[0].mean(), rel=0.005)
+
+
+def still_life() -> tuple:
+    """Clear, rough and absorbing glass, and a pane, before a matte wall."""
+    return (
+        placed(plane(5, 5, lambert(0.6, 0.55, 0.5))),
+        placed(plane(5, 3, lambert(0.3, 0.45, 0.7)), move(0, 1.5, -1.2) @ rotate("x", 90)),
+        placed(box((0.3, 0.5, 0.3), lambert(0.8, 0.3, 0.2)), move(0.1, 0.25, -0.6)),
+        placed(sphere(0.35, glass(), 48), move(-0.5, 0.36, 0)),
+        placed(sphere(0.25, glass(roughness=0.35), 48), move(0.15, 0.26, 0.4)),
+        placed(box((0.35, 0.5, 0.35), glass(absorption=(1.0, 3.0, 6.0))), move(0.7, 0.26, 0.1) @ rotate("y", 25)),
+        placed(plane(0.7, 0.7, glass((0.5, 0.9, 0.6), thin_walled=True)), move(-0.2, 0.5, 0.6) @ rotate("x", 75)),
+        shining(SphereLight(radiance=20.0, radius=0.2), move(1.2, 2.2, 1.4)),
+        shining(DirectionalLight(illuminance=1.5, angular_diameter=0.05), aim((-1, 2, 1.5), (0, 0, 0))),
+    )
+
+
+def test_default_frames_come_near_the_path_tracer_at_rest_and_in_motion(device):
+    size = (96, 60)
+    scene = scene_of(*still_life(), environment=uniform(0.25, 0.3, 0.4))
+    with pica.PathTracer(scene, size=size, device=device) as tracer:
+        expected = tracer.render(384, camera=VIEW).color
+    with pica.Renderer(scene, size=size, device=device) as renderer:
+        still = renderer.render(64, camera=VIEW).color
+        renderer.reset()
+        orbit = sequence("orbit", scene, VIEW, speed=1.0)
+        moving = last_frame(renderer, orbit, range(-15, 1)).color
+    at_rest, in_motion = compare(expected, still), compare(expected, moving)
+    assert at_rest.flip < 0.08
+    assert in_motion.flip < at_rest.flip + 0.05
+    for picture in (still, moving):
+        assert picture.mean() == pytest.approx(expected.mean(), rel=0.02)
+
+
+def test_the_gbuffer_has_what_lies_behind(device):
+    wall = placed(plane(4, 4, lambert(0.5)), move(0, 0, -2) @ rotate("x", 90), "wall")
+    window = placed(plane(1, 1, glass(thin_walled=True)), rotate("x", 90), "window")
+    camera = Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=math.radians(20))
+    aovs = ["depth", "normal", "albedo", "instance", "motion"]
+    for values in ({"visibility.primary": "raster"}, {"visibility.primary": "rays"}):
+        with_it, without = (
+            pica.Renderer(scene_of(*nodes), size=(16, 16), settings=settings(values), device=device).labels(
+                camera=camera, aovs=aovs
+            )
+            for nodes in ([wall, window], [wall])
+        )
+        for name in aovs:
+            np.testing.assert_allclose(with_it.aov(name), without.aov(name), atol=1e-5, err_msg=name)
+
+
+def test_without_the_pass_glass_is_opaque_to_the_camera(device):
+    window = placed(plane(1, 1, glass(thin_walled=True)), rotate("x", 90), "window")
+    camera = Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=math.radians(10))
+    scene = scene_of(window, environment=uniform(1, 1, 1))
+    depth = [
+        pica.Renderer(scene, size=(8, 8), settings=settings({"transparency.mode": mode}), device=device)
+        .labels(camera=camera, aovs=["depth"])
+        .aov("depth")
+        for mode in ("off", "ray_traced")
+    ]
+    assert np.all(np.isfinite(depth[0])) and np.all(np.isinf(depth[1]))
+
+
+def test_frames_are_the_same_bits_each_time(device):
+    scene = scene_of(*still_life(), environment=sky())
+    pictures = []
+    for _ in range(2):
+        with pica.Renderer(scene, size=(48, 30), device=device) as renderer:
+            pictures.append(renderer.render(4, camera=VIEW).color)
+    np.testing.assert_array_equal(*pictures)
