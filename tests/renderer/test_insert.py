@@ -89,6 +89,7 @@ def test_every_stage_can_be_followed(renderer, insert):
     assert tuple(heard) == STAGES
     assert there["gbuffer"] == there["ambient_occlusion"] == ["gbuffer"]
     assert there["lighting"] == there["reflections"] == ["gbuffer"] and there["composite"] == ["gbuffer", "radiance"]
+    assert there["transparency"] == there["composite"]
     assert there["antialiasing"] == ["gbuffer", "radiance", "picture"] and there["post"][-1] == "display"
     renderer.render(2)
     assert tuple(heard) == STAGES, "a frame like the one before is not declared again"

@@ -65,8 +65,8 @@ class TransparencySettings(Group):
         4,
         range=(1, 32),
         unit="surfaces",
-        text="That bend a path; it goes straight on through further ones. A pane counts once, a solid twice, and again for"
-        " each reflection inside of it.",
+        text="That bend a path; it goes straight on through further ones. A pane counts once, a solid twice, and again"
+        " for each reflection inside of it.",
         higher="glass behind glass refracts right",
         lower="less time",
     )

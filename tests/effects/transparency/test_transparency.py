@@ -94,15 +94,19 @@ def test_a_prism_disperses(device, tracer):
 
 
 @BOTH
-def test_alpha_of_glass_passes_light_without_noise(device, tracer):
+@pytest.mark.parametrize("metallic", [0.0, 1.0])
+def test_alpha_of_glass_passes_light_without_noise(device, tracer, metallic):
+    color = (0.2, 0.5, 0.8, 0.25)
     material = Material(
-        base_color=(0.2, 0.5, 0.8, 0.25), metallic=0.0, transmission=1.0, specular=0.0, alpha_mode=AlphaMode.BLEND
+        base_color=color, metallic=metallic, transmission=1.0, specular=0.0, alpha_mode=AlphaMode.BLEND, roughness=0.0
     )
     pane = placed(plane(4, 4, material))
     camera = orthographic((0, 3, 0), (0, 0, 0), 0.5)
     picture = tracer(device, scene_of(pane, environment=uniform(1, 1, 1)), 1, camera, (16, 16)).color
-    expected = 0.75 + 0.25 * np.array((0.2, 0.5, 0.8))
-    np.testing.assert_allclose(picture, np.broadcast_to(expected, picture.shape), rtol=0.01)
+    expected = 0.75 + 0.25 * np.array(color[:3])  # glass passes it, metal reflects it
+    if metallic == 0:
+        np.testing.assert_allclose(picture, np.broadcast_to(expected, picture.shape), rtol=0.01)
+    assert picture.mean() == pytest.approx(expected.mean(), rel=0.02)
 
 
 def panes(order):
