@@ -267,7 +267,12 @@ def test_no_samples_are_refused(device, samples):
 
 def test_frame_carries_the_same_aovs_as_the_renderers(device):
     traced, hybrid = trace(device, still_life(), 1, CAMERA, SIZE), render(device, still_life(), 1, CAMERA, SIZE)
-    assert set(traced.aov_names) == set(hybrid.aov_names) - {"shadows", "diffuse_direct", "glossy_direct"}
+    assert set(traced.aov_names) == set(hybrid.aov_names) - {
+        "shadows",
+        "diffuse_direct",
+        "glossy_direct",
+        "transmission",
+    }
     for name in ("instance", "material", "depth", "albedo"):
         np.testing.assert_array_equal(traced.aov(name), hybrid.aov(name))
 
