@@ -1,5 +1,7 @@
 """Transmissive surfaces: what is seen through them and in them (RTG 19, 19.3.4)."""
 
+from functools import cached_property
+
 import numpy as np
 import slangpy as spy
 
@@ -12,7 +14,7 @@ from pica.light_sampling.light_sampler import LightSamples
 from pica.rhi.device import Device
 from pica.settings import TransparencySettings
 from pica.tracing.ray_buffers import Tracer
-from pica.tracing.ray_effect import ray_effect
+from pica.tracing.ray_effect import RayEffect, ray_effect
 
 
 class Transparency(Effect):
@@ -25,9 +27,14 @@ class Transparency(Effect):
         self, device: Device, settings: TransparencySettings, tracer: Tracer | None, cache: str | None, filters: bool
     ) -> None:
         """`cache`: the module of the cache of indirect light, if calls pass one. `filters`: DebugSettings.filters."""
+        self._device, self._tracer, self._cache = device, tracer, cache
         self._surfaces, self._filters = settings.surfaces, filters
+
+    @cached_property
+    def _trace(self) -> RayEffect:
+        """Made for the first scene with transmissive surfaces: others need not compile it."""
         module = "effects/transparency/transparency_rays.slang"
-        self._trace = ray_effect(device, module, "TransparencyRays", "surface", tracer, with_module=cache)
+        return ray_effect(self._device, module, "TransparencyRays", "surface", self._tracer, with_module=self._cache)
 
     def __call__(
         self,
