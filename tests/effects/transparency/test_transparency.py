@@ -164,6 +164,22 @@ def test_default_frames_come_near_the_path_tracer_at_rest_and_in_motion(device):
         assert picture.mean() == pytest.approx(expected.mean(), rel=0.02)
 
 
+def test_glass_that_moves_leaves_no_trail(device):
+    """Over a wall at rest, which is all that the G-buffer sees."""
+    wall = placed(plane(5, 3, lambert(0.3, 0.45, 0.7)), move(0, 1, -0.8) @ rotate("x", 90))
+    ball = placed(sphere(0.2, glass((0.9, 0.4, 0.3)), 32))
+    scene = scene_of(wall, ball, environment=uniform(0.5, 0.5, 0.5))
+    camera = Camera.look_at((0, 1, 3), (0, 1, 0), vertical_fov=math.radians(30))
+    with pica.Renderer(scene, size=(96, 60), device=device) as renderer:
+        for frame in range(20):
+            ball.transform = move(0.05 * frame - 0.5, 1, 0)
+            picture = renderer.render(1, camera=camera).color
+        renderer.reset()
+        expected = renderer.render(24, camera=camera).color
+    left = np.abs(picture - expected)[:, :40].max(-1) > 0.1 * expected.mean()
+    assert left.mean() < 0.002
+
+
 def test_the_gbuffer_has_what_lies_behind(device):
     wall = placed(plane(4, 4, lambert(0.5)), move(0, 0, -2) @ rotate("x", 90), "wall")
     window = placed(plane(1, 1, glass(thin_walled=True)), rotate("x", 90), "window")

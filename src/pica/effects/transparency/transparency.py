@@ -45,12 +45,14 @@ class Transparency(Effect):
         radiance: Texture,
     ) -> Texture:
         """`radiance`, complete light towards the camera without transmissive surfaces, with them (width, height,
-        rgba32_float, nits)."""
+        rgba32_float, nits; alpha as transparency_rays.slang has it)."""
         with graph.scope(self.name):
             if gbuffer.glass is None:
                 graph.offer("transmission", (radiance,), lambda light: np.zeros_like(rgb(light)))
                 return radiance
             seen = graph.texture("seen", spy.Format.rgba32_float)
+            history = graph.history("moving glass", {"moving": spy.Format.r32_uint})
+            moving, state = history.textures["moving"], history.state
             graph.add(
                 self._trace,
                 graph.size,
@@ -58,6 +60,9 @@ class Transparency(Effect):
                 glass=gbuffer.glass,
                 radiance=radiance,
                 seen=write(seen),
+                moving=write(moving),
+                previousMoving=moving.previous,
+                known=lambda frame: int(state.precedes(frame)),
                 surfaces=self._surfaces,
                 **(indirect.cache.values if indirect and indirect.cache else {}),
             )
