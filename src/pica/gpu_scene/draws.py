@@ -73,7 +73,7 @@ DRAWN_SECTION = np.dtype(
     [("index_count", "u4"), ("instances", "u4"), ("boxes", "?"), ("opaque", "?"), ("glass", "?"), ("double_sided", "?")]
 )
 NOT_DRAWN = -1
-KINDS = [DrawKind(opaque, glass, facing) for opaque in (True, False) for glass in (False, True) for facing in Facing]
+_KINDS = [DrawKind(opaque, glass, facing) for opaque in (True, False) for glass in (False, True) for facing in Facing]
 """Opaque kinds first, so that they occlude those that are costlier to shade."""
 
 
@@ -129,7 +129,7 @@ class DrawLists:
         for kind, draws in sorted(self._lists.items()):
             draws.table.flush(recording)
             if draws.used:
-                draw_lists.append(DrawList(KINDS[kind], draws.end, draws.table.buffer))
+                draw_lists.append(DrawList(_KINDS[kind], draws.end, draws.table.buffer))
         return draw_lists
 
 

@@ -28,7 +28,7 @@ _BOXES = Facing.BOXES, Facing.BOXES_MIRRORED
 class RasterVisibility:
     """Rasterizes the visible triangle of each pixel. One indirect draw per kind of section.
 
-    `glass`: of transmissive sections before all others, which the G-buffer has already; else of what it is to have.
+    `glass`: of transmissive sections in front of the surfaces that the G-buffer has; else of these surfaces.
     """
 
     def __init__(self, device: Device, glass: bool = False) -> None:
