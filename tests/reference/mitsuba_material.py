@@ -157,6 +157,46 @@ class PicaSurface(mi.BSDF):
         return f"PicaSurface[{self.material.name}]"
 
 
+class DiffuseTransmitter(mi.BSDF):
+    """Lets all light through, evenly in all directions behind it, tinted."""
+
+    color: tuple[float, float, float]
+
+    def __init__(self, props: mi.Properties) -> None:
+        super().__init__(props)
+        sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
+        self.m_components = [mi.BSDFFlags.DiffuseTransmission | sides]
+        self.m_flags = self.m_components[0]
+
+    def use(self, material: Material) -> "DiffuseTransmitter":
+        """Show `material`; returns self."""
+        assert (material.diffuse_transmission, material.specular, material.transmission) == (1.0, 0.0, 0.0)
+        self.color = material.diffuse_transmission_color
+        return self
+
+    def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> mi.Color3f:
+        return mi.Color3f(list(self.color)) * self.pdf(ctx, si, wo, active)
+
+    def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> mi.Float:
+        return dr.select(active & (si.wi.z * wo.z < 0), dr.abs(wo.z) * dr.inv_pi, 0.0)
+
+    def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[mi.Color3f, mi.Float]:
+        return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
+
+    def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> tuple[Any, mi.Color3f]:
+        out = mi.BSDFSample3f()
+        behind = mi.warp.square_to_cosine_hemisphere(sample2)
+        out.wo = dr.select(si.wi.z > 0, -behind, behind)
+        out.pdf = self.pdf(ctx, si, out.wo, active)
+        out.eta = 1.0
+        out.sampled_component = mi.UInt32(0)
+        out.sampled_type = mi.UInt32(+mi.BSDFFlags.DiffuseTransmission)
+        return out, mi.Color3f(list(self.color))
+
+    def to_string(self) -> str:
+        return "DiffuseTransmitter[]"
+
+
 class Lobes:
     """The reflectance at a surface point: a GGX lobe over a Lambert base, both energy-conserving."""
 

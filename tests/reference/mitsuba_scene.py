@@ -14,7 +14,7 @@ from pica.scene.environment import Environment
 from pica.scene.material import AlphaMode, Material
 from pica.scene.model import Scene, Section
 from tests.reference.mitsuba_light import PicaLight
-from tests.reference.mitsuba_material import PicaSurface, TextureReader, linear_pixels
+from tests.reference.mitsuba_material import DiffuseTransmitter, PicaSurface, TextureReader, linear_pixels
 from tests.reference.variant import mi
 
 mi.register_bsdf("pica_surface", PicaSurface)
@@ -73,6 +73,8 @@ def _materials(scene: Scene) -> list[Material]:
 
 def _surface(material: Material, textures: TextureReader) -> mi.BSDF:
     assert not material.unlit, f"{material.name}: unlit materials have no counterpart here"
+    if material.diffuse_transmission > 0:
+        return DiffuseTransmitter(mi.Properties()).use(material)
     if material.transmission > 0:
         return _glass(material)
     plain = material.base_color_texture is None and material.normal_texture is None
@@ -85,7 +87,11 @@ def _surface(material: Material, textures: TextureReader) -> mi.BSDF:
 
 def _glass(material: Material) -> mi.BSDF:
     """Mitsuba's own dielectrics, for what is fully transmissive, and clear but for absorption inside."""
-    assert (material.transmission, material.base_color[:3], material.specular) == (1.0, (1.0, 1.0, 1.0), 1.0)
+    assert (material.transmission, material.base_color[:3]) == (1.0, (1.0, 1.0, 1.0))
+    if material.ior == 1:
+        assert material.specular == 0
+        return mi.load_dict({"type": "null"})
+    assert material.specular == 1
     if material.thin_walled:
         assert material.roughness == 0
         return mi.load_dict({"type": "thindielectric", "int_ior": material.ior, "ext_ior": 1.0})
@@ -93,6 +99,21 @@ def _glass(material: Material) -> mi.BSDF:
     if material.roughness > 0:
         kind |= {"type": "roughdielectric", "distribution": "ggx", "alpha": material.roughness**2}
     return mi.load_dict(kind)
+
+
+def _medium(material: Material) -> mi.Medium:
+    scattering = np.array(material.scattering)
+    extinction = scattering + material.absorption
+    most = float(extinction.max())
+    return mi.load_dict(
+        {
+            "type": "homogeneous",
+            "albedo": {"type": "rgb", "value": (scattering / np.maximum(extinction, 1e-9)).tolist()},
+            "sigma_t": {"type": "rgb", "value": (extinction / most).tolist()},
+            "scale": most,
+            "phase": {"type": "hg", "g": material.scatter_anisotropy},
+        }
+    )
 
 
 def _shapes(section: Section, world: NDArray[np.float64], surface: mi.BSDF, gap: float) -> list[mi.Mesh]:
@@ -129,11 +150,8 @@ def _shape(
     normals = -normals if offset < 0 else normals
     props = mi.Properties()
     props["bsdf"] = surface
-    if any(section.material.absorption):
-        most = max(section.material.absorption)
-        absorbed = {"type": "rgb", "value": [each / most for each in section.material.absorption]}
-        medium = {"type": "homogeneous", "albedo": 0.0, "sigma_t": absorbed, "scale": most}
-        props["interior"] = mi.load_dict(medium)
+    if any((*section.material.absorption, *section.material.scattering)):
+        props["interior"] = _medium(section.material)
     if emitter is not None:
         props["emitter"] = mi.load_dict(emitter)
     shape = mi.Mesh(

@@ -42,6 +42,8 @@ _SLOTS = (
     "specular",
     "specular_color",
     "transmission",
+    "diffuse_transmission",
+    "diffuse_transmission_color",
     "coat",
     "coat_roughness",
     "coat_normal",
@@ -51,7 +53,7 @@ _SLOTS = (
     "sheen_color",
     "sheen_roughness",
 )
-_SRGB = {"base_color", "emissive", "specular_color", "sheen_color"}
+_SRGB = {"base_color", "emissive", "specular_color", "sheen_color", "diffuse_transmission_color"}
 COAT = np.dtype(
     [("transmittance", "f4", 3), ("strength", "f4"), ("roughness", "f4"), ("ior", "f4"), ("ior_below", "f4")],
     align=True,
@@ -83,6 +85,10 @@ MATERIAL = np.dtype(
         ("sheen_roughness", "f4"),
         ("absorption", "f4", 3),
         ("dispersion", "f4"),
+        ("scattering", "f4", 3),
+        ("scatter_anisotropy", "f4"),
+        ("diffuse_transmission_color", "f4", 3),
+        ("diffuse_transmission", "f4"),
         ("type", "u4"),
         ("parameters", "u4", MAX_PARAMETERS),
     ],
@@ -296,6 +302,8 @@ class MaterialTable:
             "ior",
             "specular",
             "absorption",
+            "scattering",
+            "diffuse_transmission_color",
         ):
             packed[name] = getattr(material, name)
         for name in (
@@ -305,6 +313,8 @@ class MaterialTable:
             "transmission",
             "coat_normal_scale",
             "dispersion",
+            "scatter_anisotropy",
+            "diffuse_transmission",
         ):
             packed[name] = getattr(material, name)
         coats = baked(material)

@@ -28,6 +28,7 @@ EMISSIVE_TEXTURES = Feature("emissive_textures", "materials.material_type", "EMI
 """Only these textures are also read for emitted light, when an emissive triangle is sampled."""
 ALPHA = Feature("alpha", "materials.material_types", "ALPHA_IN_USE")
 TRANSMISSION = Feature("transmission", "shaders.brdf_parameters", "TRANSMISSION_IN_USE")
+DIFFUSE_TRANSMISSION = Feature("diffuse_transmission", "shaders.surface", "DIFFUSE_TRANSMISSION_IN_USE")
 COATS = Feature("coats", "shaders.coats", "COATS_IN_USE")
 LOBES = Feature("lobes", "shaders.brdf_parameters", "LOBES_IN_USE")
 """Support code of the following lobes, each of which requires it."""
@@ -40,12 +41,13 @@ SPLIT_SUM_ONLY = Feature("split_sum_only", "light_sampling.slot_samples", "SPLIT
 
 _LIT = LIGHTS, FLAT_LIGHTS
 _TEXTURED = TEXTURES, EMISSIVE_TEXTURES, ALPHA
-_MOST = ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION
+_MOST = ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION, DIFFUSE_TRANSMISSION
 _DEAR = (COATS,), (LOBES, FILMS), (LOBES, ANISOTROPY), (LOBES, SHEEN)
 """Lobes that take long to compile, and longer together."""
 _BUNDLED = (
     (),
     (ENVIRONMENT, *_LIT),
+    (ENVIRONMENT, *_LIT, TRANSMISSION, DIFFUSE_TRANSMISSION),
     (ENVIRONMENT, *_TEXTURED),
     (ENVIRONMENT, *_LIT, *_TEXTURED),
     *((*_MOST, *chain(*some)) for count in range(len(_DEAR) + 1) for some in combinations(_DEAR, count)),
@@ -76,6 +78,8 @@ def features_of(material: Material) -> Features:
         features |= {ALPHA}
     if values["transmission"] > 0:
         features |= {TRANSMISSION}
+    if values["diffuse_transmission"] > 0:
+        features |= {DIFFUSE_TRANSMISSION}
     if values["coats"]:
         features |= {COATS}
     for lobe, feature in _LOBES:

@@ -38,6 +38,7 @@ from pica.scene.values import (
 
 _SHARE = number(0, 1)
 _NOT_NEGATIVE = number(0)
+_ANISOTROPY = number(-1, 1)
 
 
 class AlphaMode(Enum):
@@ -201,6 +202,20 @@ class Material(Followed):
     dispersion: TrackedField[float] = TrackedField(_NOT_NEGATIVE, 0.0)
     """20 over the Abbe number of a solid (KHR_materials_dispersion): red is refracted less than blue. Glass has 0.3 to
     1."""
+    diffuse_transmission: TrackedField[float] = TrackedField(_SHARE, 0.0)
+    """Fraction of the dielectric's diffuse light that goes on at the other side of the surface instead, evenly in all
+    directions (KHR_materials_diffuse_transmission): of leaves and paper, and with `scattering` of wax and fruit."""
+    diffuse_transmission_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
+    """Linear, in alpha."""
+    diffuse_transmission_color: TrackedField[Color] = TrackedField(COLOR, WHITE)
+    """Tint of that light at each surface that it passes, at most 1."""
+    diffuse_transmission_color_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)
+    """sRGB."""
+    scattering: TrackedField[Color] = TrackedField(COLOR, (0.0, 0.0, 0.0))
+    """Scattering coefficient of a solid, per metre: light is scattered after 1 / scattering metres on average
+    (KHR_materials_volume_scatter)."""
+    scatter_anisotropy: TrackedField[float] = TrackedField(_ANISOTROPY, 0.0)
+    """Mean cosine of the angle of scattering, -1 to 1: 0 scatters evenly, 1 straight on (Henyey and Greenstein 1941)."""
     coats: TrackedField[tuple[Coat, ...]] = TrackedField(coats, ())
     """Clear layers over all this, the topmost first, 3 at most. Textures are the topmost one's."""
     coat_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)

@@ -13,6 +13,7 @@ SUPPORTED = frozenset(
         "KHR_lights_punctual",
         "KHR_materials_anisotropy",
         "KHR_materials_clearcoat",
+        "KHR_materials_diffuse_transmission",
         "KHR_materials_dispersion",
         "KHR_materials_emissive_strength",
         "KHR_materials_ior",
@@ -22,6 +23,7 @@ SUPPORTED = frozenset(
         "KHR_materials_transmission",
         "KHR_materials_unlit",
         "KHR_materials_volume",
+        "KHR_materials_volume_scatter",
         "KHR_mesh_quantization",
         "KHR_texture_transform",
     }
