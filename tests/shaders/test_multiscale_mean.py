@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 SOURCE = """
-import effects.global_illumination.surfels.multiscale_mean;
+import filtering.multiscale_mean;
 import shaders.noise;
 
 static const uint CHANGES = 300; // the frame

@@ -79,6 +79,8 @@ class GpuScene:
         """Lowest and highest corner (3,) of the bounds of everything shown so far: they never shrink."""
         self.revision = 0
         """Counts updates that changed anything."""
+        self.content_revision = 0
+        """Counts updates in which records came, went, or got other materials."""
         self.lights_revision = 0
         """Counts updates that changed emitted or reflected light."""
         self.lights_made = self.lights_moved = 0
@@ -227,6 +229,7 @@ class GpuScene:
         if differs or lights_differ or lights_moved or edits:
             self.revision += 1
             self.flush(recording)
+        self.content_revision += bool(changes.removed or added or edits or switched)
         shines = any(_shines(node) for node in (*moved, *deformed))
         # Reflected light counts too.
         self.lights_revision += lights_differ or lights_moved or shines or bool(edits)

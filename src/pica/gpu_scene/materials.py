@@ -134,6 +134,8 @@ class MaterialTable:
         self.table = HostTable(device, "materials", MATERIAL)
         self.transparent: set[int] = set()
         """Rows of transmissive materials."""
+        self.translucent: set[int] = set()
+        """Rows of materials with diffuse transmission."""
         self.mirrors: set[int] = set()
         """Rows of materials that may mirror sharply."""
         self._materials: dict[Material, _Packed] = {}
@@ -273,6 +275,7 @@ class MaterialTable:
             return
         del self._materials[material]
         self.transparent.discard(entry.row)
+        self.translucent.discard(entry.row)
         self.mirrors.discard(entry.row)
         self._forget(entry)
         self.table.give_back(entry.row, 1)
@@ -282,6 +285,7 @@ class MaterialTable:
         self.table.rows[row] = self._packed(material, images)
         self._type_users[material.type] += 1
         (self.transparent.add if material.transmission > 0 else self.transparent.discard)(row)
+        (self.translucent.add if material.diffuse_transmission > 0 else self.translucent.discard)(row)
         (self.mirrors.add if may_mirror(material) else self.mirrors.discard)(row)
         return _Packed(row, material.type, _kind(material), images, average_emission(material))
 

@@ -37,6 +37,7 @@ class SceneView:
         self.scene = gpu = GpuScene.of(device, scene)
         self._transparent_shadows = settings.shadows.transparent
         self._leaves_glass = settings.transparency.mode != "off"
+        self._follows_diffuse = settings.translucency.mode != "off"
         self.own = ViewGeometry(device, gpu)
         self.places = PreviousPlaces(device)
         self.positions = PreviousPositions(device, gpu.geometry)
@@ -137,6 +138,11 @@ class SceneView:
         """Whether there are transmissive surfaces, and the G-buffer leaves them out."""
         return self._leaves_glass and bool(self.scene.materials.transparent)
 
+    @property
+    def translucent(self) -> bool:
+        """Whether there are surfaces with diffuse transmission, and the light that passes them is followed."""
+        return self._follows_diffuse and bool(self.scene.materials.translucent)
+
     def labels(self) -> NDArray[np.uint32]:
         """(records, 2) the node and the material of each record as they are now, both counted from 1."""
         records = self.records
@@ -150,6 +156,7 @@ class SceneView:
         """Follow other settings."""
         self._transparent_shadows = settings.shadows.transparent
         self._leaves_glass = settings.transparency.mode != "off"
+        self._follows_diffuse = settings.translucency.mode != "off"
         self._bind()
 
     def make_programs(self) -> None:
@@ -230,6 +237,7 @@ class SceneView:
             masked=int(scene.masked or self.lights.masked),
             transparent=int(self.transparent),
             glassApart=int(self.glass_apart),
+            diffuseApart=int(self._follows_diffuse),
             **self.lights.parameters,
         )
 

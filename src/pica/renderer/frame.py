@@ -21,6 +21,7 @@ STAGES = (
     "ambient_occlusion",
     "lighting",
     "global_illumination",
+    "translucency",
     "reflections",
     "composite",
     "transparency",
@@ -91,6 +92,10 @@ def declare(
         s.indirect = stages.global_illumination(graph, s.gbuffer, s.scene, s.light, s.occlusion, s.exposure)
         s.parts.append(s.indirect.reflected)
     yield "global_illumination"
+    if stages.translucency is not None:
+        passed = stages.translucency(graph, s.gbuffer, s.scene, s.light, s.indirect, s.exposure)
+        s.parts += [] if passed is None else [passed]
+    yield "translucency"
     if stages.reflections is not None:
         # Screen-space reflections read the picture before reflections are added.
         picture = stages.composite.so_far(graph, s.parts) if surroundings else None

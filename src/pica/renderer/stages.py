@@ -14,6 +14,7 @@ from pica.effects.reflections.reflections import Reflections
 from pica.effects.shadow_maps.shadow_maps import ShadowMaps
 from pica.effects.shadows.shadows import Shadows
 from pica.effects.stochastic_light.stochastic_light import StochasticLightDenoiser
+from pica.effects.translucency.translucency import Translucency
 from pica.effects.transparency.transparency import Transparency
 from pica.filtering.reprojection import Reprojection
 from pica.frame.effect import Effect
@@ -25,7 +26,7 @@ from pica.rhi.device import Device
 from pica.settings import Settings
 from pica.tracing.tracers import choose_tracer
 
-_OPTIONAL: tuple[type[Effect], ...] = Shadows, AmbientOcclusion, GlobalIllumination, Reflections, Transparency
+_OPTIONAL: tuple[type[Effect], ...] = Shadows, AmbientOcclusion, GlobalIllumination, Reflections, Transparency, Translucency
 """Effects that settings may leave out; ShadowMaps has the name and the AOVs of Shadows."""
 EVERY_GROUP = frozenset(field.name for field in fields(Settings))
 
@@ -43,6 +44,7 @@ class Stages:
         self.ambient_occlusion: AmbientOcclusion | None = None
         self.global_illumination: GlobalIllumination | None = None
         self.reflections: Reflections | None = None
+        self.translucency: Translucency | None = None
         self.transparency: Transparency | None = None
         self.follow(settings, EVERY_GROUP)
 
@@ -79,8 +81,13 @@ class Stages:
             glass = settings.transparency, self.tracer, cache, filters
             off = settings.transparency.mode == "off"
             self.transparency = None if off else Transparency(device.memory_scope(), *glass)
+        if changed & {"rays", "translucency"} or cache != self._cache:
+            wax = settings.translucency, self.tracer, cache
+            off = settings.translucency.mode == "off"
+            self.translucency = None if off else Translucency(device.memory_scope(), *wax)
         self._cache = cache
         by_rays = "ray_traced" in (settings.reflections.mode, settings.transparency.mode)
+        by_rays = by_rays or settings.translucency.mode != "off"
         self.light_sampler.expect_hits(
             by_rays or settings.global_illumination.mode in ("path_traced", "restir", "surfels")
         )
@@ -112,6 +119,7 @@ class Stages:
             self.lighting,
             self.stochastic_light,
             self.global_illumination,
+            self.translucency,
             self.reflections,
             self.composite,
             self.transparency,

@@ -11,7 +11,7 @@ from pica.settings.groups import (
     ShadowsSettings,
     VisibilitySettings,
 )
-from pica.settings.indirect_groups import GlobalIlluminationSettings, ReflectionsSettings, TransparencySettings
+from pica.settings.indirect_groups import GlobalIlluminationSettings, ReflectionsSettings, TranslucencySettings, TransparencySettings
 from pica.settings.settings import PRESETS, Settings
 
 __all__ = [
@@ -27,6 +27,7 @@ __all__ = [
     "Settings",
     "ShadowMapsSettings",
     "ShadowsSettings",
+    "TranslucencySettings",
     "TransparencySettings",
     "VisibilitySettings",
 ]

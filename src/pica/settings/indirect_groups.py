@@ -73,6 +73,49 @@ class TransparencySettings(Group):
 
 
 @dataclass(frozen=True)
+class TranslucencySettings(Group):
+    """Light that passes surfaces diffusely, as those of leaves, wax and skin."""
+
+    levels: ClassVar = {
+        "low": Level("A quarter of the texels, in a quarter of the time: coarser.", {"map_size": 128}),
+        "medium": Level("A texture of 256x256 texels for all solids."),
+        "high": Level("Four times the texels: finer shadows on solids that are large in the picture.", {"map_size": 512}),
+    }
+
+    mode: Literal["off", "texture_space"] = choice(
+        "texture_space",
+        "How it is found.",
+        off="Not at all: such surfaces reflect diffusely what others would let through.",
+        texture_space="Solids are unwrapped; paths through the solid begin at the texels and add up over frames, however"
+        " the camera moves.",
+    )
+    map_size: int = number(
+        256,
+        range=(64, 2048),
+        unit="texels along a side, rounded down to a power of two",
+        text="Of the texture that all solids on screen share: at most a path a texel and frame.",
+        higher="finer shadows and textures of light",
+        lower="less time",
+    )
+    interval: int = number(
+        0,
+        range=(0, 64),
+        unit="frames; 0: 1 on a graphics card, 2 on a processor",
+        text="In which each texel has one path.",
+        higher="less time",
+        lower="less noise, faster after changes of light",
+    )
+    scatterings: int = number(
+        64,
+        range=(1, 1024),
+        unit="scatterings",
+        text="In a path, at most; it goes straight on to the surface after that.",
+        higher="right for solids that are many free paths thick",
+        lower="less time",
+    )
+
+
+@dataclass(frozen=True)
 class GlobalIlluminationSettings(Group):
     """Light that surfaces reflect diffusely of other surfaces."""
 

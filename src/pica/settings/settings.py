@@ -17,7 +17,7 @@ from pica.settings.groups import (
     ShadowsSettings,
     VisibilitySettings,
 )
-from pica.settings.indirect_groups import GlobalIlluminationSettings, ReflectionsSettings, TransparencySettings
+from pica.settings.indirect_groups import GlobalIlluminationSettings, ReflectionsSettings, TranslucencySettings, TransparencySettings
 from pica.settings.setting import Group, Level, Value, declared, dotted, number
 
 
@@ -35,6 +35,7 @@ class Settings(Group):
     shadow_maps: ShadowMapsSettings = field(default_factory=ShadowMapsSettings)
     lighting: LightingSettings = field(default_factory=LightingSettings)
     reflections: ReflectionsSettings = field(default_factory=ReflectionsSettings)
+    translucency: TranslucencySettings = field(default_factory=TranslucencySettings)
     transparency: TransparencySettings = field(default_factory=TransparencySettings)
     global_illumination: GlobalIlluminationSettings = field(default_factory=GlobalIlluminationSettings)
     antialiasing: AntialiasingSettings = field(default_factory=AntialiasingSettings)
@@ -161,6 +162,7 @@ PRESETS = {
             "ambient_occlusion.mode": "ground_truth",
             "lighting.environment": "prefiltered",
             "reflections.mode": "screen_space",
+            "translucency.mode": "off",
             "transparency.mode": "off",
             "global_illumination.mode": "light_map",
         },

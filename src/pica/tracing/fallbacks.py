@@ -68,6 +68,7 @@ def _without_rays(settings: Settings) -> dict[str, Value]:
         # Shadow maps do not cover the environment.
         "lighting.environment": shadows and settings.lighting.environment == "sampled",
         "reflections.mode": settings.reflections.mode == "ray_traced",
+        "translucency.mode": settings.translucency.mode != "off",
         "transparency.mode": settings.transparency.mode == "ray_traced",
         "global_illumination.mode": settings.global_illumination.mode not in ("off", "light_map"),
     }
