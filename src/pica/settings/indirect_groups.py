@@ -82,12 +82,13 @@ class TranslucencySettings(Group):
         "high": Level("Four times the texels: finer shadows on solids that are large in the picture.", {"map_size": 512}),
     }
 
-    mode: Literal["off", "texture_space"] = choice(
+    mode: Literal["off", "screen_space", "texture_space"] = choice(
         "texture_space",
         "How it is found.",
         off="Not at all: such surfaces reflect diffusely what others would let through.",
+        screen_space="Paths through the solid or the sheet begin at the pixels: one a frame, and a filter.",
         texture_space="Solids are unwrapped; paths through the solid begin at the texels and add up over frames, however"
-        " the camera moves.",
+        " the camera moves. Sheets as with screen_space, and solids for which there is no room.",
     )
     map_size: int = number(
         256,

@@ -30,6 +30,11 @@ class _Candidate:
     area: float
     """Square metres."""
 
+    @property
+    def can_unwrap(self) -> bool:
+        """Whether it is a solid that is not too large to unwrap."""
+        return not self.section.material.thin_walled and len(self.section.indices) <= _MOST_TRIANGLES
+
 
 class TextureMaps:
     """The maps, as the block `textureMaps` of texture_maps.slang. They follow the scene's objects, not their motion."""
@@ -46,14 +51,16 @@ class TextureMaps:
         self.count = 0
         """How many objects have a map."""
         self._content: tuple[int, int] | None = None
+        self.leaves_out = False
+        """Whether surfaces with diffuse transmission have no map."""
         self.changed = False
         """Whether places in the texture differ from those of the frame before."""
         self._bind([], np.zeros((1, 3), np.uint32), np.zeros(1, np.uint32))
 
-    def declare(self, graph: FrameGraph, scene: SceneView) -> None:
-        """Declare what keeps them up to date; passes added later find the block."""
+    def declare(self, graph: FrameGraph, scene: SceneView, wanted: bool) -> None:
+        """Declare what keeps them up to date; passes added later find the block. `wanted`: False leaves all out."""
         graph.provide(textureMaps=self)
-        graph.record("follow texture maps", self._follow, scene=scene)
+        graph.record("follow texture maps", self._follow, scene=scene, wanted=wanted)
         graph.add(
             self._draw,
             lambda frame: (max(self._longest, 1), max(self.count, 1), 1),
@@ -65,16 +72,17 @@ class TextureMaps:
         """Place all objects again in the next frame."""
         self._content = None
 
-    def _follow(self, frame: FrameContext, scene: SceneView) -> None:
+    def _follow(self, frame: FrameContext, scene: SceneView, wanted: bool) -> None:
         content = id(scene.scene), scene.scene.content_revision
         self.changed = content != self._content
         if self.changed:
             self._content = content
-            self._place(scene)
+            self._place(scene, wanted)
             frame.encoder.clear_buffer(self.triangles)
 
-    def _place(self, scene: SceneView) -> None:
-        candidates = _candidates(scene)
+    def _place(self, scene: SceneView, wanted: bool) -> None:
+        every = _with_diffuse_transmission(scene)
+        candidates = [each for each in every if wanted and each.can_unwrap]
         sides = _sides([each.area for each in candidates], self.side)
         objects, corners, unwrapped = [], [], {}
         first = 0
@@ -89,8 +97,8 @@ class TextureMaps:
         object_of = np.zeros(len(scene.records), np.uint32)
         for number, each in enumerate(candidates[: len(objects)], 1):
             object_of[each.record] = number
-        every = np.concatenate(corners) if corners else np.zeros((1, 3), np.uint32)
-        self._bind(objects, every, object_of)
+        self.leaves_out = len(objects) < len(every)
+        self._bind(objects, np.concatenate(corners) if corners else np.zeros((1, 3), np.uint32), object_of)
 
     def _bind(self, objects: list[tuple[object, ...]], corners: NDArray[np.uint32], object_of: NDArray[np.uint32]) -> None:
         rows = np.array(objects, _OBJECT) if objects else np.zeros(1, _OBJECT)
@@ -113,8 +121,8 @@ class TextureMaps:
         )
 
 
-def _candidates(scene: SceneView) -> list[_Candidate]:
-    """Solids with diffuse transmission, the largest first."""
+def _with_diffuse_transmission(scene: SceneView) -> list[_Candidate]:
+    """Sections with diffuse transmission, the largest first."""
     gpu_scene, found = scene.scene, []
     for placement in gpu_scene.placements.values():
         if placement.mesh is None:
@@ -124,10 +132,7 @@ def _candidates(scene: SceneView) -> list[_Candidate]:
             placed = parts[number % len(parts)]
             if not isinstance(placed, PlacedSection):
                 continue
-            material = placed.section.material
-            if material.diffuse_transmission == 0 or material.thin_walled:
-                continue
-            if len(placed.section.indices) <= _MOST_TRIANGLES:
+            if placed.section.material.diffuse_transmission > 0:
                 to_world = gpu_scene.instance_table.rows["to_world"][gpu_scene.record_table.rows["instance"][record]]
                 found.append(_Candidate(record, placed.section, _area(placed.section, to_world)))
     return sorted(found, key=lambda each: -each.area)

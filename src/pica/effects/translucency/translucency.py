@@ -1,10 +1,12 @@
 """Light that passes surfaces diffusely: through sheets, and through solids that scatter it (RTG 25, 25.2.5)."""
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import slangpy as spy
 
+from pica.filtering.accumulation import accumulate_grid
 from pica.filtering.convergence import COMPLETE_FROM
 from pica.frame.aovs import light_of
 from pica.frame.context import FrameContext
@@ -56,6 +58,21 @@ class Translucency(Effect):
         )
 
     @cached_property
+    def _trace_screen(self) -> RayEffect:
+        module = f"{_FOLDER}/screen_rays.slang"
+        return ray_effect(
+            self._device, module, "ScreenRays", "surface", self._tracer, True, with_module=self._cache, parts=_PARTS
+        )
+
+    @cached_property
+    def _accumulate(self) -> MaterialPass:
+        return programs(self._device).compute(f"{_FOLDER}/screen_history.slang")
+
+    @cached_property
+    def _look_up(self) -> MaterialPass:
+        return programs(self._device).compute(f"{_FOLDER}/map_lookup.slang")
+
+    @cached_property
     def _apply(self) -> MaterialPass:
         return programs(self._device).compute(f"{_FOLDER}/translucency_apply.slang")
 
@@ -81,31 +98,59 @@ class Translucency(Effect):
                 return None
             maps, side = self.maps, self.maps.side
             graph.record("follow scene", self._follow, scene=scene)
-            maps.declare(graph, scene)
+            maps.declare(graph, scene, self._settings.mode == "texture_space")
             light = graph.texture("light of texels", spy.Format.rgba32_float, (side, side), lifetime=Lifetime.KEPT)
             estimators = graph.buffer("estimators", _ESTIMATOR * side * side, struct_size=_ESTIMATOR)
+            drift = graph.history("drift", {"drift": spy.Format.r32_float}, (side, side)).textures["drift"]
             last_seen = graph.buffer("last seen", 4 * maps.room, struct_size=4)
             number = {"number": lambda frame: self._number}
+            path = {
+                **samples.at_hits(regularized=True),
+                "scatterings": self._settings.scatterings,
+                **(indirect.cache.values if indirect and indirect.cache else {}),
+            }
             graph.add(
                 self._trace,
                 (side, side),
-                **samples.at_hits(regularized=True),
-                scatterings=self._settings.scatterings,
+                when=lambda frame: maps.count > 0,
+                **path,
                 estimators=update(estimators),
                 light=update(light),
+                drift=write(drift),
+                previousDrift=drift.previous,
                 lastSeen=last_seen,
                 exposure=exposure,
                 interval=self._interval,
                 settled=lambda frame: int(self._unchanged > COMPLETE_FROM),
                 renewed=lambda frame: int(maps.changed),
                 **number,
-                **(indirect.cache.values if indirect and indirect.cache else {}),
             )
+            signal = self._screen_light(graph, path)
             reflected = graph.texture("light", SIGNAL)
-            graph.add(self._apply, graph.grid, light=light, lastSeen=update(last_seen), reflected=write(reflected), **number)
+            graph.add(
+                self._look_up, graph.grid, light=light, signal=update(signal), lastSeen=update(last_seen), **number
+            )
+            graph.add(self._apply, graph.grid, signal=signal, reflected=write(reflected))
             graph.offer("subsurface", (reflected,), light_of)
             graph.offer("debug.translucency.maps", (light,), lambda values: values[..., :3], on_request=True)
         return reflected
+
+    def _screen_light(self, graph: FrameGraph, path: dict[str, Any]) -> Texture:
+        """(width, height) light that passes surfaces without a map, as screen_history.slang has it."""
+        samples = graph.texture("samples", spy.Format.rgba32_float, scratch=True)
+        signal = graph.texture("signal", spy.Format.rgba32_float, scratch=True)
+        history = graph.history("history", {"history": spy.Format.rgba32_uint}, layers=1)
+        with graph.when(lambda frame: self.maps.leaves_out):
+            graph.add(self._trace_screen, graph.size, **path, samples=write(samples))
+            graph.add(
+                self._accumulate,
+                accumulate_grid(graph.size),
+                samples=samples,
+                signal=write(signal),
+                known=history.known,
+                **history.swap(),
+            )
+        return signal
 
     def _follow(self, frame: FrameContext, scene: SceneView) -> None:
         self._unchanged = self._unchanged + 1 if scene.revision == self._scene else 0
