@@ -136,6 +136,8 @@ class MaterialTable:
         """Rows of transmissive materials."""
         self.translucent: set[int] = set()
         """Rows of materials with diffuse transmission."""
+        self.sheets: set[int] = set()
+        """Those of thin-walled ones."""
         self.mirrors: set[int] = set()
         """Rows of materials that may mirror sharply."""
         self._materials: dict[Material, _Packed] = {}
@@ -276,6 +278,7 @@ class MaterialTable:
         del self._materials[material]
         self.transparent.discard(entry.row)
         self.translucent.discard(entry.row)
+        self.sheets.discard(entry.row)
         self.mirrors.discard(entry.row)
         self._forget(entry)
         self.table.give_back(entry.row, 1)
@@ -286,6 +289,8 @@ class MaterialTable:
         self._type_users[material.type] += 1
         (self.transparent.add if material.transmission > 0 else self.transparent.discard)(row)
         (self.translucent.add if material.diffuse_transmission > 0 else self.translucent.discard)(row)
+        is_sheet = material.diffuse_transmission > 0 and material.thin_walled
+        (self.sheets.add if is_sheet else self.sheets.discard)(row)
         (self.mirrors.add if may_mirror(material) else self.mirrors.discard)(row)
         return _Packed(row, material.type, _kind(material), images, average_emission(material))
 

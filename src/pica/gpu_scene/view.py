@@ -143,6 +143,11 @@ class SceneView:
         """Whether there are surfaces with diffuse transmission, and the light that passes them is followed."""
         return self._follows_diffuse and bool(self.scene.materials.translucent)
 
+    @property
+    def sheets(self) -> bool:
+        """Whether some of these are thin-walled."""
+        return self._follows_diffuse and bool(self.scene.materials.sheets)
+
     def labels(self) -> NDArray[np.uint32]:
         """(records, 2) the node and the material of each record as they are now, both counted from 1."""
         records = self.records

@@ -100,7 +100,9 @@ class FramePlan:
     ) -> tuple[Any, ...]:
         """Everything that determines the passes and the sizes of their textures."""
         gathers = denoiser, last and denoiser is not None
-        return self._gbuffer_structure(frames, view), stages.slots.layout, view.transparent, view.mirrors, gathers
+        by_pixel = stages.translucency is not None and stages.translucency.works_by_pixel(view)
+        light = stages.slots.layout, view.transparent, view.mirrors, by_pixel
+        return self._gbuffer_structure(frames, view), light, gathers
 
     def _gbuffer_structure(self, frames: FrameSequence, view: SceneView) -> tuple[Any, ...]:
         features = supported_features(view.material_types)

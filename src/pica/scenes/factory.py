@@ -55,8 +55,9 @@ Make = Callable[[Palette, Material], Node]
 class Kit:
     """Shared by all factories of a world: materials, and objects built once and copied."""
 
-    def __init__(self, rng: np.random.Generator) -> None:
-        self.palette = Palette()
+    def __init__(self, rng: np.random.Generator, glass: bool) -> None:
+        """`glass`: whether the palette has what lets light through."""
+        self.palette = Palette.with_glass() if glass else Palette()
         self.accents: list[Material] = list(rng.permutation(np.array(self.palette.accents, object)))
         tall: list[Make] = [kinds.tank, kinds.gear_tower, kinds.fan]
         self.machines = [tall[i] for i in rng.permutation(len(tall))] + [kinds.mixer]

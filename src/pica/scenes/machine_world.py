@@ -10,7 +10,7 @@ from pica.scene.camera import Camera
 from pica.scene.environment import Environment
 from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.model import Node, Scene
-from pica.scene.values import checked, whole
+from pica.scene.values import checked, flag, whole
 from pica.scenes.basic_meshes import lathe, plate
 from pica.scenes.factory import LANE, MACHINES, PLOT, ROBOTS, Factory, Kit
 from pica.scenes.palette import Palette
@@ -20,12 +20,12 @@ from pica.scenes.sky import Window, gradient_sky
 MOST_MACHINES, MOST_ROBOTS = 28, 42
 
 
-def machine_world(seed: int = 1, machines: int = 4, robots: int = 5) -> Scene:
+def machine_world(seed: int = 1, machines: int = 4, robots: int = 5, glass: bool = True) -> Scene:
     """Factories for fruit, in motion: `scene.animate(time % 24)` plays their loop of 24 seconds.
 
     The same seed gives the same world. `machines`, 0 to 28, is how many stand free; `robots`, 0 to 42, how many go
     round. One factory has room for 5 and 8; for more the slab grows by whole factories, up to about a million
-    triangles. The animations are called belts, machines, robots and particles. Raises SceneError for a number out of
+    triangles. `glass`: robots wear helmets of glass, and fruit is translucent. The animations are called belts, machines, robots and particles. Raises SceneError for a number out of
     range.
     """
     checked("machine_world: seed", whole(0), seed)
@@ -33,7 +33,7 @@ def machine_world(seed: int = 1, machines: int = 4, robots: int = 5) -> Scene:
         if not 0 <= checked(f"machine_world: {name}", whole(), count) <= most:
             raise SceneError(f"machine_world: {name}={count} is out of range; ask for 0 to {most}")
     rng = np.random.default_rng(seed)
-    kit = Kit(rng)
+    kit = Kit(rng, checked("machine_world: glass", flag, glass))
     scene = Scene(f"machine_world {seed}", _sky())
     world = scene.add(Node("world"))
     count = max(math.ceil(machines / MACHINES), math.ceil(robots / ROBOTS), 1)

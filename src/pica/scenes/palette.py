@@ -35,6 +35,22 @@ def lamp(name: str, code: str, radiance: float) -> Material:
     return Material(name, base_color=(0.6, 0.6, 0.6, 1.0), metallic=0.0, roughness=0.4, emission=(red, green, blue))
 
 
+def flesh(name: str, code: str, roughness: float) -> Material:
+    """Ripe fruit: half of the light goes in below the skin, and a centimetre far before it is scattered."""
+    color = linear(code)
+    scattering = 90.0
+    red, green, blue = (scattering * 0.5 * (1 - c) ** 3 + 0.5 for c in color)
+    return Material(
+        name, base_color=(*color, 1.0), metallic=0.0, roughness=roughness, diffuse_transmission=0.6, thin_walled=False,
+        scattering=(scattering,) * 3, absorption=(red, green, blue),
+    )  # fmt: skip
+
+
+def clear(name: str) -> Material:
+    """A thin pane of glass."""
+    return Material(name, metallic=0.0, roughness=0.0, transmission=1.0)
+
+
 @dataclass(frozen=True)
 class Palette:
     """One set of materials, shared by everything in one world."""
@@ -54,6 +70,8 @@ class Palette:
     orange: Material = field(default_factory=lambda: plastic("orange peel", "#f39a2e", 0.45))
     apple: Material = field(default_factory=lambda: plastic("apple skin", "#d8453c", 0.22))
     plum: Material = field(default_factory=lambda: plastic("plum skin", "#7d5a97", 0.35))
+    dome: Material | None = None
+    """Of the robots' helmets; None: they have none."""
     warm_lamp: Material = field(default_factory=lambda: lamp("warm lamp", "#ffd9a0", 14.0))
     red_lamp: Material = field(default_factory=lambda: lamp("red lamp", "#ff6a50", 8.0))
     fire: Material = field(default_factory=lambda: lamp("oven glow", "#ff9a4a", 12.0))
@@ -69,6 +87,16 @@ class Palette:
             clay("sky clay", "#9bc5e5"),
         )
     )
+
+    @staticmethod
+    def with_glass() -> "Palette":
+        """With what lets light through: helmets of glass, translucent fruit."""
+        return Palette(
+            orange=flesh("orange peel", "#f39a2e", 0.45),
+            apple=flesh("apple skin", "#d8453c", 0.22),
+            plum=flesh("plum skin", "#7d5a97", 0.35),
+            dome=clear("helmet"),
+        )
 
     @property
     def lamps(self) -> tuple[Material, Material, Material]:

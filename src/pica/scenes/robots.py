@@ -40,7 +40,8 @@ def roller(palette: Palette, accent: Material) -> Node:
         at(sphere(0.032, palette.red_lamp, 16), move(0.1, 0.44, 0)),
     ]
     skull = at(box((0.46, 0.32, 0.36), palette.white, 0.12), move(0, 0.16, 0))
-    place(robot, "head", mesh("roller head", [skull, face, *eyes, *ears, *antenna]), move(0, 0.73, 0))
+    head = [skull, face, *eyes, *ears, *antenna, *_helmet(palette, 0.37, 0.18)]
+    place(robot, "head", mesh("roller head", head), move(0, 0.73, 0))
 
     tyre = [at(torus(0.135, 0.045, palette.rubber, 32), rotate("z", 90))]
     hub = at(cylinder(0.105, 0.07, palette.white, 0.02, 24), rotate("z", 90))
@@ -64,7 +65,8 @@ def walker(palette: Palette, accent: Material) -> Node:
     light = at(lathe([(0, 0.09), (0.06, 0.09), (0.06, 0), (0, 0)], palette.warm_lamp, 0.05, 20), move(0, 0.712, 0))
     tail = pipe(filleted([(0, 0.5, -0.22), (0, 0.5, -0.34), (0, 0.66, -0.36)], 0.08)[0], 0.016, palette.copper, 8)
     tail_ball = at(sphere(0.035, palette.copper, 16), move(0, 0.67, -0.36))
-    place(robot, "body", mesh("walker body", [trunk, band, hatch, light, tail, tail_ball]))
+    dome = _helmet(palette, 0.15, 0.74)
+    place(robot, "body", mesh("walker body", [trunk, band, hatch, light, tail, tail_ball, *dome]))
 
     looking = rotate("x", 90)
     parts = [
@@ -104,9 +106,15 @@ def balancer(palette: Palette, accent: Material) -> Node:
         head.append(at(sphere(0.036, palette.black, 16), move(x * 0.92, 0.13, 0.215)))
     head.append(pipe(filleted([(0, 0.2, -0.05), (0, 0.32, -0.05), (0, 0.34, 0.05)], 0.05)[0], 0.012, palette.steel, 8))
     head.append(at(sphere(0.03, palette.eye, 16), move(0, 0.34, 0.06)))
+    head += _helmet(palette, 0.3, 0.16)
     place(robot, "head", mesh("balancer head", head), move(0, 0.835, 0))
     _arms(robot, palette, accent, shoulder=(0.2, 0.66, 0.0), reach=0.2)
     return robot
+
+
+def _helmet(palette: Palette, radius: float, height: float) -> list[Section]:
+    """A ball of thin glass about the height `height`; none if the palette has no glass."""
+    return [] if palette.dome is None else [at(sphere(radius, palette.dome, 48), move(0, height, 0))]
 
 
 def _arms(robot: Node, palette: Palette, accent: Material, shoulder: tuple[float, float, float], reach: float) -> None:

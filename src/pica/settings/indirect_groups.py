@@ -107,7 +107,7 @@ class TranslucencySettings(Group):
         lower="less noise, faster after changes of light",
     )
     scatterings: int = number(
-        64,
+        16,
         range=(1, 1024),
         unit="scatterings",
         text="In a path, at most; it goes straight on to the surface after that.",

@@ -82,6 +82,11 @@ class Translucency(Effect):
         if "maps" in self.__dict__:
             self.maps.reset()
 
+    def works_by_pixel(self, scene: SceneView) -> bool:
+        """Whether paths are needed for surfaces without a map: the frame is declared again when it changes."""
+        without = "maps" in self.__dict__ and self.maps.leaves_out
+        return scene.translucent and (self._settings.mode == "screen_space" or scene.sheets or without)
+
     def __call__(
         self,
         graph: FrameGraph,
@@ -125,32 +130,32 @@ class Translucency(Effect):
                 renewed=lambda frame: int(maps.changed),
                 **number,
             )
-            signal = self._screen_light(graph, path)
+            signal = graph.texture("signal", spy.Format.rgba32_float)
+            by_pixel = self.works_by_pixel(scene)
+            if by_pixel:
+                self._trace_pixels(graph, path, signal)
             reflected = graph.texture("light", SIGNAL)
             graph.add(
-                self._look_up, graph.grid, light=light, signal=update(signal), lastSeen=update(last_seen), **number
+                self._look_up, graph.grid, light=light, signal=update(signal) if by_pixel else write(signal), lastSeen=update(last_seen), **number
             )
             graph.add(self._apply, graph.grid, signal=signal, reflected=write(reflected))
             graph.offer("subsurface", (reflected,), light_of)
             graph.offer("debug.translucency.maps", (light,), lambda values: values[..., :3], on_request=True)
         return reflected
 
-    def _screen_light(self, graph: FrameGraph, path: dict[str, Any]) -> Texture:
-        """(width, height) light that passes surfaces without a map, as screen_history.slang has it."""
-        samples = graph.texture("samples", spy.Format.rgba32_float, scratch=True)
-        signal = graph.texture("signal", spy.Format.rgba32_float, scratch=True)
+    def _trace_pixels(self, graph: FrameGraph, path: dict[str, Any], signal: Texture) -> None:
+        """Fill `signal`, as screen_history.slang has it, with light that passes surfaces without a map."""
+        samples = graph.texture("samples", spy.Format.rgba32_float)
         history = graph.history("history", {"history": spy.Format.rgba32_uint}, layers=1)
-        with graph.when(lambda frame: self.maps.leaves_out):
-            graph.add(self._trace_screen, graph.size, **path, samples=write(samples))
-            graph.add(
-                self._accumulate,
-                accumulate_grid(graph.size),
-                samples=samples,
-                signal=write(signal),
-                known=history.known,
-                **history.swap(),
-            )
-        return signal
+        graph.add(self._trace_screen, graph.size, **path, samples=write(samples))
+        graph.add(
+            self._accumulate,
+            accumulate_grid(graph.size),
+            samples=samples,
+            signal=write(signal),
+            known=history.known,
+            **history.swap(),
+        )
 
     def _follow(self, frame: FrameContext, scene: SceneView) -> None:
         self._unchanged = self._unchanged + 1 if scene.revision == self._scene else 0
