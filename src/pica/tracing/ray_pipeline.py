@@ -9,7 +9,7 @@ from pica.gpu_scene.view import SceneView
 from pica.programs.library import programs
 from pica.programs.material_types import STANDARD_ONLY, Bundle, MaterialTypeSet
 from pica.programs.recipes import ForTypes
-from pica.programs.scene_features import LOBES, supported_features
+from pica.programs.scene_features import DIFFUSE_TRANSMISSION, LOBES, supported_features
 from pica.programs.shape_types import modules_for
 from pica.rhi.binding import ProgramParameters
 from pica.rhi.device import Device
@@ -18,8 +18,8 @@ from pica.rhi.shader_blocks import blocks_of
 from pica.rhi.slang_files import SlangFile, Source, import_path, stem, unique
 from pica.tracing.hit_groups import HitDetail, hit_group
 
-_PAYLOAD, _LARGEST_PAYLOAD = 64, 76
-"""Bytes of shaders/surface.slang: PackedSurface, without LOBES_IN_USE and with."""
+_PAYLOAD, _MORE = 64, {LOBES: 12, DIFFUSE_TRANSMISSION: 4}
+"""Bytes of shaders/surface.slang: PackedSurface, and what features add."""
 _EFFECT_MODULE = "tracing/ray_effect.slang"
 _RAY_GENERATION = """
 import tracing.ray_pipeline;
@@ -76,7 +76,7 @@ class RayRecipe:
             groups.append(made.group)
         # Features have a position in the table too, because positions are types' numbers; rays never use it.
         names = [(variant[0] if isinstance(entry, Bundle) else entry).name for entry in variant]
-        payload = _LARGEST_PAYLOAD if LOBES in supported_features(variant) else _PAYLOAD
+        payload = _PAYLOAD + sum(_MORE.get(feature, 0) for feature in supported_features(variant))
         return device.session.link_program(modules, entries), groups, names, payload
 
     def make(

@@ -17,10 +17,9 @@ from pica.light_sampling.light_sampler import LightSamples
 from pica.light_sampling.light_slots import LightSlots
 from pica.rhi.device import Device
 from pica.settings import ShadowsSettings
-from pica.tracing.hit_groups import HitDetail
 from pica.tracing.many_samples import ManySamples
 from pica.tracing.ray_buffers import Tracer
-from pica.tracing.ray_effect import RayEffect, ray_effect
+from pica.tracing.ray_effect import ray_effect
 
 _FOLDER = "effects/shadows"
 
@@ -32,10 +31,9 @@ class Shadows(Effect):
     aov_names = ("shadows",)
 
     def __init__(self, device: Device, settings: ShadowsSettings, tracer: Tracer | None = None) -> None:
-        self._device, self._tracer = device, tracer
         self._slots: LightSlots | None = None
         self._denoiser = ShadowDenoiser(device, settings.history)
-        self._effects: dict[HitDetail, RayEffect] = {}
+        self._trace = ray_effect(device, f"{_FOLDER}/shadow_rays.slang", "ShadowRays", "hit", tracer)
         reference = f"{_FOLDER}/shadow_reference.slang"
         self._by_many_rays = ManySamples(device, reference, "LightVisibility", "surface", tracer)
 
@@ -75,7 +73,7 @@ class Shadows(Effect):
                 slopes = graph.texture("slopes", spy.Format.r16_float, layers=denoised)
                 outputs["slopes"] = write(slopes)
             graph.add(
-                self._rays_for(scene),
+                self._trace,
                 graph.size,
                 lightSamples=light.samples,
                 weights=light.weights,
@@ -100,14 +98,6 @@ class Shadows(Effect):
             graph.offer(name, (filtered,), read, on_request=True)
         else:
             graph.offer(name, (bits,), lambda bits: visibility_layers(bits, slot + 1)[..., slot], on_request=True)
-
-    def _rays_for(self, scene: SceneView) -> RayEffect:
-        """Shadow rays need materials only if some surface is transmissive."""
-        detail: HitDetail = "surface" if scene.transparent else "hit"
-        if detail not in self._effects:
-            module = f"{_FOLDER}/shadow_rays.slang"
-            self._effects[detail] = ray_effect(self._device, module, "ShadowRays", detail, self._tracer)
-        return self._effects[detail]
 
 
 def _traced(bits: NDArray[Any]) -> int:

@@ -29,8 +29,6 @@ from pica.tracing.ray_effect import RayEffect, ray_effect
 _FOLDER = "effects/translucency"
 _ESTIMATOR = 48
 """Bytes: multiscale_mean.slang."""
-_PARTS = (2, 2, 4, 8)
-"""Rays of a path before active paths are compacted: most solids are a few free paths thick."""
 
 
 class Translucency(Effect):
@@ -53,16 +51,12 @@ class Translucency(Effect):
     @cached_property
     def _trace(self) -> RayEffect:
         module = f"{_FOLDER}/map_rays.slang"
-        return ray_effect(
-            self._device, module, "MapRays", "surface", self._tracer, True, with_module=self._cache, parts=_PARTS
-        )
+        return ray_effect(self._device, module, "MapRays", "surface", self._tracer, True, with_module=self._cache)
 
     @cached_property
     def _trace_screen(self) -> RayEffect:
         module = f"{_FOLDER}/screen_rays.slang"
-        return ray_effect(
-            self._device, module, "ScreenRays", "surface", self._tracer, True, with_module=self._cache, parts=_PARTS
-        )
+        return ray_effect(self._device, module, "ScreenRays", "surface", self._tracer, True, with_module=self._cache)
 
     @cached_property
     def _accumulate(self) -> MaterialPass:
