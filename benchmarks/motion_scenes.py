@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable
 
+import pica
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.material import Material
@@ -16,6 +17,11 @@ _WALL = 0.1
 """Metres."""
 _ROUGHNESS = 0.0, 0.1, 0.2, 0.35, 0.6
 """Of the metal balls."""
+
+
+def machine_world() -> Scene:
+    """Without what lets light through, as earlier figures have it."""
+    return pica.scenes.machine_world(glass=False)
 
 
 def door() -> Scene:

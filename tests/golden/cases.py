@@ -87,8 +87,8 @@ class Golden:
 OCCLUSION = {"lighting.environment": "prefiltered"}
 GOLDENS = [
     Golden("cornell", pica.scenes.cornell, flip=0.012, energy=0.0015, frames=128, marks=(pytest.mark.smoke,)),
-    Golden("machine_world", pica.scenes.machine_world, flip=0.07, energy=0.014, frames=24),
-    Golden("machine_world_raster", pica.scenes.machine_world, flip=0.028, energy=0.008, frames=24, preset="raster"),
+    Golden("machine_world", scenes.opaque_world, flip=0.07, energy=0.014, frames=24),
+    Golden("machine_world_raster", scenes.opaque_world, flip=0.028, energy=0.008, frames=24, preset="raster"),
     Golden("sphere_grid", pica.scenes.sphere_grid, flip=0.054, energy=0.011),
     Golden("landscape", scenes.landscape, flip=0.043, energy=0.011, frames=24),
     Golden("still_life", still_life, flip=0.06, energy=0.013, camera=CAMERA),

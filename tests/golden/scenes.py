@@ -17,6 +17,11 @@ from tests.building import lambert, placed, scene_of, shining, uniform
 VIEW = Camera.look_at((0.4, 1.7, 3.6), (0.1, 0.4, 0), vertical_fov=math.radians(40))
 
 
+def opaque_world() -> Scene:
+    """The world of machines without what lets light through."""
+    return pica.scenes.machine_world(glass=False)
+
+
 def things(*more: Node, environment: pica.Environment | None = None) -> Scene:
     """A ball of metal, a plastic box and a matte column before a wall, and `more`."""
     metal = Material("metal", base_color=(0.9, 0.6, 0.3, 1), metallic=1.0, roughness=0.35)

@@ -24,9 +24,10 @@ NOISY = Limits(flip=0.03, energy=0.02)
 """For pictures of few samples: other noise is far off."""
 
 PRESETS = [
-    WholeFrame("default_machine_world", machine_world),
-    WholeFrame("default_machine_world_orbit", machine_world, motion=orbit, on_cards=NOISY, always=True),
-    WholeFrame("default_machine_world_display", machine_world, frames=2, display=True),
+    WholeFrame("default_glass_world_orbit", machine_world, motion=orbit, on_cards=NOISY),
+    WholeFrame("default_machine_world", scenes.opaque_world),
+    WholeFrame("default_machine_world_orbit", scenes.opaque_world, motion=orbit, on_cards=NOISY, always=True),
+    WholeFrame("default_machine_world_display", scenes.opaque_world, frames=2, display=True),
     WholeFrame("default_corridor", corridor),
     WholeFrame("default_corridor_orbit", corridor, motion=orbit, on_cards=NOISY, always=True),
     WholeFrame("default_rooms", rooms),
@@ -38,11 +39,13 @@ PRESETS = [
     WholeFrame("default_crowded_light_orbit", scenes.crowded_light, motion=orbit, camera=VIEW, on_cards=NOISY),
     WholeFrame("default_sphere_grid", sphere_grid, frames=8),
     WholeFrame("default_landscape", scenes.landscape, frames=4, on_cards=NOISY),
-    WholeFrame("performance_machine_world_orbit", machine_world, motion=orbit, preset="performance", on_cards=NOISY),
+    WholeFrame(
+        "performance_machine_world_orbit", scenes.opaque_world, motion=orbit, preset="performance", on_cards=NOISY
+    ),
     WholeFrame("balanced_rooms", rooms, preset="balanced"),
-    WholeFrame("cinematic_machine_world_orbit", machine_world, motion=orbit, preset="cinematic", on_cards=NOISY),
+    WholeFrame("cinematic_machine_world_orbit", scenes.opaque_world, motion=orbit, preset="cinematic", on_cards=NOISY),
     WholeFrame("cinematic_corridor", corridor, preset="cinematic"),
-    WholeFrame("raster_machine_world_orbit", machine_world, motion=orbit, preset="raster", always=True),
+    WholeFrame("raster_machine_world_orbit", scenes.opaque_world, motion=orbit, preset="raster", always=True),
     WholeFrame("raster_rooms_light_map", rooms, preset="raster", map_spacing=1.0, differs=BAKED),
 ]
 
@@ -106,7 +109,7 @@ SHADOWS = [
         on_cards=NOISY,
     ),
     WholeFrame("shadows_hard", scenes.under_a_sky, {"shadows.mode": "hard"}, camera=VIEW),
-    WholeFrame("shadows_maps_orbit", machine_world, {"shadows.method": "maps"}, orbit, on_cards=NOISY),
+    WholeFrame("shadows_maps_orbit", scenes.opaque_world, {"shadows.method": "maps"}, orbit, on_cards=NOISY),
     WholeFrame("shadows_maps_lamps", scenes.under_lamps, {"shadows.method": "maps"}, camera=VIEW),
     WholeFrame(
         "lamps_ratio_estimator",
@@ -137,15 +140,15 @@ OCCLUSION = [
 ]
 
 VISIBILITY = [
-    WholeFrame("primary_raster", machine_world, {"visibility.primary": "raster"}, frames=2),
-    WholeFrame("primary_rays", machine_world, {"visibility.primary": "rays"}, frames=2),
+    WholeFrame("primary_raster", scenes.opaque_world, {"visibility.primary": "raster"}, frames=2),
+    WholeFrame("primary_rays", scenes.opaque_world, {"visibility.primary": "rays"}, frames=2),
     WholeFrame("rays_pipeline", cornell, {"rays.scheduler": "pipeline"}, frames=4),
     WholeFrame("transparent_background", still_life, {"visibility.background": "transparent"}, frames=4, camera=CAMERA),
     WholeFrame("accumulate_orbit", corridor, {"antialiasing.mode": "accumulate"}, orbit, on_cards=NOISY),
-    WholeFrame("upscale", machine_world, {"antialiasing.upscale": "1.5"}),
+    WholeFrame("upscale", scenes.opaque_world, {"antialiasing.upscale": "1.5"}),
     WholeFrame(
         "upscale_orbit",
-        machine_world,
+        scenes.opaque_world,
         {"antialiasing.upscale": "1.5", "antialiasing.sharpness": "0.5"},
         orbit,
         on_cards=NOISY,

@@ -31,6 +31,15 @@ SETTINGS = settings({**RAYS, "shadows.mode": "hard", "shadows.max_lights": "4", 
 
 THROUGH = {"transmission", "transmission_texture", "thin_walled", "absorption", "dispersion"}
 """Fields of what lets light through."""
+DIFFUSE = {
+    "diffuse_transmission",
+    "diffuse_transmission_texture",
+    "diffuse_transmission_color",
+    "diffuse_transmission_color_texture",
+    "scattering",
+    "scatter_anisotropy",
+}
+"""Fields of what lets it through diffusely; test_translucency.py edits them."""
 
 
 def texture(seed: int, size: int = 8) -> Texture:
@@ -52,7 +61,11 @@ def glass() -> Material:
 
 def everything() -> Material:
     """A material that has all there is but transmission, so that each of its fields shows."""
-    slots = [field.name for field in fields(Material) if field.name.endswith("_texture") and field.name not in THROUGH]
+    slots = [
+        field.name
+        for field in fields(Material)
+        if field.name.endswith("_texture") and field.name not in THROUGH | DIFFUSE
+    ]
     return Material(
         base_color=(0.8, 0.6, 0.5, 0.9),
         metallic=0.5,
@@ -169,7 +182,7 @@ CASES: dict[tuple[type, str], Case] = {
             field.name not in QUIET,
         )
         for field in fields(Material)
-        if field.name not in THROUGH
+        if field.name not in THROUGH | DIFFUSE
     },
     (Image, "pixels"): Case(
         lambda scene: material(scene).base_color_texture.image, lambda before, scene: 255 - before[:4, :4]

@@ -44,16 +44,29 @@ def test_scattering_agrees_with_mitsuba(device):
     scene = scene_of(
         placed(plane(3, 3, lambert(0.3, 0.5, 0.7))),
         placed(
-            sphere(0.28, Material(thin_walled=False, scattering=(8.0, 10.0, 12.0), absorption=(0.1, 1.0, 3.0), **wax), 48),
+            sphere(
+                0.28, Material(thin_walled=False, scattering=(8.0, 10.0, 12.0), absorption=(0.1, 1.0, 3.0), **wax), 48
+            ),
             move(-0.55, 0.3, 0),
         ),
         placed(sphere(0.25, fog, 48), move(0.0, 0.27, 0.1)),
         placed(
-            box(0.35, Material(thin_walled=False, scattering=(3.0, 6.0, 9.0), diffuse_transmission_color=(0.9, 0.8, 0.7), **wax)),
+            box(
+                0.35,
+                Material(
+                    thin_walled=False, scattering=(3.0, 6.0, 9.0), diffuse_transmission_color=(0.9, 0.8, 0.7), **wax
+                ),
+            ),
             move(0.6, 0.19, 0.2) @ rotate("y", 25),
         ),
-        placed(sphere(0.2, glass(ior=1.3, scattering=(5.0, 5.0, 5.0), absorption=(0.1, 0.5, 1.0)), 48), move(0.1, 0.85, -0.3)),
-        placed(plane(0.5, 0.6, Material(diffuse_transmission_color=(0.8, 0.9, 0.3), double_sided=True, **wax)), move(-0.5, 0.9, 0.1) @ rotate("x", 70)),
+        placed(
+            sphere(0.2, glass(ior=1.3, scattering=(5.0, 5.0, 5.0), absorption=(0.1, 0.5, 1.0)), 48),
+            move(0.1, 0.85, -0.3),
+        ),
+        placed(
+            plane(0.5, 0.6, Material(diffuse_transmission_color=(0.8, 0.9, 0.3), double_sided=True, **wax)),
+            move(-0.5, 0.9, 0.1) @ rotate("x", 70),
+        ),
         environment=pica.Environment(np.minimum(sky(3).radiance, 2.0)),
     )
     check(scene, device)

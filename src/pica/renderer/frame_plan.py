@@ -106,7 +106,15 @@ class FramePlan:
 
     def _gbuffer_structure(self, frames: FrameSequence, view: SceneView) -> tuple[Any, ...]:
         features = supported_features(view.material_types)
-        return frames, frames.size, frames.output_size, COATS in features, LOBES in features, view.glass_apart, view.translucent
+        return (
+            frames,
+            frames.size,
+            frames.output_size,
+            COATS in features,
+            LOBES in features,
+            view.glass_apart,
+            view.translucent,
+        )
 
     def _graph(self, memory: Memory, frames: FrameSequence, requested: frozenset[str]) -> FrameGraph:
         return FrameGraph(memory, frames.size, frames.output_size, frames.block, frames.half_block, requested)

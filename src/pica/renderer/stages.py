@@ -26,7 +26,14 @@ from pica.rhi.device import Device
 from pica.settings import Settings
 from pica.tracing.tracers import choose_tracer
 
-_OPTIONAL: tuple[type[Effect], ...] = Shadows, AmbientOcclusion, GlobalIllumination, Reflections, Transparency, Translucency
+_OPTIONAL: tuple[type[Effect], ...] = (
+    Shadows,
+    AmbientOcclusion,
+    GlobalIllumination,
+    Reflections,
+    Transparency,
+    Translucency,
+)
 """Effects that settings may leave out; ShadowMaps has the name and the AOVs of Shadows."""
 EVERY_GROUP = frozenset(field.name for field in fields(Settings))
 

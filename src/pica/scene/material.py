@@ -215,7 +215,8 @@ class Material(Followed):
     """Scattering coefficient of a solid, per metre: light is scattered after 1 / scattering metres on average
     (KHR_materials_volume_scatter)."""
     scatter_anisotropy: TrackedField[float] = TrackedField(_ANISOTROPY, 0.0)
-    """Mean cosine of the angle of scattering, -1 to 1: 0 scatters evenly, 1 straight on (Henyey and Greenstein 1941)."""
+    """Mean cosine of the angle of scattering, -1 to 1: 0 scatters evenly, 1 straight on (Henyey and Greenstein
+    1941)."""
     coats: TrackedField[tuple[Coat, ...]] = TrackedField(coats, ())
     """Clear layers over all this, the topmost first, 3 at most. Textures are the topmost one's."""
     coat_texture: TrackedField[Texture | None] = TrackedField(_TEXTURE, None)

@@ -25,8 +25,8 @@ def machine_world(seed: int = 1, machines: int = 4, robots: int = 5, glass: bool
 
     The same seed gives the same world. `machines`, 0 to 28, is how many stand free; `robots`, 0 to 42, how many go
     round. One factory has room for 5 and 8; for more the slab grows by whole factories, up to about a million
-    triangles. `glass`: robots wear helmets of glass, and fruit is translucent. The animations are called belts, machines, robots and particles. Raises SceneError for a number out of
-    range.
+    triangles. `glass`: robots wear helmets of glass, and fruit is translucent. The animations are called belts,
+    machines, robots and particles. Raises SceneError for a number out of range.
     """
     checked("machine_world: seed", whole(0), seed)
     for name, count, most in (("machines", machines, MOST_MACHINES), ("robots", robots, MOST_ROBOTS)):

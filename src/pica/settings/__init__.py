@@ -11,7 +11,12 @@ from pica.settings.groups import (
     ShadowsSettings,
     VisibilitySettings,
 )
-from pica.settings.indirect_groups import GlobalIlluminationSettings, ReflectionsSettings, TranslucencySettings, TransparencySettings
+from pica.settings.indirect_groups import (
+    GlobalIlluminationSettings,
+    ReflectionsSettings,
+    TranslucencySettings,
+    TransparencySettings,
+)
 from pica.settings.settings import PRESETS, Settings
 
 __all__ = [

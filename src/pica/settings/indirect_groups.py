@@ -79,7 +79,9 @@ class TranslucencySettings(Group):
     levels: ClassVar = {
         "low": Level("A quarter of the texels, in a quarter of the time: coarser.", {"map_size": 128}),
         "medium": Level("A texture of 256x256 texels for all solids."),
-        "high": Level("Four times the texels: finer shadows on solids that are large in the picture.", {"map_size": 512}),
+        "high": Level(
+            "Four times the texels: finer shadows on solids that are large in the picture.", {"map_size": 512}
+        ),
     }
 
     mode: Literal["off", "screen_space", "texture_space"] = choice(
@@ -87,8 +89,8 @@ class TranslucencySettings(Group):
         "How it is found.",
         off="Not at all: such surfaces reflect diffusely what others would let through.",
         screen_space="Paths through the solid or the sheet begin at the pixels: one a frame, and a filter.",
-        texture_space="Solids are unwrapped; paths through the solid begin at the texels and add up over frames, however"
-        " the camera moves. Sheets as with screen_space, and solids for which there is no room.",
+        texture_space="Solids are unwrapped; paths through them begin at the texels and add up over frames, however the"
+        " camera moves. Sheets as with screen_space, and solids for which there is no room.",
     )
     map_size: int = number(
         256,

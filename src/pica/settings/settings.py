@@ -17,7 +17,12 @@ from pica.settings.groups import (
     ShadowsSettings,
     VisibilitySettings,
 )
-from pica.settings.indirect_groups import GlobalIlluminationSettings, ReflectionsSettings, TranslucencySettings, TransparencySettings
+from pica.settings.indirect_groups import (
+    GlobalIlluminationSettings,
+    ReflectionsSettings,
+    TranslucencySettings,
+    TransparencySettings,
+)
 from pica.settings.setting import Group, Level, Value, declared, dotted, number
 
 

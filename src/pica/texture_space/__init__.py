@@ -1,1 +1,1 @@
-"""Texture space: objects unwrapped into maps, each texel of which is a point of their surface (RTG 25, figure 25-21)."""
+"""Texture space: objects unwrapped into maps, whose texels are points of their surfaces (RTG 25, figure 25-21)."""

@@ -1,5 +1,6 @@
 """Objects with maps in texture space: which, how large, and where in the one texture that all share."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,7 +101,9 @@ class TextureMaps:
         self.leaves_out = len(objects) < len(every)
         self._bind(objects, np.concatenate(corners) if corners else np.zeros((1, 3), np.uint32), object_of)
 
-    def _bind(self, objects: list[tuple[object, ...]], corners: NDArray[np.uint32], object_of: NDArray[np.uint32]) -> None:
+    def _bind(
+        self, objects: Sequence[tuple[object, ...]], corners: NDArray[np.uint32], object_of: NDArray[np.uint32]
+    ) -> None:
         rows = np.array(objects, _OBJECT) if objects else np.zeros(1, _OBJECT)
         tiles = np.zeros((self.side // _TILE,) * 2, np.uint32)
         for number, row in enumerate(rows[: len(objects)], 1):

@@ -2,6 +2,7 @@
 
 import warnings
 from hashlib import blake2b
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +15,13 @@ from pica.images.saving import write_whole
 from pica.scene.model import Section
 
 GUTTER = 3
-"""Texels between charts, about: charts that need more room than the map has are shrunk with all that is between them."""
-_FOLDER = f"unwrapped-{xatlas.__version__ if hasattr(xatlas, '__version__') else 1}"
+"""Texels between charts, about: charts that need more room than the map has are shrunk, with their gaps."""
+_FOLDER = f"unwrapped-{version('xatlas')}"
 
 
 def unwrap(section: Section, side: int) -> NDArray[np.uint32]:
-    """(triangles, 3) place in a square map of each triangle's corners: u and v in 0 to 65535 of its side, u in the lower
-    16 bits; 0 for triangles that have no place, as degenerate ones.
+    """(triangles, 3) place in a square map of each triangle's corners: u and v in 0 to 65535 of its side, u in the
+    lower 16 bits; 0 for triangles that have no place, as degenerate ones.
 
     `side`: of the map in texels.
     """

@@ -37,7 +37,9 @@ class Translucency(Effect):
     name = "translucency"
     aov_names = ("subsurface",)
 
-    def __init__(self, device: Device, settings: TranslucencySettings, tracer: Tracer | None, cache: str | None) -> None:
+    def __init__(
+        self, device: Device, settings: TranslucencySettings, tracer: Tracer | None, cache: str | None
+    ) -> None:
         """`cache`: the module of the cache of indirect light, if calls pass one."""
         self._device, self._settings, self._tracer, self._cache = device, settings, tracer, cache
         self._interval = settings.interval or (2 if device.is_software else 1)
@@ -124,13 +126,20 @@ class Translucency(Effect):
                 renewed=lambda frame: int(maps.changed),
                 **number,
             )
+            paths = lambda light: int(np.count_nonzero(light[..., 3] >= 0)) // self._interval  # noqa: E731
+            graph.offer("rays.map_rays", (light,), paths, on_request=True)
             signal = graph.texture("signal", spy.Format.rgba32_float)
             by_pixel = self.works_by_pixel(scene)
             if by_pixel:
                 self._trace_pixels(graph, path, signal)
             reflected = graph.texture("light", SIGNAL)
             graph.add(
-                self._look_up, graph.grid, light=light, signal=update(signal) if by_pixel else write(signal), lastSeen=update(last_seen), **number
+                self._look_up,
+                graph.grid,
+                light=light,
+                signal=update(signal) if by_pixel else write(signal),
+                lastSeen=update(last_seen),
+                **number,
             )
             graph.add(self._apply, graph.grid, signal=signal, reflected=write(reflected))
             graph.offer("subsurface", (reflected,), light_of)

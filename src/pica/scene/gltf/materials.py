@@ -115,8 +115,7 @@ class Materials:
         attenuation = tuple(min(-math.log(max(each, 1e-20)) / max(distance, 1e-20), LARGEST) for each in color)
         scatter = entry.extension("KHR_materials_volume_scatter")
         scattered = tuple(
-            _single_scattering_albedo(each)
-            for each in scatter.numbers("multiscatterColor", 3, 0, 1, (0.0, 0.0, 0.0))
+            _single_scattering_albedo(each) for each in scatter.numbers("multiscatterColor", 3, 0, 1, (0.0, 0.0, 0.0))
         )
         return {
             "transmission": transmission.number("transmissionFactor", 0, 1, 0.0),
