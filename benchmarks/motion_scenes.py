@@ -24,6 +24,27 @@ def machine_world() -> Scene:
     return pica.scenes.machine_world(glass=False)
 
 
+def translucent() -> Scene:
+    """Wax of three thicknesses, leaves and a ball on a table, lit from behind."""
+    scene = Scene("translucent", gradient_sky((0.5, 0.6, 0.8), (0.6, 0.55, 0.5), (0.2, 0.17, 0.15)))
+    table = scene.add(Node("table"))
+    place(table, "top", mesh("top", [box((4, 0.1, 4), _matte(0.5, 0.4, 0.3))]), move(0, -0.05, 0))
+    wax = {"metallic": 0.0, "roughness": 0.4, "diffuse_transmission": 1.0, "thin_walled": False}
+    for x, scattering in ((-0.9, 8.0), (0.0, 25.0), (0.9, 80.0)):
+        material = Material(scattering=(scattering,) * 3, absorption=(0.1, 0.6, 2.0), **wax)
+        place(table, f"wax {scattering:g}", mesh("wax", [sphere(0.35, material, 48)]), move(x, 0.4, 0))
+        place(table, f"block {scattering:g}", mesh("block", [box(0.4, material, 0.05)]), move(x, 0.25, -0.9))
+    leaf = Material(
+        base_color=(0.15, 0.4, 0.08, 1.0), metallic=0.0, roughness=0.5, double_sided=True,
+        diffuse_transmission=0.5, diffuse_transmission_color=(0.5, 0.8, 0.15),
+    )  # fmt: skip
+    for x in (-0.5, 0.4):
+        place(table, "leaf", mesh("leaf", [box((0.5, 0.002, 0.7), leaf)]), move(x, 0.45, 0.7) @ rotate("x", 60))
+    sun = scene.add(Node("sun", light=DirectionalLight(illuminance=4.0, angular_diameter=math.radians(2))))
+    sun.transform = aim((1.5, 2.5, -3.0), (0, 0, 0))
+    return _seen(scene, Camera.look_at((1.2, 1.5, 3.2), (0, 0.3, 0), vertical_fov=math.radians(40)))
+
+
 def door() -> Scene:
     """A closed room of 4 x 2.5 x 4 metres; the sun shines into the yard behind its door and through it on the floor."""
     white, red, green = _matte(0.75, 0.74, 0.7), _matte(0.7, 0.3, 0.22), _matte(0.3, 0.55, 0.3)

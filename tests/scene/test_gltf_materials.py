@@ -284,3 +284,30 @@ def test_faults_are_named(material: dict[str, Any], fault: str, tmp_path: Path) 
     file.add("textures", source=file.add("images", bufferView=file.view(picture()), mimeType="image/png"))
     with pytest.raises(SceneError, match=f"model.gltf: .*{fault}"):
         read(file.write(tmp_path))
+
+
+def test_diffuse_transmission_and_scattering(tmp_path):
+    """The attenuation coefficient is that of scattering and absorption together."""
+    extensions = {
+        "KHR_materials_diffuse_transmission": {
+            "diffuseTransmissionFactor": 0.8,
+            "diffuseTransmissionColorFactor": [0.9, 0.5, 0.1],
+        },
+        "KHR_materials_volume": {
+            "thicknessFactor": 1,
+            "attenuationDistance": 0.1,
+            "attenuationColor": [0.5, 0.5, 0.5],
+        },
+        "KHR_materials_volume_scatter": {"multiscatterColor": [0, 0.5, 1], "scatterAnisotropy": 0.3},
+    }
+    material = material_of(file_with({"extensions": extensions}), tmp_path)
+    assert (material.diffuse_transmission, material.scatter_anisotropy) == (0.8, 0.3)
+    assert material.diffuse_transmission_color == (0.9, 0.5, 0.1)
+    extinction = np.array(material.absorption) + material.scattering
+    np.testing.assert_allclose(extinction, np.log(2) / 0.1)
+    single = np.array(material.scattering) / extinction
+    assert single[0] == pytest.approx(0, abs=0.002)
+    assert single[2] == pytest.approx(1, abs=0.002)
+    # A half-space of that medium has the colour again (van de Hulst 1980).
+    s = np.sqrt(1 - single[1])
+    assert (1 - s) * (1 - 0.139 * s) / (1 + 1.17 * s) == pytest.approx(0.5, abs=0.01)
