@@ -95,6 +95,7 @@ if TYPE_CHECKING:  # for type checkers and editors; a test compares it with _HOM
     from pica.settings import Settings as Settings
     from pica.settings import ShadowMapsSettings as ShadowMapsSettings
     from pica.settings import ShadowsSettings as ShadowsSettings
+    from pica.settings import TranslucencySettings as TranslucencySettings
     from pica.settings import TransparencySettings as TransparencySettings
     from pica.settings import VisibilitySettings as VisibilitySettings
 
@@ -163,6 +164,7 @@ _PUBLIC = {
         "Settings",
         "ShadowMapsSettings",
         "ShadowsSettings",
+        "TranslucencySettings",
         "TransparencySettings",
         "VisibilitySettings",
     ),

@@ -271,6 +271,7 @@ def test_frame_carries_the_same_aovs_as_the_renderers(device):
         "shadows",
         "diffuse_direct",
         "glossy_direct",
+        "subsurface",
         "transmission",
     }
     for name in ("instance", "material", "depth", "albedo"):

@@ -13,6 +13,7 @@ from pica.programs.scene_features import (
     ANISOTROPY,
     BUNDLES,
     COATS,
+    DIFFUSE_TRANSMISSION,
     EMISSIVE_TEXTURES,
     ENVIRONMENT,
     FILMS,
@@ -61,6 +62,7 @@ def test_what_materials_ask_for():
     for mode in (AlphaMode.MASK, AlphaMode.BLEND):
         assert features_of(Material(alpha_mode=mode)) == {ALPHA}
     assert features_of(Material(transmission=0.5)) == {TRANSMISSION}
+    assert features_of(Material(diffuse_transmission=0.5)) == {DIFFUSE_TRANSMISSION}
     assert features_of(Material(coats=(Coat(),))) == {COATS}
     assert features_of(Material(iridescence=Iridescence())) == {LOBES, FILMS}
     assert features_of(Material(anisotropy=Anisotropy())) == {LOBES, ANISOTROPY}
@@ -84,19 +86,19 @@ def test_the_smallest_bundle_that_will_do_takes_one_place():
     assert lit == (*STANDARD_ONLY, BUNDLES[1]) and supported_features(lit) == {LIGHTS, FLAT_LIGHTS, ENVIRONMENT}
     assert with_features(lit, {FLAT_LIGHTS}) is lit
     textured_too = with_features((*lit, STANDARD_ONLY[0]), {TEXTURES})
-    assert textured_too == (*STANDARD_ONLY, BUNDLES[3], *STANDARD_ONLY), "others keep their places"
+    assert textured_too == (*STANDARD_ONLY, BUNDLES[4], *STANDARD_ONLY), "others keep their places"
     assert with_features(with_features(STANDARD_ONLY, {TEXTURES}), {LIGHTS}) == textured_too[:2], (
         "however it came about"
     )
-    assert with_features(STANDARD_ONLY, {TUBES}) == (*STANDARD_ONLY, BUNDLES[4])
-    assert with_features(STANDARD_ONLY, {COATS}) == (*STANDARD_ONLY, BUNDLES[5])
+    assert with_features(STANDARD_ONLY, {TUBES}) == (*STANDARD_ONLY, BUNDLES[5])
+    assert with_features(STANDARD_ONLY, {COATS}) == (*STANDARD_ONLY, BUNDLES[6])
     assert supported_features((BUNDLES[-1],)) == supported_features(BUNDLES)
 
 
 def test_what_takes_long_to_compile_comes_by_itself():
     for some in ({COATS}, {LOBES, FILMS}, {COATS, LOBES, ANISOTROPY}, {LOBES, FILMS, SHEEN}):
         known = supported_features(with_features(STANDARD_ONLY, some))
-        assert known == some | supported_features((BUNDLES[4],))
+        assert known == some | supported_features((BUNDLES[5],))
 
 
 def backdrop(environment=None):
@@ -289,7 +291,7 @@ def test_programs_that_know_more_are_taken_where_the_caches_have_them(device, mo
     monkeypatch.setattr(programs(device).compiled, "has", lambda program: TEXTURES in supported_features(program[1]))
     monkeypatch.setattr(preparation, "_required", lambda device, types: [(None, types)])
     assert preparation._covering(device, STANDARD_ONLY) == types(2)
-    assert preparation._covering(device, types(1)) == types(3)
+    assert preparation._covering(device, types(1)) == types(4)
     assert preparation._covering(device, types(4)) == types(4)
     monkeypatch.setattr(programs(device).compiled, "has", lambda program: False)
     assert preparation._covering(device, STANDARD_ONLY) == STANDARD_ONLY

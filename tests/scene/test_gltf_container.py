@@ -183,12 +183,12 @@ def test_used_extensions_that_are_not_supported_are_one_warning(tmp_path: Path) 
     file.json["extensionsUsed"] = [
         "KHR_mesh_other",
         "KHR_texture_transform",
-        "KHR_materials_volume_scatter",
+        "KHR_materials_variants_other",
     ]
     with pytest.warns(UserWarning) as caught:
         read(file.write(tmp_path))
     assert len(caught) == 1
-    assert str(caught[0].message).endswith("not supported: KHR_mesh_other, KHR_materials_volume_scatter")
+    assert str(caught[0].message).endswith("not supported: KHR_mesh_other, KHR_materials_variants_other")
 
 
 def test_extensions_that_the_file_does_not_list_are_named_too(tmp_path: Path) -> None:
@@ -197,13 +197,13 @@ def test_extensions_that_the_file_does_not_list_are_named_too(tmp_path: Path) ->
     file.json["extensions"] = {"KHR_materials_variants": {"variants": [{"name": "red"}]}}
     file.json["meshes"][0]["primitives"][0]["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0}}
     material = {"clearcoatTexture": {"index": 0, "extensions": {"EXT_inner": {}}}}
-    file.add("materials", extensions={"KHR_materials_diffuse_transmission": {}, "KHR_materials_other": material})
+    file.add("materials", extensions={"KHR_materials_another": {}, "KHR_materials_other": material})
     file.json["nodes"][0]["extras"] = {"extensions": {"mine": {}}}
     with pytest.warns(UserWarning) as caught:
         read(file.write(tmp_path))
     assert len(caught) == 1
     named = str(caught[0].message).partition("not supported: ")[2].split(", ")
-    others = "KHR_draco_mesh_compression", "KHR_materials_diffuse_transmission", "KHR_materials_other", "EXT_inner"
+    others = "KHR_draco_mesh_compression", "KHR_materials_another", "KHR_materials_other", "EXT_inner"
     assert named[0] == "KHR_materials_variants" and sorted(named[1:]) == sorted(others)
 
 

@@ -234,7 +234,7 @@ def test_robots_keep_apart():
 
 
 def test_machine_world_grows_to_a_million_triangles():
-    scene = pica.scenes.machine_world(machines=28, robots=42)
+    scene = pica.scenes.machine_world(machines=28, robots=42, glass=False)
     assert 900_000 < scene.triangle_count() < 1_010_000
     factories = [node for node in scene.roots[0].children if node.name.startswith("factory")]
     names = [child.name.split()[0] for factory in factories for child in factory.children]

@@ -49,6 +49,7 @@ def test_what_falls_back_stage_by_stage(raster_only, without_embree, told):
         "visibility.primary": "rays",
         "ambient_occlusion.mode": "ray_traced",
         "reflections.mode": "ray_traced",
+        "translucency.mode": "texture_space",
         "transparency.mode": "ray_traced",
         "global_illumination.mode": "path_traced",
     }
@@ -62,7 +63,7 @@ def test_what_falls_back_stage_by_stage(raster_only, without_embree, told):
 @pytest.mark.parametrize("values", [{"shadows.mode": "off"}, {"shadows.method": "maps"}])
 def test_what_traces_nothing_stays(raster_only, without_embree, told, values):
     """An environment that is sampled without shadows, or beside shadow maps, needs no rays."""
-    values = {"transparency.mode": "off", **values}
+    values = {"translucency.mode": "off", "transparency.mode": "off", **values}
     assert fallbacks.runnable(raster_only, settings(values)) == settings(values)
     assert told() == []
 
@@ -90,6 +91,7 @@ def test_a_frame_without_rays_is_that_of_the_raster_preset(device, raster_only, 
         "shadows.method is maps",
         "lighting.environment is prefiltered",
         "reflections.mode is screen_space",
+        "translucency.mode is off",
         "transparency.mode is off",
         "global_illumination.mode is light_map",
     ]

@@ -113,6 +113,7 @@ def _of_all_features() -> "Scene":
         emissive_texture=grey,
         alpha_mode=AlphaMode.MASK,
         transmission=0.5,
+        diffuse_transmission=0.5,
         coats=(Coat(),),
         iridescence=Iridescence(),
         anisotropy=Anisotropy(),

@@ -47,8 +47,8 @@ _DEAR = (COATS,), (LOBES, FILMS), (LOBES, ANISOTROPY), (LOBES, SHEEN)
 _BUNDLED = (
     (),
     (ENVIRONMENT, *_LIT),
-    (ENVIRONMENT, *_LIT, TRANSMISSION, DIFFUSE_TRANSMISSION),  # the demo
     (ENVIRONMENT, *_TEXTURED),
+    (ENVIRONMENT, *_LIT, TRANSMISSION, DIFFUSE_TRANSMISSION),
     (ENVIRONMENT, *_LIT, *_TEXTURED),
     *((*_MOST, *chain(*some)) for count in range(len(_DEAR) + 1) for some in combinations(_DEAR, count)),
 )

@@ -142,9 +142,10 @@ class Renderer(Closing):
         """Insert passes of your own into the frame, from the next one on (docs/guide/own-passes.md).
 
         `declare(graph, signals)` is called whenever the frame is declared, right after the stage `after`: "gbuffer",
-        "shadows", "ambient_occlusion", "lighting", "global_illumination", "reflections", "composite", "transparency",
-        "antialiasing" or "post". It adds passes to the graph, and may replace the radiance, the picture or the display
-        among the signals, or append to the parts of the light. `name`: of the effect, by default that of `declare`.
+        "shadows", "ambient_occlusion", "lighting", "global_illumination", "translucency", "reflections", "composite",
+        "transparency", "antialiasing" or "post". It adds passes to the graph, and may replace the radiance, the picture
+        or the display among the signals, or append to the parts of the light. `name`: of the effect, by default that
+        of `declare`.
         Raises PicaError for an unknown stage, or a name in use.
         """
         taken = {"scene", "shared", *(effect.name for effect in self.effects)}

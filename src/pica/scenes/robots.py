@@ -114,7 +114,7 @@ def balancer(palette: Palette, accent: Material) -> Node:
 
 def _helmet(palette: Palette, radius: float, height: float) -> list[Section]:
     """A ball of thin glass about the height `height`; none if the palette has no glass."""
-    return [] if palette.dome is None else [at(sphere(radius, palette.dome, 48), move(0, height, 0))]
+    return [] if palette.dome is None else [at(sphere(radius, palette.dome, 24), move(0, height, 0))]
 
 
 def _arms(robot: Node, palette: Palette, accent: Material, shoulder: tuple[float, float, float], reach: float) -> None:
