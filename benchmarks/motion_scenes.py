@@ -9,7 +9,7 @@ from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.material import Material
 from pica.scene.mesh import Section
 from pica.scene.model import Node, Scene
-from pica.scenes.basic_meshes import box, sphere, torus
+from pica.scenes.basic_meshes import box, plane, sphere, torus
 from pica.scenes.placing import Matrix, aim, mesh, move, place, rotate
 from pica.scenes.sky import gradient_sky
 
@@ -39,7 +39,7 @@ def translucent() -> Scene:
         diffuse_transmission=0.5, diffuse_transmission_color=(0.5, 0.8, 0.15),
     )  # fmt: skip
     for x in (-0.5, 0.4):
-        place(table, "leaf", mesh("leaf", [box((0.5, 0.002, 0.7), leaf)]), move(x, 0.45, 0.7) @ rotate("x", 60))
+        place(table, "leaf", mesh("leaf", [plane(0.5, 0.7, leaf)]), move(x, 0.45, 0.7) @ rotate("x", 60))
     sun = scene.add(Node("sun", light=DirectionalLight(illuminance=4.0, angular_diameter=math.radians(2))))
     sun.transform = aim((1.5, 2.5, -3.0), (0, 0, 0))
     return _seen(scene, Camera.look_at((1.2, 1.5, 3.2), (0, 0.3, 0), vertical_fov=math.radians(40)))
