@@ -288,8 +288,8 @@ class MaterialTable:
         self.table.rows[row] = self._packed(material, images)
         self._type_users[material.type] += 1
         (self.transparent.add if material.transmission > 0 else self.transparent.discard)(row)
-        (self.translucent.add if material.diffuse_transmission > 0 else self.translucent.discard)(row)
-        is_sheet = material.diffuse_transmission > 0 and material.thin_walled
+        (self.translucent.add if material.passes_diffusely() else self.translucent.discard)(row)
+        is_sheet = material.passes_diffusely() and material.thin_walled
         (self.sheets.add if is_sheet else self.sheets.discard)(row)
         (self.mirrors.add if may_mirror(material) else self.mirrors.discard)(row)
         return _Packed(row, material.type, _kind(material), images, average_emission(material))
@@ -323,9 +323,9 @@ class MaterialTable:
             "coat_normal_scale",
             "dispersion",
             "scatter_anisotropy",
-            "diffuse_transmission",
         ):
             packed[name] = getattr(material, name)
+        packed["diffuse_transmission"] = material.diffuse_transmission if material.passes_diffusely() else 0
         coats = baked(material)
         packed["coat_count"] = len(coats)
         for row, coat in zip(packed["coats"], coats, strict=False):

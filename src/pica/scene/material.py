@@ -249,6 +249,10 @@ class Material(Followed):
     """The numbers that a type of your own wants, by the names in its `struct Parameters`."""
     extras: dict[str, object] = field(default_factory=dict)
 
+    def passes_diffusely(self) -> bool:
+        """Whether light passes its surface diffusely, which needs the standard type."""
+        return self.type == STANDARD and self.diffuse_transmission > 0
+
     def stops_rays(self) -> bool:
         """Whether no ray passes its surface, as one of a texture with holes or of glass."""
         return self.alpha_mode is AlphaMode.OPAQUE and self.transmission == 0

@@ -135,7 +135,7 @@ def _with_diffuse_transmission(scene: SceneView) -> list[_Candidate]:
             placed = parts[number % len(parts)]
             if not isinstance(placed, PlacedSection):
                 continue
-            if placed.section.material.diffuse_transmission > 0:
+            if placed.section.material.passes_diffusely():
                 to_world = gpu_scene.instance_table.rows["to_world"][gpu_scene.record_table.rows["instance"][record]]
                 found.append(_Candidate(record, placed.section, _area(placed.section, to_world)))
     return sorted(found, key=lambda each: -each.area)

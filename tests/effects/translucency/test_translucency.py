@@ -191,3 +191,13 @@ def test_the_number_of_rays_is_bounded_by_the_texels(device):
         renderer.render(4, camera=OBLIQUE)
         rays = renderer.count_rays(OBLIQUE)["map_rays"]
     assert 64 * 64 / 4 < rays <= 64 * 64
+
+
+def test_primitives_reflect_what_they_would_let_through(device):
+    """Only triangles have maps and paths: no black spheres."""
+    ball = pica.Node("ball", mesh=pica.Mesh(primitives=[pica.spheres([[0, 0, 0]], 0.3, wax())]))
+    scene = scene_of(ball, placed(sphere(0.1, wax(), 12), move(2, 0, 0)), environment=uniform(1, 1, 1))
+    with pica.Renderer(scene, size=(24, 16), settings=each_path(), device=device) as renderer:
+        found = renderer.render(8, camera=OBLIQUE)
+    assert found.color[6:10, 10:14].mean() == pytest.approx(1, rel=0.05)
+    assert not found.aov("subsurface")[6:10, 10:14].any()
