@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.frame.context import FrameContext
@@ -12,13 +13,21 @@ from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.programs.library import programs
 from pica.rhi.device import Device
+from pica.scene.material import Material
 from pica.scene.model import Section
 from pica.texture_space.unwrap import unwrap
 
 _TILE = 16
 """texture_maps.slang: TILE."""
 _OBJECT = np.dtype(
-    [("record", "u4"), ("triangles", "u4"), ("first_triangle", "u4"), ("place", "u4", 2), ("side", "u4")]
+    [
+        ("record", "u4"),
+        ("triangles", "u4"),
+        ("first_triangle", "u4"),
+        ("place", "u4", 2),
+        ("side", "u4"),
+        ("is_new", "u4"),
+    ]
 )
 _MOST_TRIANGLES = 1 << 18
 """Of one object: unwrapping takes some 50 microseconds for each, once."""
@@ -31,10 +40,18 @@ class _Candidate:
     area: float
     """Square metres."""
 
+    look: tuple[object, ...]
+    """What the light below its surface depends on."""
+
     @property
     def can_unwrap(self) -> bool:
         """Whether it is a solid that is not too large to unwrap."""
         return not self.section.material.thin_walled and len(self.section.indices) <= _MOST_TRIANGLES
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Equal for an object that is as it was."""
+        return self.record, id(self.section), self.look
 
 
 class TextureMaps:
@@ -51,12 +68,15 @@ class TextureMaps:
         self._longest = 0
         self.count = 0
         """How many objects have a map."""
-        self._content: tuple[int, int] | None = None
+        self._content: int | None = None
+        self._placed: dict[tuple[object, ...], _Candidate] = {}
+        """By key, side and place. They keep their sections, and so the ids of these, alive."""
+        self._buffers: list[spy.Buffer] = []
         self.leaves_out = False
         """Whether surfaces with diffuse transmission have no map."""
         self.changed = False
-        """Whether places in the texture differ from those of the frame before."""
-        self._bind([], np.zeros((1, 3), np.uint32), np.zeros(1, np.uint32))
+        """Whether some texels belong to other objects than in the frame before."""
+        self._bind([], [], np.zeros(1, np.uint32))
 
     def declare(self, graph: FrameGraph, scene: SceneView, wanted: bool) -> None:
         """Declare what keeps them up to date; passes added later find the block. `wanted`: False leaves all out."""
@@ -70,40 +90,51 @@ class TextureMaps:
         )
 
     def reset(self) -> None:
-        """Place all objects again in the next frame."""
-        self._content = None
+        """Place all objects anew in the next frame."""
+        self._content, self._placed = None, {}
 
     def _follow(self, frame: FrameContext, scene: SceneView, wanted: bool) -> None:
-        content = id(scene.scene), scene.scene.content_revision
-        self.changed = content != self._content
+        content = scene.scene.content_revision
+        self.changed = content != self._content and self._place(scene, wanted)
+        self._content = content
         if self.changed:
-            self._content = content
-            self._place(scene, wanted)
             frame.encoder.clear_buffer(self.triangles)
 
-    def _place(self, scene: SceneView, wanted: bool) -> None:
+    def _place(self, scene: SceneView, wanted: bool) -> bool:
+        """Find places for the scene's objects; False if all are as they were."""
         every = _with_diffuse_transmission(scene)
         candidates = [each for each in every if wanted and each.can_unwrap]
         sides = _sides([each.area for each in candidates], self.side)
-        objects, corners, unwrapped = [], [], {}
+        self.leaves_out = len(sides) < len(every)
+        # Those for which there is no room are the last.
+        shown = candidates[: len(sides)]
+        placed = {(each.key, *where): each for each, *where in zip(shown, sides, _places(sides), strict=True)}
+        if self._content is not None and placed.keys() == self._placed.keys():
+            return False
+        before, self._placed = self._placed, placed
+        objects: list[tuple[object, ...]] = []
+        corners: list[NDArray[np.uint32]] = []
+        unwrapped: dict[tuple[int, int], int] = {}
+        object_of = np.zeros(len(scene.records), np.uint32)
         first = 0
-        for each, side, place in zip(candidates, sides, _places(sides), strict=True):
-            key = id(each.section), side
-            if key not in unwrapped:
-                unwrapped[key] = first
+        for (where, each), side, place in zip(placed.items(), sides, _places(sides), strict=True):
+            mesh = id(each.section), side
+            if mesh not in unwrapped:
+                unwrapped[mesh] = first
                 corners.append(unwrap(each.section, side))
                 first += len(corners[-1])
-            triangles = len(each.section.indices)
-            objects.append((each.record, triangles, unwrapped[key], (place[0], place[1]), side))
-        object_of = np.zeros(len(scene.records), np.uint32)
-        for number, each in enumerate(candidates[: len(objects)], 1):
-            object_of[each.record] = number
-        self.leaves_out = len(objects) < len(every)
-        self._bind(objects, np.concatenate(corners) if corners else np.zeros((1, 3), np.uint32), object_of)
+            objects.append((each.record, len(each.section.indices), unwrapped[mesh], place, side, where not in before))
+            object_of[each.record] = len(objects)
+        self._bind(objects, corners, object_of)
+        return True
 
     def _bind(
-        self, objects: Sequence[tuple[object, ...]], corners: NDArray[np.uint32], object_of: NDArray[np.uint32]
+        self,
+        objects: Sequence[tuple[object, ...]],
+        corners: Sequence[NDArray[np.uint32]],
+        object_of: NDArray[np.uint32],
     ) -> None:
+        every = np.concatenate(corners).reshape(-1) if corners else np.zeros(3, np.uint32)
         rows = np.array(objects, _OBJECT) if objects else np.zeros(1, _OBJECT)
         tiles = np.zeros((self.side // _TILE,) * 2, np.uint32)
         for number, row in enumerate(rows[: len(objects)], 1):
@@ -111,12 +142,12 @@ class TextureMaps:
             tiles[y : y + across, x : x + across] = number
         self.count = len(objects)
         self._longest = int(rows["triangles"].max())
-        make = self._device.structured
+        contents = {"objects": rows, "corners": every, "objectOf": object_of, "objectAt": tiles.reshape(-1)}
+        buffers = {name: self._device.structured(f"texture maps {name}", data) for name, data in contents.items()}
+        self._device.give_back(*self._buffers)
+        self._buffers = list(buffers.values())
         self.block.bind(
-            objects=make("mapped objects", rows),
-            corners=make("texture map corners", corners.reshape(-1)),
-            objectOf=make("texture maps of records", object_of),
-            objectAt=make("texture maps of tiles", tiles.reshape(-1)),
+            **buffers,
             triangleAt=self.triangles,
             side=self.side,
             count=self.count,
@@ -137,8 +168,16 @@ def _with_diffuse_transmission(scene: SceneView) -> list[_Candidate]:
                 continue
             if placed.section.material.passes_diffusely():
                 to_world = gpu_scene.instance_table.rows["to_world"][gpu_scene.record_table.rows["instance"][record]]
-                found.append(_Candidate(record, placed.section, _area(placed.section, to_world)))
-    return sorted(found, key=lambda each: -each.area)
+                look = _look(placed.section.material)
+                found.append(_Candidate(record, placed.section, _area(placed.section, to_world), look))
+    # By two digits, so that rounding of transforms does not change the order of equal objects.
+    return sorted(found, key=lambda each: (-float(f"{each.area:.2g}"), each.record))
+
+
+def _look(material: Material) -> tuple[object, ...]:
+    medium = material.scattering, material.absorption, material.scatter_anisotropy, material.thin_walled
+    textures = material.diffuse_transmission_texture, material.diffuse_transmission_color_texture
+    return *medium, material.diffuse_transmission, material.diffuse_transmission_color, *map(id, textures)
 
 
 def _area(section: Section, to_world: NDArray[np.float32]) -> float:

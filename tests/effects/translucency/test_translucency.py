@@ -201,3 +201,22 @@ def test_primitives_reflect_what_they_would_let_through(device):
         found = renderer.render(8, camera=OBLIQUE)
     assert found.color[6:10, 10:14].mean() == pytest.approx(1, rel=0.05)
     assert not found.aov("subsurface")[6:10, 10:14].any()
+
+
+def test_light_stays_where_its_object_does(device):
+    """Whatever else comes: an opaque box, and a smaller solid for which there is room."""
+    small = [placed(box(0.02, wax()), move(0.5 * i, 0, -3)) for i in range(2)]
+    scene = scene_of(placed(sphere(0.2, wax(), 24)), small[0], environment=sky(3))
+
+    def middle(frames):
+        return renderer.render(frames, camera=OBLIQUE).aov("subsurface")[6:10, 10:14]
+
+    with pica.Renderer(scene, size=(24, 16), settings=each_path(), device=device) as renderer:
+        before = middle(48)
+        for other in (placed(box(0.1, lambert(0.5)), move(0, 0, -3)), small[1]):
+            scene.add(other)
+            after = middle(1)
+            assert np.abs(after - before).mean() < 0.03 * before.mean()
+            before = after
+        renderer.reset()
+        assert np.abs(middle(1) - before).mean() > 0.06 * before.mean()

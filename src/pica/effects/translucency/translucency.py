@@ -123,7 +123,7 @@ class Translucency(Effect):
                 exposure=exposure,
                 interval=self._interval,
                 settled=lambda frame: int(self._unchanged > COMPLETE_FROM),
-                renewed=lambda frame: int(maps.changed),
+                changed=lambda frame: int(maps.changed),
                 **number,
             )
             paths = lambda light: int(np.count_nonzero(light[..., 3] >= 0)) // self._interval  # noqa: E731
