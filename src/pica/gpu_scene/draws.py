@@ -54,9 +54,19 @@ FRONT = {
 class DrawKind:
     """The pipeline state of a draw."""
 
-    opaque: bool
+    alpha: AlphaMode
     glass: bool
     facing: Facing
+
+    @property
+    def opaque(self) -> bool:
+        """Whether all of it covers what lies behind."""
+        return self.alpha is AlphaMode.OPAQUE
+
+    @property
+    def apart(self) -> bool:
+        """Whether it may show what lies behind: the transparency pass draws it then."""
+        return self.glass or self.alpha is AlphaMode.BLEND
 
 
 @dataclass(frozen=True)
@@ -70,10 +80,11 @@ class DrawList:
 
 # Properties of a section that determine its draws.
 DRAWN_SECTION = np.dtype(
-    [("index_count", "u4"), ("instances", "u4"), ("boxes", "?"), ("opaque", "?"), ("glass", "?"), ("double_sided", "?")]
+    [("index_count", "u4"), ("instances", "u4"), ("boxes", "?"), ("alpha", "u1"), ("glass", "?"), ("double_sided", "?")]
 )
 NOT_DRAWN = -1
-_KINDS = [DrawKind(opaque, glass, facing) for opaque in (True, False) for glass in (False, True) for facing in Facing]
+_ALPHA_MODES = AlphaMode.OPAQUE, AlphaMode.MASK, AlphaMode.BLEND
+_KINDS = [DrawKind(alpha, glass, facing) for alpha in _ALPHA_MODES for glass in (False, True) for facing in Facing]
 """Opaque kinds first, so that they occlude those that are costlier to shade."""
 
 
@@ -163,21 +174,21 @@ class _Draws:
         self.used -= len(rows)
 
 
-def drawn_section(section: Section | Primitives) -> tuple[int, int, bool, bool, bool, bool]:
+def drawn_section(section: Section | Primitives) -> tuple[int, int, bool, int, bool, bool]:
     """A row of DRAWN_SECTION."""
     boxes = isinstance(section, Primitives)
     indices = BOX_INDICES.size if isinstance(section, Primitives) else section.indices.size
     instances = len(section) if isinstance(section, Primitives) else 1
     material = section.material
-    opaque = material.alpha_mode is AlphaMode.OPAQUE
-    return indices, instances, boxes, opaque, material.transmission > 0, material.double_sided
+    alpha = _ALPHA_MODES.index(material.alpha_mode)
+    return indices, instances, boxes, alpha, material.transmission > 0, material.double_sided
 
 
 def kinds_of(sections: NDArray[np.void], mirrored: NDArray[np.bool_]) -> NDArray[np.int8]:
     """(n,) numbers of the kinds of DRAWN_SECTION rows, of which some are mirrored."""
     turned = mirrored.astype(np.int8)
     facing = np.where(sections["boxes"], 3 + turned, np.where(sections["double_sided"], 0, 1 + turned))
-    return (facing + len(Facing) * (2 * ~sections["opaque"] + sections["glass"])).astype(np.int8)
+    return (facing + len(Facing) * (2 * sections["alpha"].astype(np.int64) + sections["glass"])).astype(np.int8)
 
 
 def draw_arguments(

@@ -134,6 +134,8 @@ class MaterialTable:
         self.table = HostTable(device, "materials", MATERIAL)
         self.transparent: set[int] = set()
         """Rows of transmissive materials."""
+        self.blended: set[int] = set()
+        """Rows of materials whose alpha blends them with what lies behind."""
         self.translucent: set[int] = set()
         """Rows of materials with diffuse transmission."""
         self.sheets: set[int] = set()
@@ -277,6 +279,7 @@ class MaterialTable:
             return
         del self._materials[material]
         self.transparent.discard(entry.row)
+        self.blended.discard(entry.row)
         self.translucent.discard(entry.row)
         self.sheets.discard(entry.row)
         self.mirrors.discard(entry.row)
@@ -288,6 +291,7 @@ class MaterialTable:
         self.table.rows[row] = self._packed(material, images)
         self._type_users[material.type] += 1
         (self.transparent.add if material.transmission > 0 else self.transparent.discard)(row)
+        (self.blended.add if material.alpha_mode is AlphaMode.BLEND else self.blended.discard)(row)
         (self.translucent.add if material.passes_diffusely() else self.translucent.discard)(row)
         is_sheet = material.passes_diffusely() and material.thin_walled
         (self.sheets.add if is_sheet else self.sheets.discard)(row)

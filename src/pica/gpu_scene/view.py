@@ -135,8 +135,18 @@ class SceneView:
 
     @property
     def glass_apart(self) -> bool:
-        """Whether there are transmissive surfaces, and the G-buffer leaves them out."""
+        """Whether the G-buffer leaves transmissive surfaces and layers of blended ones out, and there are any."""
+        return self.shows_glass or self.shows_layers
+
+    @property
+    def shows_glass(self) -> bool:
+        """Whether there are transmissive surfaces, and the transparency pass shows them."""
         return self._leaves_glass and bool(self.scene.materials.transparent)
+
+    @property
+    def shows_layers(self) -> bool:
+        """Whether there are blended surfaces, and the transparency pass shows their layers."""
+        return self._leaves_glass and bool(self.scene.materials.blended)
 
     @property
     def translucent(self) -> bool:

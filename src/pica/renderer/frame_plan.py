@@ -112,7 +112,8 @@ class FramePlan:
             frames.output_size,
             COATS in features,
             LOBES in features,
-            view.glass_apart,
+            view.shows_glass,
+            view.shows_layers,
             view.translucent,
         )
 

@@ -16,15 +16,15 @@ from pica.scene.material_registry import MaterialSource
 HitDetail = Literal["hit", "surface"]
 """The detail of hits that an effect needs: position alone, or the evaluated surface too (ray_effect.slang)."""
 _SLANG_BOOL = {True: "true", False: "false"}
-_PASSES_GLASS = {"hit": "payload.hit.primitive != 0", "surface": "payload.primitive != 0"}
-"""Where payloads carry it on their way in."""
+_PASSING = {"hit": "payload.hit.primitive", "surface": "payload.primitive"}
+"""Where payloads carry Ray.passing on their way in."""
 _ANY_HIT = """
 import tracing.ray_effect;
 import {alias};
 [shader("anyhit")]
 void any_{name}(inout {payload} payload, BuiltInTriangleIntersectionAttributes attributes)
 {{
-    ignoreUncovered<{struct}>(attributes.barycentrics, payload.seed, {passes_glass});
+    ignoreUncovered<{struct}>(attributes.barycentrics, payload.seed, {passing});
 }}
 """
 _CLOSEST_HIT = """
@@ -43,7 +43,7 @@ void intersect_{name}() {{ reportCrossings<{shape}>(); }}
 [shader("anyhit")]
 void any_{name}(inout {payload} payload, ShapeAttributes attributes)
 {{
-    ignoreUncoveredShape<{material}, {shape}>(payload.seed, {passes_glass});
+    ignoreUncoveredShape<{material}, {shape}>(payload.seed, {passing});
 }}
 """
 _SHAPE_CLOSEST_HIT = """
@@ -82,7 +82,7 @@ def _of_triangles(device: Device, material: MaterialType, detail: HitDetail, sim
         name=material.name,
         struct=material.struct,
         payload=payload,
-        passes_glass=_PASSES_GLASS[detail],
+        passing=_PASSING[detail],
         simplified=_SLANG_BOOL[simplified],
     )
     module = device.module(name, text)
@@ -105,7 +105,7 @@ def _of_shape(device: Device, pair: ShapeOn, material: MaterialType, detail: Hit
         material_alias=material.alias,
         shape=shape.struct,
         material=material.struct,
-        passes_glass=_PASSES_GLASS[detail],
+        passing=_PASSING[detail],
         payload="HitPayload" if detail == "hit" else "PackedSurface",
         simplified=_SLANG_BOOL[simplified],
     )

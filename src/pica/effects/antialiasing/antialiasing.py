@@ -44,7 +44,7 @@ class Antialiasing(Effect):
             graph.record("restarts", self._decide)
             alpha = None
             if self._coverage is not None:
-                alpha = self._coverage(graph, self._restarts)
+                alpha = self._coverage(graph, radiance, self._restarts)
                 graph.offer("alpha", (alpha,), partial(alpha_of, 0))
             picture = self._resolve(graph, radiance, exposure, self._restarts)
             if self._settings.sharpness > 0:

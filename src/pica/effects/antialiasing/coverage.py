@@ -20,9 +20,10 @@ class Coverage:
         self._resolve = TemporalResolve(device, "coverage")
         self._cover = device.compute("effects/antialiasing/coverage.slang")
 
-    def __call__(self, graph: FrameGraph, restarts: Callable[[Any], bool] | None) -> Texture:
-        """Alpha in each of r, g and b (output size)."""
+    def __call__(self, graph: FrameGraph, radiance: Texture, restarts: Callable[[Any], bool] | None) -> Texture:
+        """Alpha in each of r, g and b (output size). `radiance`: as of the transparency pass, whose alpha counts over the
+        background."""
         covered = graph.texture("covered", spy.Format.rgba16_float)
-        graph.add(self._cover, graph.grid, covered=write(covered))
+        graph.add(self._cover, graph.grid, radiance=radiance, covered=write(covered))
         one = graph.buffer("exposure of coverage", data=np.ones(1, np.float32))
         return self._resolve(graph, covered, one, restarts)

@@ -28,7 +28,7 @@ _BOXES = Facing.BOXES, Facing.BOXES_MIRRORED
 class RasterVisibility:
     """Rasterizes the visible triangle of each pixel. One indirect draw per kind of section.
 
-    `glass`: of transmissive sections in front of the surfaces that the G-buffer has; else of these surfaces.
+    `glass`: of transmissive and blended sections in front of the surfaces that the G-buffer has; else of these surfaces.
     """
 
     def __init__(self, device: Device, glass: bool = False) -> None:
@@ -75,7 +75,9 @@ class RasterVisibility:
             for_types.of(scene.material_types)
         draw_lists = scene.draws(frame)
         if scene.glass_apart:
-            draw_lists = [draws for draws in draw_lists if draws.kind.glass == self._glass]
+            # Points of blended sections that are nearly opaque are in the G-buffer.
+            shown = (lambda kind: kind.apart) if self._glass else (lambda kind: not kind.glass)
+            draw_lists = [draws for draws in draw_lists if shown(draws.kind)]
         for draws in draw_lists:
             if _key(draws.kind) not in self._passes:
                 self._passes[_key(draws.kind)] = self._pass(*_key(draws.kind))
