@@ -53,7 +53,7 @@ class ReflectionsSettings(Group):
 
 @dataclass(frozen=True)
 class TransparencySettings(Group):
-    """What is seen through transmissive materials, such as glass."""
+    """What is seen through transmissive materials, such as glass, and through blended ones, such as smoke."""
 
     mode: Literal["off", "ray_traced"] = choice(
         "ray_traced",
@@ -68,6 +68,15 @@ class TransparencySettings(Group):
         text="That bend a path; it goes straight on through further ones. A pane counts once, a solid twice, and again"
         " for each reflection inside of it.",
         higher="glass behind glass refracts right",
+        lower="less time",
+    )
+    layers: int = number(
+        4,
+        range=(1, 64),
+        unit="layers",
+        text="Of blended surfaces, such as smoke, that are met one by one in a pixel, without noise; of those behind"
+        " them one is met by chance.",
+        higher="dense smoke has less noise",
         lower="less time",
     )
 

@@ -21,8 +21,8 @@ class Coverage:
         self._cover = device.compute("effects/antialiasing/coverage.slang")
 
     def __call__(self, graph: FrameGraph, radiance: Texture, restarts: Callable[[Any], bool] | None) -> Texture:
-        """Alpha in each of r, g and b (output size). `radiance`: as of the transparency pass, whose alpha counts over the
-        background."""
+        """Alpha in each of r, g and b (output size). `radiance`: with what the G-buffer leaves out, by its
+        alpha."""
         covered = graph.texture("covered", spy.Format.rgba16_float)
         graph.add(self._cover, graph.grid, radiance=radiance, covered=write(covered))
         one = graph.buffer("exposure of coverage", data=np.ones(1, np.float32))

@@ -28,7 +28,7 @@ _BOXES = Facing.BOXES, Facing.BOXES_MIRRORED
 class RasterVisibility:
     """Rasterizes the visible triangle of each pixel. One indirect draw per kind of section.
 
-    `glass`: of transmissive and blended sections in front of the surfaces that the G-buffer has; else of these surfaces.
+    `glass`: of transmissive and blended sections in front of the surfaces that the G-buffer has; else of the latter.
     """
 
     def __init__(self, device: Device, glass: bool = False) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import slangpy as spy
+from numpy.typing import NDArray
 
 from pica.frame.effect import Effect, rgb
 from pica.frame.gbuffer import GBuffer
@@ -22,6 +23,11 @@ from pica.tracing.ray_effect import RayEffect, ray_effect
 _FOLDER = "effects/transparency"
 
 
+def _count(glass: NDArray[np.uint32]) -> int:
+    """How many pixels send rays."""
+    return int(np.count_nonzero(glass[..., 0]))
+
+
 class Transparency(Effect):
     """Paths from the camera through transmissive surfaces, and rays through layers of blended ones: the G-buffer leaves
     both out. Layers in front of a transmissive surface are drawn over it; those behind it are met by chance."""
@@ -34,7 +40,7 @@ class Transparency(Effect):
     ) -> None:
         """`cache`: the module of the cache of indirect light, if calls pass one. `filters`: DebugSettings.filters."""
         self._device, self._tracer, self._cache = device, tracer, cache
-        self._surfaces, self._filters = settings.surfaces, filters
+        self._surfaces, self._layers, self._filters = settings.surfaces, settings.layers, filters
 
     # Made for the first scene that needs them: others need not compile them.
     @cached_property
@@ -74,12 +80,8 @@ class Transparency(Effect):
             if scene.shows_layers:
                 seen = self._over(graph, seen, inputs)
             graph.offer("transmission", (seen, radiance), lambda after, before: rgb(after) - rgb(before))
-            graph.offer(
-                "rays.transparency_rays",
-                (gbuffer.glass,),
-                lambda glass: int(np.count_nonzero(glass[..., 0])),
-                on_request=True,
-            )
+            for name in ["transparency_rays"] * scene.shows_glass + ["layer_rays"] * scene.shows_layers:
+                graph.offer(f"rays.{name}", (gbuffer.glass,), _count, on_request=True)
         return seen
 
     def _through_glass(self, graph: FrameGraph, radiance: Texture, inputs: dict[str, Any]) -> Texture:
@@ -104,7 +106,8 @@ class Transparency(Effect):
             name: graph.texture(name, spy.Format.rg32_float if name == "layerBefore" else spy.Format.rgba32_float)
             for name in ("layerLight", "layerAlbedo", "layerReflection", "layerBefore")
         }
-        graph.add(self._trace_layers, graph.size, **inputs, **{name: write(layers[name]) for name in layers})
+        written = {name: write(texture) for name, texture in layers.items()}
+        graph.add(self._trace_layers, graph.size, **inputs, **written, layers=self._layers)
         seen = graph.texture("seen with layers", spy.Format.rgba32_float)
         history = graph.history("layers", {"light": spy.Format.rgba32_float})
         light, state = history.textures["light"], history.state
