@@ -34,8 +34,8 @@ class GBuffer:
         self.textures: Mapping[str, Texture] = {**self.shapes.textures, **materials}
         self.block: Block
         self.glass: Texture | None = None
-        """(width, height, rg32_uint) as the visibility, of the nearest transmissive or blended surface in front of it;
-        None: such surfaces are in the G-buffer, or there are none."""
+        """(width, height, rg32_uint): 0 in the first number where the camera sees neither a transmissive nor a blended
+        surface; None: such surfaces are in the G-buffer, or there are none."""
         self._half: GBuffer | None = None
 
     def filled(self, graph: FrameGraph) -> None:

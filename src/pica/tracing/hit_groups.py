@@ -24,7 +24,8 @@ import {alias};
 [shader("anyhit")]
 void any_{name}(inout {payload} payload, BuiltInTriangleIntersectionAttributes attributes)
 {{
-    ignoreUncovered<{struct}>(attributes.barycentrics, payload.seed, {passing});
+    if (ignoresTriangle<{struct}>(attributes.barycentrics, payload.seed, {passing}))
+        IgnoreHit();
 }}
 """
 _CLOSEST_HIT = """
@@ -43,7 +44,8 @@ void intersect_{name}() {{ reportCrossings<{shape}>(); }}
 [shader("anyhit")]
 void any_{name}(inout {payload} payload, ShapeAttributes attributes)
 {{
-    ignoreUncoveredShape<{material}, {shape}>(payload.seed, {passing});
+    if (ignoresShape<{material}, {shape}>(payload.seed, {passing}))
+        IgnoreHit();
 }}
 """
 _SHAPE_CLOSEST_HIT = """

@@ -152,6 +152,8 @@ class GBufferEffect(Effect):
         if primary == "auto":
             self.primary = "rays" if device.traces_rays and not device.is_software else "raster"
         self._rays: RayEffect | None = None
+        # Any-hit shaders of a pipeline see what rays go through: a raster pass would take half a millisecond on a card.
+        self._marks_glass = self.primary == "rays" and tracer is None
         self._raster: RasterVisibility | None = None
         if self.primary == "rays":
             self._rays = ray_effect(device, f"{_FOLDER}/primary_rays.slang", "PrimaryRays", "hit", tracer)
@@ -170,16 +172,19 @@ class GBufferEffect(Effect):
             gbuffer = GBuffer(graph, graph.size, optional, Lifetime.KEPT)
             if self._raster is not None:
                 self._raster(graph, scene, gbuffer)
+            marks = scene.glass_apart and self._marks_glass
+            if scene.glass_apart:
+                gbuffer.glass = graph.texture("glass", spy.Format.rg32_uint, usage=VISIBILITY_USAGE)
             if self._rays is not None:
-                seen = gbuffer.written("visibility")
-                graph.add(self._rays, graph.size, scene=scene, **seen)
+                unused = graph.texture("unused glass", spy.Format.rg32_uint, (1, 1))
+                glass = write(gbuffer.glass if marks and gbuffer.glass else unused)
+                graph.add(self._rays, graph.size, scene=scene, glass=glass, **gbuffer.written("visibility"))
             rest = gbuffer.written(*(name for name in gbuffer.textures if name != "visibility"))
             visibility = gbuffer.textures["visibility"]
             graph.add(self._resolve, graph.grid, scene=scene, visibility=visibility, **rest)
             gbuffer.filled(graph)
-            if scene.glass_apart:
+            if scene.glass_apart and not marks:
                 self._raster_glass = self._raster_glass or RasterVisibility(self._device, glass=True)
-                gbuffer.glass = graph.texture("glass", spy.Format.rg32_uint, usage=VISIBILITY_USAGE)
                 self._raster_glass(graph, scene, gbuffer)
             self._offer(graph, scene, gbuffer)
         return gbuffer
