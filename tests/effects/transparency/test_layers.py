@@ -15,7 +15,18 @@ from pica.scene.light import DirectionalLight
 from pica.scene.material import AlphaMode, Material
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, rotate
-from tests.building import lambert, leaves, orthographic, placed, render, scene_of, settings, shining, uniform
+from tests.building import (
+    assert_schedulers_agree,
+    lambert,
+    leaves,
+    orthographic,
+    placed,
+    render,
+    scene_of,
+    settings,
+    shining,
+    uniform,
+)
 
 WAYS = pytest.mark.parametrize("primary", ["raster", "rays"])
 VIEW = Camera.look_at((0.5, 1.0, 2.6), (0, 0.35, 0), vertical_fov=math.radians(35))
@@ -93,6 +104,12 @@ def test_default_frames_come_near_the_path_tracer_at_rest_and_in_motion(device):
     assert in_motion.flip < 0.09
     for picture in (still, moving):
         assert picture.mean() == pytest.approx(expected.mean(), rel=0.02)
+
+
+@pytest.mark.slow
+def test_schedulers_agree(device):
+    """A pipeline's camera rays mark the pixels with layers and glass; for other schedulers a raster pass draws them."""
+    assert_schedulers_agree(device, lambda: scene_of(*still_life(), environment=uniform(0.25, 0.3, 0.4)))
 
 
 def test_a_layer_that_moves_leaves_no_trail(device):
