@@ -71,7 +71,7 @@ class TransparencySettings(Group):
         lower="less time",
     )
     layers: int = number(
-        4,
+        16,
         range=(1, 64),
         unit="layers",
         text="Of blended surfaces, such as smoke, that are met one by one in a pixel, without noise; of those behind"
