@@ -183,10 +183,11 @@ class GBufferEffect(Effect):
             visibility = gbuffer.textures["visibility"]
             graph.add(self._resolve, graph.grid, scene=scene, visibility=visibility, **rest)
             gbuffer.filled(graph)
-            if scene.glass_apart and not marks:
+            self._offer(graph, scene, gbuffer)
+        if scene.glass_apart and not marks:
+            with graph.scope("transparency"):  # labels do without
                 self._raster_glass = self._raster_glass or RasterVisibility(self._device, glass=True)
                 self._raster_glass(graph, scene, gbuffer)
-            self._offer(graph, scene, gbuffer)
         return gbuffer
 
     def _offer(self, graph: FrameGraph, scene: SceneView, gbuffer: GBuffer) -> None:
