@@ -8,8 +8,6 @@ import pytest
 
 import pica
 from pica.quality.picture_errors import compare
-from pica.quality.playback import last_frame
-from pica.quality.sequences import sequence
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight
 from pica.scene.material import AlphaMode, Material
@@ -27,6 +25,7 @@ from tests.building import (
     shining,
     uniform,
 )
+from tests.effects.transparency.at_rest_and_in_motion import errors
 
 WAYS = pytest.mark.parametrize("primary", ["raster", "rays"])
 VIEW = Camera.look_at((0.5, 1.0, 2.6), (0, 0.35, 0), vertical_fov=math.radians(35))
@@ -91,19 +90,10 @@ def still_life() -> tuple:
 
 
 def test_default_frames_come_near_the_path_tracer_at_rest_and_in_motion(device):
-    size = (96, 60)
     scene = scene_of(*still_life(), environment=uniform(0.25, 0.3, 0.4))
-    with pica.PathTracer(scene, size=size, device=device) as tracer:
-        expected = tracer.render(512, camera=VIEW).color
-    with pica.Renderer(scene, size=size, device=device) as renderer:
-        still = renderer.render(64, camera=VIEW).color
-        renderer.reset()
-        moving = last_frame(renderer, sequence("orbit", scene, VIEW, speed=1.0), range(-15, 1)).color
-    at_rest, in_motion = compare(expected, still), compare(expected, moving)
-    assert at_rest.flip < 0.06
-    assert in_motion.flip < 0.09
-    for picture in (still, moving):
-        assert picture.mean() == pytest.approx(expected.mean(), rel=0.02)
+    at_rest, in_motion = errors(device, scene, VIEW, samples=512)
+    assert at_rest < 0.06
+    assert in_motion < 0.09
 
 
 @pytest.mark.slow

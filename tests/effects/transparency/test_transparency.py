@@ -7,8 +7,6 @@ import pytest
 
 import pica
 from pica.quality.picture_errors import compare
-from pica.quality.playback import last_frame
-from pica.quality.sequences import sequence
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
 from pica.scene.light import DirectionalLight, SphereLight
@@ -16,6 +14,7 @@ from pica.scene.material import AlphaMode, Material
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, rotate
 from tests.building import lambert, orthographic, placed, render, scene_of, settings, shining, sky, trace, uniform
+from tests.effects.transparency.at_rest_and_in_motion import errors
 
 BOTH = pytest.mark.parametrize("tracer", [render, trace], ids=["hybrid", "path tracer"])
 VIEW = Camera.look_at((0.5, 1.0, 2.6), (0, 0.35, 0), vertical_fov=math.radians(35))
@@ -148,20 +147,10 @@ def still_life() -> tuple:
 
 
 def test_default_frames_come_near_the_path_tracer_at_rest_and_in_motion(device):
-    size = (96, 60)
     scene = scene_of(*still_life(), environment=uniform(0.25, 0.3, 0.4))
-    with pica.PathTracer(scene, size=size, device=device) as tracer:
-        expected = tracer.render(384, camera=VIEW).color
-    with pica.Renderer(scene, size=size, device=device) as renderer:
-        still = renderer.render(64, camera=VIEW).color
-        renderer.reset()
-        orbit = sequence("orbit", scene, VIEW, speed=1.0)
-        moving = last_frame(renderer, orbit, range(-15, 1)).color
-    at_rest, in_motion = compare(expected, still), compare(expected, moving)
-    assert at_rest.flip < 0.08
-    assert in_motion.flip < at_rest.flip + 0.05
-    for picture in (still, moving):
-        assert picture.mean() == pytest.approx(expected.mean(), rel=0.02)
+    at_rest, in_motion = errors(device, scene, VIEW, samples=384)
+    assert at_rest < 0.08
+    assert in_motion < at_rest + 0.05
 
 
 def test_glass_that_moves_leaves_no_trail(device):
