@@ -8,7 +8,7 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.gpu_scene.mirrors import may_mirror
+from pica.gpu_scene.material_traits import MaterialTraits
 from pica.programs.library import programs
 from pica.programs.material_types import (
     MAX_PARAMETERS,
@@ -132,16 +132,7 @@ class MaterialTable:
         """`changes`: where images note that they were written to."""
         self._device, self._changes = device, changes
         self.table = HostTable(device, "materials", MATERIAL)
-        self.transparent: set[int] = set()
-        """Rows of transmissive materials."""
-        self.blended: set[int] = set()
-        """Rows of materials whose alpha blends them with what lies behind."""
-        self.translucent: set[int] = set()
-        """Rows of materials with diffuse transmission."""
-        self.sheets: set[int] = set()
-        """Those of thin-walled ones."""
-        self.mirrors: set[int] = set()
-        """Rows of materials that may mirror sharply."""
+        self.traits = MaterialTraits()
         self._materials: dict[Material, _Packed] = {}
         self._textures: dict[tuple[Image, bool], _ImageOnGpu] = {}
         self._samplers: dict[Sampler, spy.Sampler] = {}
@@ -278,11 +269,7 @@ class MaterialTable:
         if entry.users:
             return
         del self._materials[material]
-        self.transparent.discard(entry.row)
-        self.blended.discard(entry.row)
-        self.translucent.discard(entry.row)
-        self.sheets.discard(entry.row)
-        self.mirrors.discard(entry.row)
+        self.traits.forget(entry.row)
         self._forget(entry)
         self.table.give_back(entry.row, 1)
 
@@ -290,12 +277,7 @@ class MaterialTable:
         images: list[_ImageOnGpu] = []
         self.table.rows[row] = self._packed(material, images)
         self._type_users[material.type] += 1
-        (self.transparent.add if material.transmission > 0 else self.transparent.discard)(row)
-        (self.blended.add if material.alpha_mode is AlphaMode.BLEND else self.blended.discard)(row)
-        (self.translucent.add if material.passes_diffusely() else self.translucent.discard)(row)
-        is_sheet = material.passes_diffusely() and material.thin_walled
-        (self.sheets.add if is_sheet else self.sheets.discard)(row)
-        (self.mirrors.add if may_mirror(material) else self.mirrors.discard)(row)
+        self.traits.note(row, material)
         return _Packed(row, material.type, _kind(material), images, average_emission(material))
 
     def _forget(self, entry: _Packed) -> None:

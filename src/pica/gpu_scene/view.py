@@ -126,12 +126,12 @@ class SceneView:
     @property
     def mirrors(self) -> bool:
         """Whether any material may mirror sharply."""
-        return bool(self.scene.materials.mirrors)
+        return self.scene.materials.traits.any("mirror")
 
     @property
     def transparent(self) -> bool:
         """Whether shadow rays pass through some surfaces; otherwise they only test visibility."""
-        return self._transparent_shadows and bool(self.scene.materials.transparent)
+        return self._transparent_shadows and self.scene.materials.traits.any("transmissive")
 
     @property
     def glass_apart(self) -> bool:
@@ -141,22 +141,27 @@ class SceneView:
     @property
     def shows_glass(self) -> bool:
         """Whether there are transmissive surfaces, and the transparency pass shows them."""
-        return self._leaves_glass and bool(self.scene.materials.transparent)
+        return self._leaves_glass and self.scene.materials.traits.any("transmissive")
+
+    @property
+    def shows_rough_glass(self) -> bool:
+        """Whether what lies behind any of them is blurred."""
+        return self.shows_glass and self.scene.materials.traits.any("rough_transmissive")
 
     @property
     def shows_layers(self) -> bool:
         """Whether there are blended surfaces, and the transparency pass shows their layers."""
-        return self._leaves_glass and bool(self.scene.materials.blended)
+        return self._leaves_glass and self.scene.materials.traits.any("blended")
 
     @property
     def translucent(self) -> bool:
         """Whether there are surfaces with diffuse transmission, and the light that passes them is followed."""
-        return self._follows_diffuse and bool(self.scene.materials.translucent)
+        return self._follows_diffuse and self.scene.materials.traits.any("translucent")
 
     @property
     def sheets(self) -> bool:
         """Whether some of these are thin-walled."""
-        return self._follows_diffuse and bool(self.scene.materials.sheets)
+        return self._follows_diffuse and self.scene.materials.traits.any("sheet")
 
     def labels(self) -> NDArray[np.uint32]:
         """(records, 2) the node and the material of each record as they are now, both counted from 1."""
