@@ -105,7 +105,7 @@ def declare(
     s.radiance = stages.composite(graph, s.gbuffer, s.parts)
     yield "composite"
     if stages.transparency is not None:
-        s.radiance = stages.transparency(graph, s.scene, s.gbuffer, s.light, s.indirect, s.radiance)
+        s.radiance = stages.transparency(graph, s.scene, s.gbuffer, s.light, s.indirect, s.radiance, s.exposure)
     stages.composite.offer(graph, s.radiance)
     yield "transparency"
     s.picture, s.alpha = stages.antialiasing(graph, s.radiance, s.exposure)

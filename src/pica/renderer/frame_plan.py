@@ -113,6 +113,7 @@ class FramePlan:
             COATS in features,
             LOBES in features,
             view.shows_glass,
+            view.shows_rough_glass,
             view.shows_layers,
             view.translucent,
         )

@@ -80,6 +80,22 @@ class TransparencySettings(Group):
         lower="less time",
     )
 
+    texture_space: Literal["off", "rough", "all"] = choice(
+        "rough",
+        "Whether objects are unwrapped, so that paths behind their surface begin at its texels and add up over frames.",
+        off="Not at all: paths begin at the pixels.",
+        rough="Surfaces with a roughness of 0.2 and more, which blur what lies behind: less noise in motion.",
+        all="Clear solids too, as PICA PICA has them: as sharp as their texels.",
+    )
+    map_size: int = number(
+        512,
+        range=(64, 4096),
+        unit="texels along a side, rounded down to a power of two",
+        text="Of the texture that all such objects share: at most a path a texel and frame.",
+        higher="finer pictures behind objects that are large in the picture",
+        lower="less time",
+    )
+
 
 @dataclass(frozen=True)
 class TranslucencySettings(Group):

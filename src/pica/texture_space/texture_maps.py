@@ -1,7 +1,8 @@
 """Objects with maps in texture space: which, how large, and where in the one texture that all share."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import slangpy as spy
@@ -12,6 +13,7 @@ from pica.gpu_scene.geometry import PlacedSection
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.programs.library import programs
+from pica.programs.recipes import MaterialPass
 from pica.rhi.device import Device
 from pica.scene.material import Material
 from pica.scene.model import Section
@@ -41,12 +43,7 @@ class _Candidate:
     """Square metres."""
 
     look: tuple[object, ...]
-    """What the light below its surface depends on."""
-
-    @property
-    def can_unwrap(self) -> bool:
-        """Whether it is a solid that is not too large to unwrap."""
-        return not self.section.material.thin_walled and len(self.section.indices) <= _MOST_TRIANGLES
+    """MappedKind.look"""
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -54,13 +51,26 @@ class _Candidate:
         return self.record, id(self.section), self.look
 
 
+@dataclass(frozen=True)
+class MappedKind:
+    """Which objects are to have maps, by their materials."""
+
+    has_light: Callable[[Material], bool]
+    """Whether they have such light as maps keep."""
+
+    is_mapped: Callable[[Material], bool]
+    """Whether maps may keep it."""
+
+    look: Callable[[Material], tuple[object, ...]]
+    """What the light in a map depends on: when it changes, the map begins anew."""
+
+
 class TextureMaps:
     """The maps, as the block `textureMaps` of texture_maps.slang. They follow the scene's objects, not their motion."""
 
-    def __init__(self, device: Device, side: int) -> None:
+    def __init__(self, device: Device, kind: MappedKind, side: int) -> None:
         """`side`: of the shared texture, in texels, a power of two."""
-        self._device, self.side = device, side
-        self._draw = programs(device).compute("texture_space/draw_charts.slang")
+        self._device, self._kind, self.side = device, kind, side
         self.block = device.parameter_block("texture_space/texture_maps.slang", "textureMaps")
         self.triangles = device.structured("texture map triangles", np.zeros(side * side, np.uint32))
         self.room = (side // _TILE) ** 2
@@ -73,10 +83,15 @@ class TextureMaps:
         """By key, side and place. They keep their sections, and so the ids of these, alive."""
         self._buffers: list[spy.Buffer] = []
         self.leaves_out = False
-        """Whether surfaces with diffuse transmission have no map."""
+        """Whether surfaces with such light have no map."""
         self.changed = False
         """Whether some texels belong to other objects than in the frame before."""
         self._bind([], [], np.zeros(1, np.uint32))
+
+    @cached_property
+    def _draw(self) -> MaterialPass:
+        """Made where maps are wanted."""
+        return programs(self._device).compute("texture_space/draw_charts.slang")
 
     def declare(self, graph: FrameGraph, scene: SceneView, wanted: bool) -> None:
         """Declare what keeps them up to date; passes added later find the block. `wanted`: False leaves all out."""
@@ -102,8 +117,8 @@ class TextureMaps:
 
     def _place(self, scene: SceneView, wanted: bool) -> bool:
         """Find places for the scene's objects; False if all are as they were."""
-        every = _with_diffuse_transmission(scene)
-        candidates = [each for each in every if wanted and each.can_unwrap]
+        every = self._candidates(scene)
+        candidates = [each for each in every if wanted and self._can_map(each.section)]
         sides = _sides([each.area for each in candidates], self.side)
         self.leaves_out = len(sides) < len(every)
         # Those for which there is no room are the last.
@@ -127,6 +142,26 @@ class TextureMaps:
             object_of[each.record] = len(objects)
         self._bind(objects, corners, object_of)
         return True
+
+    def _candidates(self, scene: SceneView) -> list[_Candidate]:
+        """Sections with such light, the largest first."""
+        gpu_scene, found = scene.scene, []
+        places, instance_of = gpu_scene.instance_table.rows["to_world"], gpu_scene.record_table.rows["instance"]
+        for placement in gpu_scene.placements.values():
+            if placement.mesh is None:
+                continue
+            parts = placement.mesh.placed
+            for number, record in enumerate(placement.records):
+                placed = parts[number % len(parts)]
+                if isinstance(placed, PlacedSection) and self._kind.has_light(placed.section.material):
+                    area = _area(placed.section, places[instance_of[record]])
+                    look = self._kind.look(placed.section.material)
+                    found.append(_Candidate(record, placed.section, area, look))
+        # By two digits, so that rounding of transforms does not change the order of equal objects.
+        return sorted(found, key=lambda each: (-float(f"{each.area:.2g}"), each.record))
+
+    def _can_map(self, section: Section) -> bool:
+        return self._kind.is_mapped(section.material) and len(section.indices) <= _MOST_TRIANGLES
 
     def _bind(
         self,
@@ -153,31 +188,6 @@ class TextureMaps:
             count=self.count,
             records=len(object_of),
         )
-
-
-def _with_diffuse_transmission(scene: SceneView) -> list[_Candidate]:
-    """Sections with diffuse transmission, the largest first."""
-    gpu_scene, found = scene.scene, []
-    for placement in gpu_scene.placements.values():
-        if placement.mesh is None:
-            continue
-        parts = placement.mesh.placed
-        for number, record in enumerate(placement.records):
-            placed = parts[number % len(parts)]
-            if not isinstance(placed, PlacedSection):
-                continue
-            if placed.section.material.passes_diffusely():
-                to_world = gpu_scene.instance_table.rows["to_world"][gpu_scene.record_table.rows["instance"][record]]
-                look = _look(placed.section.material)
-                found.append(_Candidate(record, placed.section, _area(placed.section, to_world), look))
-    # By two digits, so that rounding of transforms does not change the order of equal objects.
-    return sorted(found, key=lambda each: (-float(f"{each.area:.2g}"), each.record))
-
-
-def _look(material: Material) -> tuple[object, ...]:
-    medium = material.scattering, material.absorption, material.scatter_anisotropy, material.thin_walled
-    textures = material.diffuse_transmission_texture, material.diffuse_transmission_color_texture
-    return *medium, material.diffuse_transmission, material.diffuse_transmission_color, *map(id, textures)
 
 
 def _area(section: Section, to_world: NDArray[np.float32]) -> float:

@@ -9,26 +9,40 @@ import slangpy as spy
 from pica.filtering.accumulation import accumulate_grid
 from pica.filtering.convergence import COMPLETE_FROM
 from pica.frame.aovs import light_of
-from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import IndirectResult
 from pica.frame.signals.light import SIGNAL
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Buffer, Lifetime, Texture, update, write
+from pica.graph.resources import Buffer, Texture, update, write
 from pica.light_sampling.light_sampler import LightSamples
 from pica.programs.library import programs
 from pica.programs.recipes import MaterialPass
 from pica.rhi.device import Device
+from pica.scene.material import Material
 from pica.settings import TranslucencySettings
-from pica.texture_space.texture_maps import TextureMaps
+from pica.texture_space.map_paths import MapPaths
+from pica.texture_space.texture_maps import MappedKind
 from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import RayEffect, ray_effect
 
 _FOLDER = "effects/translucency"
 _ESTIMATOR = 48
 """Bytes: multiscale_mean.slang."""
+
+
+def _look(material: Material) -> tuple[object, ...]:
+    medium = material.scattering, material.absorption, material.scatter_anisotropy, material.thin_walled
+    textures = material.diffuse_transmission_texture, material.diffuse_transmission_color_texture
+    return *medium, material.diffuse_transmission, material.diffuse_transmission_color, *map(id, textures)
+
+
+_SOLIDS = MappedKind(
+    has_light=Material.passes_diffusely,
+    is_mapped=lambda material: material.passes_diffusely() and not material.thin_walled,
+    look=_look,
+)
 
 
 class Translucency(Effect):
@@ -42,13 +56,11 @@ class Translucency(Effect):
     ) -> None:
         """`cache`: the module of the cache of indirect light, if calls pass one."""
         self._device, self._settings, self._tracer, self._cache = device, settings, tracer, cache
-        self._interval = settings.interval or (2 if device.is_software else 1)
-        self._scene, self._unchanged, self._number = -1, 0, 0
 
     @cached_property
-    def maps(self) -> TextureMaps:
+    def _paths(self) -> MapPaths:
         """Made for the first scene that has any."""
-        return TextureMaps(self._device, 1 << self._settings.map_size.bit_length() - 1)
+        return MapPaths(self._device, _SOLIDS, self._settings.map_size, self._settings.interval)
 
     @cached_property
     def _trace(self) -> RayEffect:
@@ -74,13 +86,12 @@ class Translucency(Effect):
 
     def reset(self) -> None:
         """Forget the maps' light."""
-        self._unchanged = 0
-        if "maps" in self.__dict__:
-            self.maps.reset()
+        if "_paths" in self.__dict__:
+            self._paths.reset()
 
     def works_by_pixel(self, scene: SceneView) -> bool:
         """Whether paths are needed for surfaces without a map: the frame is declared again when it changes."""
-        without = "maps" in self.__dict__ and self.maps.leaves_out
+        without = "_paths" in self.__dict__ and self._paths.maps.leaves_out
         return scene.translucent and (self._settings.mode == "screen_space" or scene.sheets or without)
 
     def __call__(
@@ -97,37 +108,22 @@ class Translucency(Effect):
             if not scene.translucent:
                 graph.offer("subsurface", (gbuffer.textures["depth"],), lambda depth: np.zeros((*depth.shape[:2], 3)))
                 return None
-            maps, side = self.maps, self.maps.side
-            graph.record("follow scene", self._follow, scene=scene)
-            maps.declare(graph, scene, self._settings.mode == "texture_space")
-            light = graph.texture("light of texels", spy.Format.rgba32_float, (side, side), lifetime=Lifetime.KEPT)
-            estimators = graph.buffer("estimators", _ESTIMATOR * side * side, struct_size=_ESTIMATOR)
+            paths, side = self._paths, self._paths.maps.side
+            paths.follow(graph, scene, self._settings.mode == "texture_space")
+            light = paths.light(graph)
             drift = graph.history("drift", {"drift": spy.Format.r32_float}, (side, side)).textures["drift"]
-            last_seen = graph.buffer("last seen", 4 * maps.room, struct_size=4)
-            number = {"number": lambda frame: self._number}
             path = {
                 **samples.at_hits(regularized=True),
                 "scatterings": self._settings.scatterings,
                 **(indirect.cache.values if indirect and indirect.cache else {}),
             }
-            graph.add(
-                self._trace,
-                (side, side),
-                when=lambda frame: maps.count > 0,
-                **path,
-                estimators=update(estimators),
-                light=update(light),
-                drift=write(drift),
-                previousDrift=drift.previous,
-                lastSeen=last_seen,
-                exposure=exposure,
-                interval=self._interval,
-                settled=lambda frame: int(self._unchanged > COMPLETE_FROM),
-                changed=lambda frame: int(maps.changed),
-                **number,
-            )
-            paths = lambda light: int(np.count_nonzero(light[..., 3] >= 0)) // self._interval  # noqa: E731
-            graph.offer("rays.map_rays", (light,), paths, on_request=True)
+            of_texels = {
+                "drift": write(drift),
+                "previousDrift": drift.previous,
+                "exposure": exposure,
+                "settled": lambda frame: int(paths.unchanged(frame) > COMPLETE_FROM),
+            }
+            paths.trace(graph, light, self._trace, "map_rays", _ESTIMATOR, **path, **of_texels)
             signal = graph.texture("signal", spy.Format.rgba32_float)
             by_pixel = self.works_by_pixel(scene)
             if by_pixel:
@@ -136,14 +132,14 @@ class Translucency(Effect):
             graph.add(
                 self._look_up,
                 graph.grid,
-                light=light,
+                light=light.texels,
                 signal=update(signal) if by_pixel else write(signal),
-                lastSeen=update(last_seen),
-                **number,
+                lastSeen=update(light.last_seen),
+                number=light.number,
             )
             graph.add(self._apply, graph.grid, signal=signal, reflected=write(reflected))
             graph.offer("subsurface", (reflected,), light_of)
-            graph.offer("debug.translucency.maps", (light,), lambda values: values[..., :3], on_request=True)
+            graph.offer("debug.translucency.maps", (light.texels,), lambda values: values[..., :3], on_request=True)
         return reflected
 
     def _trace_pixels(self, graph: FrameGraph, path: dict[str, Any], signal: Texture) -> None:
@@ -159,8 +155,3 @@ class Translucency(Effect):
             known=history.known,
             **history.swap(),
         )
-
-    def _follow(self, frame: FrameContext, scene: SceneView) -> None:
-        self._unchanged = self._unchanged + 1 if scene.revision == self._scene else 0
-        self._scene = scene.revision
-        self._number += 1

@@ -10,17 +10,37 @@ from numpy.typing import NDArray
 from pica.frame.effect import Effect, rgb
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import IndirectResult
+from pica.gpu_scene.material_traits import ROUGH
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Texture, write
+from pica.graph.resources import Buffer, Texture, update, write
 from pica.light_sampling.light_sampler import LightSamples
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
+from pica.scene.material import Material
 from pica.settings import TransparencySettings
+from pica.texture_space.map_paths import MapPaths
+from pica.texture_space.texture_maps import MappedKind
 from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import RayEffect, ray_effect
 
 _FOLDER = "effects/transparency"
+_TEXEL = 64
+"""Bytes: GlassTexel of glass_map_rays.slang."""
+_MAPPED = {"off": 0, "rough": 1, "all": 2}
+"""rough_glass.slang: MAPPED_NONE and so on."""
+
+
+def _kind(texture_space: str) -> MappedKind:
+    def is_mapped(material: Material) -> bool:
+        return material.transmission > 0 and (texture_space == "all" or material.roughness >= ROUGH)
+
+    return MappedKind(has_light=lambda material: material.transmission > 0, is_mapped=is_mapped, look=_look)
+
+
+def _look(material: Material) -> tuple[object, ...]:
+    bends = material.ior, material.dispersion, material.roughness, material.thin_walled
+    return *bends, material.absorption, id(material.metallic_roughness_texture)
 
 
 def _count(glass: NDArray[np.uint32]) -> int:
@@ -40,12 +60,24 @@ class Transparency(Effect):
     ) -> None:
         """`cache`: the module of the cache of indirect light, if calls pass one. `filters`: DebugSettings.filters."""
         self._device, self._tracer, self._cache = device, tracer, cache
-        self._surfaces, self._layers, self._filters = settings.surfaces, settings.layers, filters
+        self._settings, self._filters = settings, filters
 
     # Made for the first scene that needs them: others need not compile them.
     @cached_property
     def _trace(self) -> RayEffect:
         return self._effect("transparency_rays", "TransparencyRays", "surface")
+
+    @cached_property
+    def _paths(self) -> MapPaths:
+        return MapPaths(self._device, _kind(self._settings.texture_space), self._settings.map_size, 0)
+
+    @cached_property
+    def _trace_maps(self) -> RayEffect:
+        return self._effect("glass_map_rays", "GlassMapRays", "surface")
+
+    @cached_property
+    def _filter_rough(self) -> ComputePass:
+        return self._device.compute(f"{_FOLDER}/rough_glass_filter.slang")
 
     @cached_property
     def _trace_layers(self) -> RayEffect:
@@ -63,9 +95,12 @@ class Transparency(Effect):
         samples: LightSamples,
         indirect: IndirectResult | None,
         radiance: Texture,
+        exposure: Buffer,
     ) -> Texture:
         """`radiance`, complete light towards the camera of what the G-buffer has, with the rest (width, height,
-        rgba32_float, nits; alpha as transparency_rays.slang has it)."""
+        rgba32_float, nits; alpha as transparency_rays.slang has it).
+
+        `exposure`: as Post.exposure."""
         with graph.scope(self.name):
             if gbuffer.glass is None:
                 graph.offer("transmission", (radiance,), lambda light: np.zeros_like(rgb(light)))
@@ -76,7 +111,7 @@ class Transparency(Effect):
                 "glass": gbuffer.glass,
                 "radiance": radiance,
             }
-            seen = self._through_glass(graph, radiance, inputs) if scene.shows_glass else radiance
+            seen = self._through_glass(graph, scene, radiance, exposure, inputs) if scene.shows_glass else radiance
             if scene.shows_layers:
                 seen = self._over(graph, seen, inputs)
             graph.offer("transmission", (seen, radiance), lambda after, before: rgb(after) - rgb(before))
@@ -84,21 +119,64 @@ class Transparency(Effect):
                 graph.offer(f"rays.{name}", (gbuffer.glass,), _count, on_request=True)
         return seen
 
-    def _through_glass(self, graph: FrameGraph, radiance: Texture, inputs: dict[str, Any]) -> Texture:
+    def reset(self) -> None:
+        """Forget the maps' light."""
+        if "_paths" in self.__dict__:
+            self._paths.reset()
+
+    def _through_glass(
+        self, graph: FrameGraph, scene: SceneView, radiance: Texture, exposure: Buffer, inputs: dict[str, Any]
+    ) -> Texture:
+        paths, mode = self._paths, self._settings.texture_space
+        separates = scene.shows_rough_glass or mode == "all"
+        wanted = mode != "off" and separates
+        texels = paths.light(graph, wanted)
+        inputs = {**inputs, "surfaces": self._settings.surfaces, "mapped": _MAPPED[mode] if wanted else 0}
+        if wanted:
+            paths.follow(graph, scene, True)
+            more = {"exposure": exposure, "unchanged": paths.unchanged}
+            on_screen = {name: value for name, value in inputs.items() if name != "glass"}
+            paths.trace(graph, texels, self._trace_maps, "glass_map_rays", _TEXEL, **on_screen, **more)
+            graph.offer("debug.transparency.maps", (texels.texels,), lambda values: values[..., :3], on_request=True)
+        else:
+            graph.provide(textureMaps=paths.maps)
         seen = graph.texture("seen", spy.Format.rgba32_float)
         history = graph.history("moving glass", {"moving": spy.Format.r32_uint})
         moving, state = history.textures["moving"], history.state
+        size = graph.size if separates else (1, 1)
+        passed = graph.texture("passed", spy.Format.rgba32_float, size)
+        first = {
+            "passedShare": graph.texture("passedShare", spy.Format.rg32_uint, size),
+            "firstGlass": graph.texture("firstGlass", spy.Format.rgba32_uint, size),
+        }
         graph.add(
             self._trace,
             graph.size,
             **inputs,
+            **{name: write(texture) for name, texture in first.items()},
+            texels=texels.texels,
+            lastSeen=update(texels.last_seen),
+            number=texels.number,
+            passed=write(passed),
+            separates=int(separates),
             seen=write(seen),
             moving=write(moving),
             previousMoving=moving.previous,
             known=lambda frame: int(state.precedes(frame)),
-            surfaces=self._surfaces,
         )
-        return seen
+        if not separates:
+            return seen
+        whole = graph.texture("seen with rough glass", spy.Format.rgba32_float)
+        graph.add(
+            self._filter_rough,
+            graph.grid,
+            **first,
+            passed=update(passed),
+            beside=seen,
+            seen=write(whole),
+            filtered=int(self._filters),
+        )
+        return whole
 
     def _over(self, graph: FrameGraph, beneath: Texture, inputs: dict[str, Any]) -> Texture:
         """Layers of blended surfaces over a picture."""
@@ -107,7 +185,7 @@ class Transparency(Effect):
             for name in ("layerLight", "layerAlbedo", "layerReflection", "layerBefore")
         }
         written = {name: write(texture) for name, texture in layers.items()}
-        graph.add(self._trace_layers, graph.size, **inputs, **written, layers=self._layers)
+        graph.add(self._trace_layers, graph.size, **inputs, **written, layers=self._settings.layers)
         seen = graph.texture("seen with layers", spy.Format.rgba32_float)
         history = graph.history("layers", {"light": spy.Format.rgba32_float})
         light, state = history.textures["light"], history.state
