@@ -144,7 +144,7 @@ class Transparency(Effect):
         history = graph.history("moving glass", {"moving": spy.Format.r32_uint})
         moving, state = history.textures["moving"], history.state
         size = graph.size if separates else (1, 1)
-        passed = graph.texture("passed", spy.Format.rgba32_float, size)
+        light = {name: graph.texture(name, spy.Format.rgba32_float, size) for name in ("passed", "reflected")}
         first = {
             "passedShare": graph.texture("passedShare", spy.Format.rg32_uint, size),
             "firstGlass": graph.texture("firstGlass", spy.Format.rgba32_uint, size),
@@ -153,11 +153,10 @@ class Transparency(Effect):
             self._trace,
             graph.size,
             **inputs,
-            **{name: write(texture) for name, texture in first.items()},
+            **{name: write(texture) for name, texture in (first | light).items()},
             texels=texels.texels,
             lastSeen=update(texels.last_seen),
             number=texels.number,
-            passed=write(passed),
             separates=int(separates),
             seen=write(seen),
             moving=write(moving),
@@ -171,7 +170,7 @@ class Transparency(Effect):
             self._filter_rough,
             graph.grid,
             **first,
-            passed=update(passed),
+            **light,
             beside=seen,
             seen=write(whole),
             filtered=int(self._filters),
