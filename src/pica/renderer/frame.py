@@ -10,7 +10,7 @@ from pica.frame.signals.indirect import IndirectResult
 from pica.frame.signals.shadows import ShadowTextures
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Buffer, Texture
+from pica.graph.resources import Buffer, History, Texture
 from pica.light_sampling.light_sampler import LightSamples
 from pica.light_sampling.light_slots import LightSlots
 from pica.renderer.stages import Stages
@@ -55,6 +55,8 @@ class Signals:
     surroundings."""
     radiance: Texture = field(init=False)
     """From "composite" on all light towards the camera, nits."""
+    glass: History | None = None
+    """Motion of transmissive surfaces (Transparency)."""
     picture: Texture = field(init=False)
     """`radiance` antialiased, of the output's size."""
     alpha: Texture | None = None
@@ -105,10 +107,11 @@ def declare(
     s.radiance = stages.composite(graph, s.gbuffer, s.parts)
     yield "composite"
     if stages.transparency is not None:
-        s.radiance = stages.transparency(graph, s.scene, s.gbuffer, s.light, s.indirect, s.radiance, s.exposure)
+        lit = s.light, s.indirect, s.radiance, s.exposure
+        s.radiance, s.glass = stages.transparency(graph, s.scene, s.gbuffer, *lit)
     stages.composite.offer(graph, s.radiance)
     yield "transparency"
-    s.picture, s.alpha = stages.antialiasing(graph, s.radiance, s.exposure)
+    s.picture, s.alpha = stages.antialiasing(graph, s.radiance, s.exposure, s.glass)
     if denoiser is not None and last:
         s.picture = denoiser.finish(graph, s.picture)
     yield "antialiasing"

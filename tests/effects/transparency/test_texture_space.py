@@ -10,9 +10,10 @@ from pica.quality.picture_errors import compare
 from pica.quality.playback import last_frame
 from pica.quality.sequences import sequence
 from pica.scene.camera import Camera
+from pica.scene.light import SphereLight
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
-from tests.building import lambert, placed, scene_of, uniform
+from tests.building import lambert, placed, scene_of, shining, uniform
 from tests.effects.transparency.test_transparency import glass
 
 SIZE = (96, 60)
@@ -103,3 +104,17 @@ def test_maps_follow_what_changes_behind_them(device):
     left = np.abs((settled - after)[ball].mean((0, 1)))
     assert np.abs(change).max() > 0.1
     np.testing.assert_array_less(left, 0.12 * np.abs(change).max())
+
+
+def test_light_off_rough_surfaces_is_filtered(device):
+    """A lamp in a rough pane is specks otherwise."""
+    noise = {}
+    for filters in ("true", "false"):
+        pane = placed(plane(1.6, 1.2, glass(thin_walled=True, roughness=0.4)), move(0, 0.6, 0.3) @ rotate("x", 90))
+        lamp = shining(SphereLight(radiance=100.0, radius=0.1), move(0.5, 1.5, 1.5))
+        shown = scene_of(wall(), pane, lamp, environment=uniform(0.2, 0.2, 0.2))
+        values = {"debug.filters": filters, "transparency.texture_space": "off"}
+        with pica.Renderer(shown, size=SIZE, settings=pica.Settings().with_values(values), device=device) as view:
+            picture = view.render(1, camera=CAMERA).color[20:40, 30:66]
+        noise[filters] = np.abs(np.diff(picture, axis=1)).mean() / picture.mean()
+    assert noise["true"] < 0.5 * noise["false"]

@@ -10,7 +10,7 @@ from pica.frame.aovs import alpha_of
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Buffer, Lifetime, Texture, write
+from pica.graph.resources import Buffer, History, Lifetime, Texture, write
 from pica.rhi.device import Device
 from pica.settings import AntialiasingSettings
 
@@ -35,18 +35,20 @@ class Antialiasing(Effect):
         """Restart accumulation with the next frame; other histories stay."""
         self._restarted = True
 
-    def __call__(self, graph: FrameGraph, radiance: Texture, exposure: Buffer) -> tuple[Texture, Texture | None]:
+    def __call__(
+        self, graph: FrameGraph, radiance: Texture, exposure: Buffer, glass: History | None
+    ) -> tuple[Texture, Texture | None]:
         """The picture with this frame's `radiance`, and its alpha in r, None where the background is not transparent.
 
-        `exposure`: of the frame before (Post.exposure).
+        `exposure`: of the frame before (Post.exposure). `glass`: Transparency's, if there is any.
         """
         with graph.scope(self.name):
             graph.record("restarts", self._decide)
             alpha = None
             if self._coverage is not None:
-                alpha = self._coverage(graph, radiance, self._restarts)
+                alpha = self._coverage(graph, radiance, glass, self._restarts)
                 graph.offer("alpha", (alpha,), partial(alpha_of, 0))
-            picture = self._resolve(graph, radiance, exposure, self._restarts)
+            picture = self._resolve(graph, radiance, exposure, glass, self._restarts)
             if self._settings.sharpness > 0:
                 picture = self._sharpened(graph, picture, exposure)
         return picture, alpha

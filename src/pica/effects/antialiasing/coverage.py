@@ -8,7 +8,7 @@ import slangpy as spy
 
 from pica.effects.antialiasing.temporal_resolve import TemporalResolve
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Texture, write
+from pica.graph.resources import History, Texture, write
 from pica.rhi.device import Device
 
 
@@ -20,10 +20,16 @@ class Coverage:
         self._resolve = TemporalResolve(device, "coverage")
         self._cover = device.compute("effects/antialiasing/coverage.slang")
 
-    def __call__(self, graph: FrameGraph, radiance: Texture, restarts: Callable[[Any], bool] | None) -> Texture:
+    def __call__(
+        self,
+        graph: FrameGraph,
+        radiance: Texture,
+        glass: History | None,
+        restarts: Callable[[Any], bool] | None,
+    ) -> Texture:
         """Alpha in each of r, g and b (output size). `radiance`: with what the G-buffer leaves out, by its
         alpha."""
         covered = graph.texture("covered", spy.Format.rgba16_float)
         graph.add(self._cover, graph.grid, radiance=radiance, covered=write(covered))
         one = graph.buffer("exposure of coverage", data=np.ones(1, np.float32))
-        return self._resolve(graph, covered, one, restarts)
+        return self._resolve(graph, covered, one, glass, restarts)

@@ -7,7 +7,7 @@ import slangpy as spy
 
 from pica.filtering.convergence import AT_REST_AFTER_RELIT
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Buffer, Texture, write
+from pica.graph.resources import Buffer, History, Texture, write
 from pica.rhi.device import Device
 
 
@@ -18,16 +18,31 @@ class TemporalResolve:
         self._name = name
         edge = spy.TextureAddressingMode.clamp_to_edge
         self._linear = device.sampler(address_u=edge, address_v=edge)
+        self._no_glass = device.texture("no glass", spy.Format.rgba32_uint, (1, 1))
         self._pass = device.compute("effects/antialiasing/temporal_resolve.slang")
+
+    def _glass_inputs(self, glass: History | None) -> dict[str, Any]:
+        if glass is None:
+            return {
+                "glassMotion": self._no_glass,
+                "previousGlassMotion": self._no_glass,
+                "hasGlass": 0,
+                "knownGlass": 0,
+            }
+        motion = glass.textures["glassMotion"]
+        known = {"hasGlass": 1, "knownGlass": glass.known}
+        return {"glassMotion": motion, "previousGlassMotion": motion.previous, **known}
 
     def __call__(
         self,
         graph: FrameGraph,
         samples: Texture,
         exposure: Buffer,
+        glass: History | None,
         restarts: Callable[[Any], bool] | None = None,
     ) -> Texture:
-        """The picture with this frame's `samples` (render size). `exposure`: of the previous frame. `restarts`: whether
+        """The picture with this frame's `samples` (render size). `exposure`: of the previous frame. `glass`:
+        Transparency's, if there is any. `restarts`: whether
         accumulation restarts, as a function of the frame."""
         formats = {"picture": spy.Format.rgba32_float, "deviation": spy.Format.rgba16_float}
         history = graph.history(self._name, formats, graph.output_size)
@@ -45,6 +60,7 @@ class TemporalResolve:
             graph.output_grid,
             radiance=samples,
             exposure=exposure,
+            **self._glass_inputs(glass),
             linearSampler=self._linear,
             movingPicture=write(moving),
             known=history.known,

@@ -1,7 +1,7 @@
 """Transmissive and blended surfaces: what is seen through them and in them (RTG 19, 19.3.4)."""
 
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import slangpy as spy
@@ -13,7 +13,7 @@ from pica.frame.signals.indirect import IndirectResult
 from pica.gpu_scene.material_traits import ROUGH
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Buffer, Texture, update, write
+from pica.graph.resources import Buffer, History, Texture, update, write
 from pica.light_sampling.light_sampler import LightSamples
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
@@ -25,6 +25,18 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import RayEffect, ray_effect
 
 _FOLDER = "effects/transparency"
+
+
+class Seen(NamedTuple):
+    """What the stage hands on."""
+
+    radiance: Texture
+    """(width, height, rgba32_float) nits; alpha as transparency_rays.slang has it."""
+
+    glass: History | None
+    """"glassMotion": (width, height, rgba32_uint), as there; None without transmissive surfaces."""
+
+
 _TEXEL = 64
 """Bytes: GlassTexel of glass_map_rays.slang."""
 _MAPPED = {"off": 0, "rough": 1, "all": 2}
@@ -96,7 +108,7 @@ class Transparency(Effect):
         indirect: IndirectResult | None,
         radiance: Texture,
         exposure: Buffer,
-    ) -> Texture:
+    ) -> Seen:
         """`radiance`, complete light towards the camera of what the G-buffer has, with the rest (width, height,
         rgba32_float, nits; alpha as transparency_rays.slang has it).
 
@@ -104,20 +116,23 @@ class Transparency(Effect):
         with graph.scope(self.name):
             if gbuffer.glass is None:
                 graph.offer("transmission", (radiance,), lambda light: np.zeros_like(rgb(light)))
-                return radiance
+                return Seen(radiance, None)
             inputs = {
                 **samples.at_hits(regularized=self._filters),
                 **(indirect.cache.values if indirect and indirect.cache else {}),
                 "glass": gbuffer.glass,
                 "radiance": radiance,
             }
-            seen = self._through_glass(graph, scene, radiance, exposure, inputs) if scene.shows_glass else radiance
+            seen, glass = radiance, None
+            if scene.shows_glass:
+                glass = graph.history("glass", {"glassMotion": spy.Format.rgba32_uint})
+                seen = self._through_glass(graph, scene, glass, radiance, exposure, inputs)
             if scene.shows_layers:
                 seen = self._over(graph, seen, inputs)
             graph.offer("transmission", (seen, radiance), lambda after, before: rgb(after) - rgb(before))
             for name in ["transparency_rays"] * scene.shows_glass + ["layer_rays"] * scene.shows_layers:
                 graph.offer(f"rays.{name}", (gbuffer.glass,), _count, on_request=True)
-        return seen
+        return Seen(seen, glass)
 
     def reset(self) -> None:
         """Forget the maps' light."""
@@ -125,7 +140,13 @@ class Transparency(Effect):
             self._paths.reset()
 
     def _through_glass(
-        self, graph: FrameGraph, scene: SceneView, radiance: Texture, exposure: Buffer, inputs: dict[str, Any]
+        self,
+        graph: FrameGraph,
+        scene: SceneView,
+        glass: History,
+        radiance: Texture,
+        exposure: Buffer,
+        inputs: dict[str, Any],
     ) -> Texture:
         paths, mode = self._paths, self._settings.texture_space
         separates = scene.shows_rough_glass or mode == "all"
@@ -141,8 +162,6 @@ class Transparency(Effect):
         else:
             graph.provide(textureMaps=paths.maps)
         seen = graph.texture("seen", spy.Format.rgba32_float)
-        history = graph.history("moving glass", {"moving": spy.Format.r32_uint})
-        moving, state = history.textures["moving"], history.state
         size = graph.size if separates else (1, 1)
         light = {name: graph.texture(name, spy.Format.rgba32_float, size) for name in ("passed", "reflected")}
         first = {
@@ -159,9 +178,8 @@ class Transparency(Effect):
             number=texels.number,
             separates=int(separates),
             seen=write(seen),
-            moving=write(moving),
-            previousMoving=moving.previous,
-            known=lambda frame: int(state.precedes(frame)),
+            known=glass.known,
+            **glass.swap(),
         )
         if not separates:
             return seen
