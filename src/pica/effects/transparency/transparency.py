@@ -25,6 +25,10 @@ from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import RayEffect, ray_effect
 
 _FOLDER = "effects/transparency"
+_TEXEL = 64
+"""Bytes: GlassTexel of glass_map_rays.slang."""
+_MAPPED = {"off": 0, "rough": 1, "all": 2}
+"""rough_glass.slang: MAPPED_NONE and so on."""
 
 
 class Seen(NamedTuple):
@@ -35,12 +39,6 @@ class Seen(NamedTuple):
 
     glass: History | None
     """"glassMotion": (width, height, rgba32_uint), as there; None without transmissive surfaces."""
-
-
-_TEXEL = 64
-"""Bytes: GlassTexel of glass_map_rays.slang."""
-_MAPPED = {"off": 0, "rough": 1, "all": 2}
-"""rough_glass.slang: MAPPED_NONE and so on."""
 
 
 def _kind(texture_space: str) -> MappedKind:
