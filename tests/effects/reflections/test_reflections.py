@@ -11,7 +11,7 @@ from pica.quality.effects import MeasuredEffect, compare_effect
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
 from pica.scene.light import DiskLight, PointLight, RectangleLight, SphereLight, TubeLight
-from pica.scene.material import Material
+from pica.scene.material import AlphaMode, Material
 from pica.scene.orbit import orbited, pivot
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
@@ -85,12 +85,30 @@ def lamps(roughness=0.4):
     )
 
 
+def transmissive():
+    """The glossy room with a coloured pane, a rough solid, a blended layer and a leaf, each before opaque surfaces."""
+    pane = Material(base_color=(0.6, 0.9, 0.7, 1), metallic=0.0, roughness=0.0, transmission=1.0, thin_walled=True)
+    solid = Material(base_color=(0.9, 0.9, 0.9, 1), metallic=0.0, roughness=0.25, transmission=0.7)
+    layer = Material(base_color=(0.8, 0.4, 0.3, 0.5), metallic=0.0, roughness=0.6, alpha_mode=AlphaMode.BLEND)
+    leaf = lambert(0.6, 0.7, 0.2, diffuse_transmission=0.6, thin_walled=True)
+    scene, camera = glossy_room()
+    for node in (
+        placed(plane(0.9, 0.7, pane), move(-0.45, 0.5, 1.0) @ rotate("x", 80)),
+        placed(sphere(0.28, solid), move(0.75, 0.35, 0.9)),
+        placed(plane(0.6, 0.5, layer), move(0.5, 1.3, 0.6) @ rotate("x", 70)),
+        placed(plane(0.5, 0.5, leaf), move(-0.6, 1.4, 0.2) @ rotate("x", 60)),
+    ):
+        scene.add(node)
+    return scene, camera
+
+
 SCENES = {
     "furnace": furnace,
     "cornell": lambda: (pica.scenes.cornell(), None),
     "glossy room": glossy_room,
     "lamps": lamps,
     "lamps in a mirror": lambda: lamps(0.05),
+    "transmissive": transmissive,
 }
 SHAPES = {"reflections.area_lights": "true"}
 LONGER = {"global_illumination.bounces": "2", "reflections.bounces": "2"}
@@ -117,6 +135,10 @@ def test_every_path_counts_once(device, name, values, edges):
         .color
     )
     assert frame.color.mean() == pytest.approx(expected.mean(), rel=0.01)
+    through = np.abs(frame.aov("transmission")).max(-1) > 0.01
+    assert through.any() == (name == "transmissive")
+    if through.any():
+        assert frame.color[through].mean() == pytest.approx(expected[through].mean(), rel=0.03)
     shares = {
         effect: frame.aov(effect).mean() / expected.mean() for effect in ("reflections", "diffuse_indirect")
     }  # of one frame
