@@ -92,7 +92,7 @@ def test_a_frame_without_rays_is_that_of_the_raster_preset(device, raster_only, 
         "lighting.environment is prefiltered",
         "reflections.mode is screen_space",
         "translucency.mode is off",
-        "transparency.mode is off",
+        "transparency.mode is screen_space",
         "global_illumination.mode is light_map",
     ]
     assert renderer.settings.shadows.method == "maps"

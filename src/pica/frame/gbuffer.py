@@ -33,10 +33,16 @@ class GBuffer:
             materials[name] = graph.texture(name, kind, size if name in optional else (1, 1), lifetime=lifetime)
         self.textures: Mapping[str, Texture] = {**self.shapes.textures, **materials}
         self.block: Block
-        self.glass: Texture | None = None
-        """(width, height, rg32_uint): 0 in the first number where the camera sees neither a transmissive nor a blended
-        surface; None: such surfaces are in the G-buffer, or there are none."""
+        self.glass_layers: list[Texture] = []
+        """(width, height, rg32_uint) each: record + 1 and primitive of transmissive and blended surfaces in front of
+        the G-buffer's, nearest first; 0 in the first number where there is none. Empty: such surfaces are in the
+        G-buffer, or there are none."""
         self._half: GBuffer | None = None
+
+    @property
+    def glass(self) -> Texture | None:
+        """The nearest of `glass_layers`. Where camera rays write it, only the first number says anything: not 0."""
+        return self.glass_layers[0] if self.glass_layers else None
 
     def filled(self, graph: FrameGraph) -> None:
         """The passes that fill it have been added: from here on the block has it."""

@@ -64,9 +64,9 @@ class DrawKind:
         return self.alpha is AlphaMode.OPAQUE
 
     @property
-    def apart(self) -> bool:
-        """Whether it may show what lies behind: the transparency pass draws it then."""
-        return self.glass or self.alpha is AlphaMode.BLEND
+    def blends(self) -> bool:
+        """Whether it may be layers, which the transparency pass shows."""
+        return self.alpha is AlphaMode.BLEND
 
 
 @dataclass(frozen=True)

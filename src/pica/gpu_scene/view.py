@@ -37,6 +37,7 @@ class SceneView:
         self.scene = gpu = GpuScene.of(device, scene)
         self._transparent_shadows = settings.shadows.transparent
         self._leaves_glass = settings.transparency.mode != "off"
+        self._meets_layers = settings.transparency.mode == "ray_traced"
         self._follows_diffuse = settings.translucency.mode != "off"
         self.own = ViewGeometry(device, gpu)
         self.places = PreviousPlaces(device)
@@ -151,7 +152,7 @@ class SceneView:
     @property
     def shows_layers(self) -> bool:
         """Whether there are blended surfaces, and the transparency pass shows their layers."""
-        return self._leaves_glass and self.scene.materials.traits.any("blended")
+        return self._meets_layers and self.scene.materials.traits.any("blended")
 
     @property
     def translucent(self) -> bool:
@@ -176,6 +177,7 @@ class SceneView:
         """Follow other settings."""
         self._transparent_shadows = settings.shadows.transparent
         self._leaves_glass = settings.transparency.mode != "off"
+        self._meets_layers = settings.transparency.mode == "ray_traced"
         self._follows_diffuse = settings.translucency.mode != "off"
         self._bind()
 
@@ -256,7 +258,7 @@ class SceneView:
             materials=scene.materials.table.buffer,
             masked=int(scene.masked or self.lights.masked),
             transparent=int(self.transparent),
-            glassApart=int(self.glass_apart),
+            glassApart=int(self.glass_apart) << int(self._meets_layers),
             diffuseApart=int(self._follows_diffuse),
             **self.lights.parameters,
         )

@@ -36,7 +36,7 @@ class LightSamples:
 
     def at_hits(self, regularized: bool) -> dict[str, Any]:
         """Arguments of ray effects that light their hits. `regularized`: with highlights wider than surfaces have."""
-        assert self.pool is not None, "LightSampler.expect_hits comes first"
+        assert self.pool is not None, "LightSampler was not asked for it"
         slots = self.slots
         return {
             "pool": self.pool,
@@ -52,20 +52,15 @@ class LightSampler:
         self._device = device
         self._presample = [programs(device).compute("light_sampling/presample_lights.slang") for _ in range(2)]
         self._sample: dict[bool, MaterialPass] = {}
-        self._asks_at_hits = False
 
-    def expect_hits(self, enabled: bool) -> None:
-        """Whether some effect lights the hits of its rays."""
-        self._asks_at_hits = enabled
-
-    def __call__(self, graph: FrameGraph, slots: LightSlots) -> LightSamples:
-        """Draw this frame's samples."""
+    def __call__(self, graph: FrameGraph, slots: LightSlots, at_hits: bool) -> LightSamples:
+        """Draw this frame's samples. `at_hits`: whether some effect lights points that are not in the G-buffer."""
         with graph.scope("light_sampling"):
-            at_hits = self._pool_at_hits(graph, slots) if self._asks_at_hits else None
+            pool = self._pool_at_hits(graph, slots) if at_hits else None
             layers, denoised = slots.count, len(slots.denoised)
             if slots.first_sampled == slots.count:
                 nothing = graph.nothing(spy.Format.rgba32_uint, 1), graph.nothing(spy.Format.r16_float, 1)
-                return LightSamples(slots, *nothing, at_hits)
+                return LightSamples(slots, *nothing, pool)
             samples = graph.texture("samples", spy.Format.rgba32_uint, layers=layers)
             size = graph.size if denoised else (1, 1)
             weights = graph.texture("weights", spy.Format.r16_float, size, layers=max(denoised, 1))
@@ -76,7 +71,7 @@ class LightSampler:
                 lightSamples=write(samples),
                 weights=write(weights),
             )
-        return LightSamples(slots, samples, weights, at_hits)
+        return LightSamples(slots, samples, weights, pool)
 
     def _sample_pass(self, by_ratio: bool) -> MaterialPass:
         if by_ratio not in self._sample:

@@ -75,7 +75,7 @@ def declare(
     s.reprojection = stages.reprojection(graph)
     graph.provide(reprojection=s.reprojection)
     yield "gbuffer"
-    s.light = stages.light_sampler(graph, s.slots)
+    s.light = stages.light_sampler(graph, s.slots, stages.lights_hits)
     if stages.shadows is not None:
         s.shadows = stages.shadows(graph, s.scene, s.light)
     yield "shadows"

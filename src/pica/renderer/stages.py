@@ -62,8 +62,9 @@ class Stages:
         before = self.effects if changed != EVERY_GROUP else []
         if "rays" in changed:
             self.tracer = choose_tracer(device.memory_scope(), settings.rays, self._view)
-        if changed & {"rays", "visibility"}:
-            self.gbuffer = GBufferEffect(device.memory_scope(), settings.visibility.primary, self.tracer)
+        if changed & {"rays", "visibility", "transparency"}:
+            layers = Transparency.glass_layers(settings.transparency)
+            self.gbuffer = GBufferEffect(device.memory_scope(), settings.visibility.primary, self.tracer, layers)
         if changed & {"shadows", "shadow_maps", "lighting", "reflections", "debug"}:
             self.slots = LightSlots(device.memory_scope(), settings)
         if changed & {"rays", "shadows", "shadow_maps"}:
@@ -95,9 +96,7 @@ class Stages:
         self._cache = cache
         by_rays = "ray_traced" in (settings.reflections.mode, settings.transparency.mode)
         by_rays = by_rays or settings.translucency.mode != "off"
-        self.light_sampler.expect_hits(
-            by_rays or settings.global_illumination.mode in ("path_traced", "restir", "surfels")
-        )
+        self._traces_hits = by_rays or settings.global_illumination.mode in ("path_traced", "restir", "surfels")
         if "lighting" in changed:
             self.lighting = DirectLighting(device.memory_scope(), settings.lighting)
         transparent = settings.visibility.background == "transparent"
@@ -115,6 +114,11 @@ class Stages:
         if settings.shadows.method == "maps":
             return ShadowMaps(self._device.memory_scope(), settings)
         return Shadows(self._device.memory_scope(), settings.shadows, self.tracer)
+
+    @property
+    def lights_hits(self) -> bool:
+        """Whether some stage lights points that are not in the G-buffer."""
+        return self._traces_hits or (self.transparency is not None and self._view.shows_glass)
 
     @property
     def effects(self) -> list[Effect]:

@@ -55,10 +55,22 @@ class ReflectionsSettings(Group):
 class TransparencySettings(Group):
     """What is seen through transmissive materials, such as glass, and through blended ones, such as smoke."""
 
-    mode: Literal["off", "ray_traced"] = choice(
+    levels: ClassVar = {
+        "low": Level(
+            "Paths bend at two surfaces, and a quarter of the texels: less time where much glass is in view.",
+            {"surfaces": 2, "map_size": 256},
+        ),
+        "medium": Level("Four surfaces, which is a solid behind a solid."),
+        "high": Level("Twelve surfaces: glass in glass, and inner reflections.", {"surfaces": 12, "map_size": 1024}),
+    }
+
+    mode: Literal["off", "screen_space", "ray_traced"] = choice(
         "ray_traced",
         "How it is found.",
         off="Not at all: such surfaces are opaque to the camera.",
+        screen_space="Up to four transmissive surfaces a pixel are rasterized; each refracts the picture of what lies"
+        " behind, to where its bounding box says that the path leaves it. Without rays, and without shadows on them."
+        " Blended surfaces hide what lies behind by chance.",
         ray_traced="Rays are refracted and absorbed. What they find on screen shows its finished light.",
     )
     surfaces: int = number(

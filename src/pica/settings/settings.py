@@ -151,11 +151,13 @@ PRESETS = {
     "balanced": Level("Less than half of the pixels, upscaled.", {"antialiasing.upscale": 1.5}),
     "quality": Level("The default: raster or rays find what pixels see, rays its light."),
     "cinematic": Level(
-        "Rays of their own for 8 lights, resampled paths, more mirrors in mirrors: half as fast, for films.",
+        "Rays of their own for 8 lights, resampled paths, more mirrors in mirrors and glass in glass: half as fast,"
+        " for films.",
         {
             "shadows": "high",
             "lighting": "high",
             "reflections.bounces": 3,
+            "transparency": "high",
             "global_illumination.mode": "restir",
         },
     ),
@@ -168,7 +170,7 @@ PRESETS = {
             "lighting.environment": "prefiltered",
             "reflections.mode": "screen_space",
             "translucency.mode": "off",
-            "transparency.mode": "off",
+            "transparency.mode": "screen_space",
             "global_illumination.mode": "light_map",
         },
     ),

@@ -11,7 +11,7 @@ from pica.frame.gbuffer import VISIBILITY_USAGE, GBuffer
 from pica.gpu_scene.draws import CULL, FRONT, DrawKind, Facing
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Lifetime, write
+from pica.graph.resources import Lifetime, Texture, write
 from pica.programs.library import programs
 from pica.programs.recipes import ForTypes, MaterialPass
 from pica.programs.scene_features import COATS, LOBES, supported_features
@@ -43,21 +43,32 @@ class RasterVisibility:
         self._targets: dict[spy.Texture, spy.RenderPassDesc] = {}
         self._views: list[spy.TextureView] = []
 
-    def __call__(self, graph: FrameGraph, scene: SceneView, gbuffer: GBuffer) -> None:
-        """Fill the visibility of `gbuffer`, or its glass."""
-        self._targets, self._views = {}, []
+    def __call__(
+        self,
+        graph: FrameGraph,
+        scene: SceneView,
+        gbuffer: GBuffer,
+        glass: Texture | None = None,
+        nearer: Texture | None = None,
+    ) -> Texture:
+        """Fill the visibility of `gbuffer`, or `glass` with what is farther than the depth `nearer`. Returns the depth.
+
+        Layer by layer that is depth peeling (Everitt 2001, "Interactive Order-Independent Transparency").
+        """
+        if nearer is None:
+            self._targets, self._views = {}, []
         width, height = graph.size
         self._state.viewports = [spy.Viewport.from_size(width, height)]
         self._state.scissor_rects = [spy.ScissorRect.from_size(width, height)]
         usage = spy.TextureUsage.depth_stencil | spy.TextureUsage.shader_resource
-        depth = graph.texture("glass depth" if self._glass else "raster depth", spy.Format.d32_float, usage=usage)
+        name = "raster_glass" if self._glass else "raster"
+        of = glass.name if glass else name
+        depth = graph.texture(f"{of} depth", spy.Format.d32_float, usage=usage)
         inputs: dict[str, Any] = {"scene": scene, "constants": graph.frame, "depth": write(depth)}
-        if self._glass:
-            assert gbuffer.glass is not None
-            name, inputs["opaque"], target = "raster_glass", gbuffer.textures["depth"], gbuffer.glass
-        else:
-            name, target = "raster", gbuffer.textures["visibility"]
-        graph.record(name, self._draw, **inputs, visibility=write(target))
+        if glass is not None:
+            inputs |= {"opaque": gbuffer.textures["depth"]} | ({"nearer": nearer} if nearer else {})
+        graph.record(name, self._draw, **inputs, visibility=write(glass or gbuffer.textures["visibility"]))
+        return depth
 
     def _draw(
         self,
@@ -67,6 +78,7 @@ class RasterVisibility:
         visibility: spy.Texture,
         depth: spy.Texture,
         opaque: spy.Texture | None = None,
+        nearer: spy.Texture | None = None,
     ) -> None:
         if visibility not in self._targets:
             self._targets[visibility] = self._render_targets(visibility, depth)
@@ -76,17 +88,23 @@ class RasterVisibility:
         draw_lists = scene.draws(frame)
         if scene.glass_apart:
             # Points of blended sections that are nearly opaque are in the G-buffer.
-            shown = (lambda kind: kind.apart) if self._glass else (lambda kind: not kind.glass)
-            draw_lists = [draws for draws in draw_lists if shown(draws.kind)]
+            layers = self._glass and scene.shows_layers
+            draw_lists = [
+                draws for draws in draw_lists if draws.kind.glass is self._glass or (layers and draws.kind.blends)
+            ]
         for draws in draw_lists:
             if _key(draws.kind) not in self._passes:
                 self._passes[_key(draws.kind)] = self._pass(*_key(draws.kind))
-        name, apart = ("raster", {}) if opaque is None else ("raster_glass", {"opaqueDepth": opaque})
+        name, apart = "raster", {}
+        if opaque is not None:
+            name = "raster_glass"
+            apart = {"opaqueDepth": opaque, "nearerDepth": nearer or opaque, "peels": int(nearer is not None)}
         frame.profiler.begin(frame.encoder, name)
         for draws in draw_lists:  # Slang-RHI would place its barrier within the render pass, which Vulkan forbids
             frame.encoder.set_buffer_state(draws.arguments, spy.ResourceState.indirect_argument)
-        if opaque is not None:
-            frame.encoder.set_texture_state(opaque, spy.ResourceState.shader_resource)
+        for read in (opaque, nearer):
+            if read is not None:
+                frame.encoder.set_texture_state(read, spy.ResourceState.shader_resource)
         with frame.encoder.begin_render_pass(self._targets[visibility]) as encoder:
             for draws in draw_lists:
                 step = self._passes[_key(draws.kind)].of(scene.material_types)
@@ -145,15 +163,18 @@ class GBufferEffect(Effect):
         device: Device,
         primary: Literal["auto", "raster", "rays"],
         tracer: Tracer | None = None,
+        glass_layers: int = 0,
     ) -> None:
-        """`primary`: "auto" rasterizes on the CPU and traces on GPUs that can (docs/measurements/performance.md)."""
+        """`primary`: "auto" rasterizes on the CPU and traces on GPUs that can (docs/measurements/performance.md).
+        `glass_layers`: of transmissive surfaces to rasterize, as GBuffer.glass_layers; 0: only where there are any."""
         self._device = device
         self.primary = primary
         if primary == "auto":
             self.primary = "rays" if device.traces_rays and not device.is_software else "raster"
         self._rays: RayEffect | None = None
         # Any-hit shaders of a pipeline see what rays go through: a raster pass would take half a millisecond on a card.
-        self._marks_glass = self.primary == "rays" and tracer is None
+        self._marks_glass = self.primary == "rays" and tracer is None and glass_layers == 0
+        self._glass_layers = max(glass_layers, 1)
         self._raster: RasterVisibility | None = None
         if self.primary == "rays":
             self._rays = ray_effect(device, f"{_FOLDER}/primary_rays.slang", "PrimaryRays", "hit", tracer)
@@ -174,7 +195,10 @@ class GBufferEffect(Effect):
                 self._raster(graph, scene, gbuffer)
             marks = scene.glass_apart and self._marks_glass
             if scene.glass_apart:
-                gbuffer.glass = graph.texture("glass", spy.Format.rg32_uint, usage=VISIBILITY_USAGE)
+                gbuffer.glass_layers = [
+                    graph.texture(f"glass {layer}", spy.Format.rg32_uint, usage=VISIBILITY_USAGE)
+                    for layer in range(self._glass_layers)
+                ]
             if self._rays is not None:
                 unused = graph.texture("unused glass", spy.Format.rg32_uint, (1, 1))
                 glass = write(gbuffer.glass if marks and gbuffer.glass else unused)
@@ -187,7 +211,9 @@ class GBufferEffect(Effect):
         if scene.glass_apart and not marks:
             with graph.scope("transparency"):  # labels do without
                 self._raster_glass = self._raster_glass or RasterVisibility(self._device, glass=True)
-                self._raster_glass(graph, scene, gbuffer)
+                nearer = None
+                for layer in gbuffer.glass_layers:
+                    nearer = self._raster_glass(graph, scene, gbuffer, layer, nearer)
         return gbuffer
 
     def _offer(self, graph: FrameGraph, scene: SceneView, gbuffer: GBuffer) -> None:

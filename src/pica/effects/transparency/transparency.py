@@ -7,6 +7,7 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.effects.transparency.screen_glass import LAYERS, ScreenGlass
 from pica.frame.effect import Effect, rgb
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import IndirectResult
@@ -60,7 +61,8 @@ def _count(glass: NDArray[np.uint32]) -> int:
 
 class Transparency(Effect):
     """Paths from the camera through transmissive surfaces, and rays through layers of blended ones: the G-buffer leaves
-    both out. Layers in front of a transmissive surface are drawn over it; those behind it are met by chance."""
+    both out. Layers in front of a transmissive surface are drawn over it; those behind it are met by chance.
+    Without rays: ScreenGlass."""
 
     name = "transparency"
     aov_names = ("transmission",)
@@ -72,7 +74,16 @@ class Transparency(Effect):
         self._device, self._tracer, self._cache = device, tracer, cache
         self._settings, self._filters = settings, filters
 
+    @staticmethod
+    def glass_layers(settings: TransparencySettings) -> int:
+        """Layers of transmissive surfaces that the G-buffer has to rasterize; 0: it only says where there are any."""
+        return LAYERS if settings.mode == "screen_space" else 0
+
     # Made for the first scene that needs them: others need not compile them.
+    @cached_property
+    def _screen(self) -> ScreenGlass:
+        return ScreenGlass(self._device)
+
     @cached_property
     def _trace(self) -> RayEffect:
         return self._effect("transparency_rays", "TransparencyRays", "surface")
@@ -115,20 +126,24 @@ class Transparency(Effect):
             if gbuffer.glass is None:
                 graph.offer("transmission", (radiance,), lambda light: np.zeros_like(rgb(light)))
                 return Seen(radiance, None)
+            lit = samples.at_hits(regularized=self._filters)
             inputs = {
-                **samples.at_hits(regularized=self._filters),
+                **lit,
                 **(indirect.cache.values if indirect and indirect.cache else {}),
                 "glass": gbuffer.glass,
                 "radiance": radiance,
             }
-            seen, glass = radiance, None
+            seen, glass, by_rays = radiance, None, self._settings.mode == "ray_traced"
             if scene.shows_glass:
                 glass = graph.history("glass", {"glassMotion": spy.Format.rgba32_uint})
-                seen = self._through_glass(graph, scene, glass, radiance, exposure, inputs)
+                if by_rays:
+                    seen = self._through_glass(graph, scene, glass, radiance, exposure, inputs)
+                else:
+                    seen = self._screen(graph, gbuffer, glass, radiance, lit)
             if scene.shows_layers:
                 seen = self._over(graph, seen, inputs)
             graph.offer("transmission", (seen, radiance), lambda after, before: rgb(after) - rgb(before))
-            for name in ["transparency_rays"] * scene.shows_glass + ["layer_rays"] * scene.shows_layers:
+            for name in ["transparency_rays"] * (scene.shows_glass and by_rays) + ["layer_rays"] * scene.shows_layers:
                 graph.offer(f"rays.{name}", (gbuffer.glass,), _count, on_request=True)
         return Seen(seen, glass)
 
