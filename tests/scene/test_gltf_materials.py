@@ -15,6 +15,7 @@ from pica.scene.gltf.textures import _matrix
 from pica.scene.iridescence import Iridescence
 from pica.scene.material import AlphaMode, Material, Wrap
 from pica.scene.sheen import Sheen
+from tests.images.ktx2_pictures import BC7, RAMP, basis, plain
 from tests.scene.gltf_files import GltfFile
 
 
@@ -220,17 +221,54 @@ def test_webp_is_taken_before_its_fallback(tmp_path: Path) -> None:
     np.testing.assert_array_equal(texture.image.pixels[0, 0], [0, 255, 0, 255])
 
 
-@pytest.mark.parametrize(
-    ("image", "texture"),
-    [({"uri": "basis.ktx2"}, {"source": 0}), ({"uri": "x", "mimeType": "image/ktx2"}, {"source": 0}), ({}, {})],
-)
-def test_pictures_of_other_formats_are_left_out_with_a_warning(
-    image: dict[str, Any], texture: dict[str, Any], tmp_path: Path
-) -> None:
+EXTENDED = {
+    "KHR_texture_basisu": (basis("uastc"), (32, 32)),
+    "EXT_texture_avif": (picture("AVIF", (0, 255, 0)), (2, 4)),
+    "MSFT_texture_dds": (picture("DDS", (0, 255, 0)), (2, 4)),
+}
+
+
+@pytest.mark.parametrize("name", EXTENDED)
+@pytest.mark.parametrize("fallback", [False, True])
+def test_pictures_of_extensions(name: str, fallback: bool, tmp_path: Path) -> None:
+    content, size = EXTENDED[name]
+    file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, name)
+    file.add("images", bufferView=file.view(content))
+    file.add("images", bufferView=file.view(picture()), name="fallback")
+    file.add("textures", extensions={name: {"source": 0}}, **({"source": 1} if fallback else {}))
+    texture = material_of(file, tmp_path).base_color_texture
+    assert texture is not None
+    if fallback and name == "MSFT_texture_dds":
+        assert texture.image.name == "fallback"
+    else:
+        assert texture.image.pixels.shape[:2] == size and texture.image.name != "fallback"
+
+
+def test_basis_universal_comes_before_other_extensions(tmp_path: Path) -> None:
     file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
-    file.add("images", **image)
-    file.add("textures", **texture)
-    with pytest.warns(UserWarning, match=r"model.gltf: .*left out, .*; export the file with PNG, JPEG or WebP"):
+    file.add("images", bufferView=file.view(basis("etc1s")))
+    file.add("images", bufferView=file.view(picture("WEBP")))
+    file.add("textures", extensions={"EXT_texture_webp": {"source": 1}, "KHR_texture_basisu": {"source": 0}})
+    texture = material_of(file, tmp_path).base_color_texture
+    assert texture is not None and texture.image.pixels.shape == (32, 32, 4)
+
+
+OTHER_DDS = picture("DDS")[:80] + b"\4\0\0\0UYVY" + picture("DDS")[88:]
+
+
+@pytest.mark.parametrize("content", [plain(RAMP, BC7), OTHER_DDS])
+def test_pictures_that_cannot_be_read_are_left_out_with_a_warning(content: bytes, tmp_path: Path) -> None:
+    file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
+    file.add("images", bufferView=file.view(content))
+    file.add("textures", source=0)
+    with pytest.warns(UserWarning, match=r"model.gltf: images\[0\]: .*cannot be read.*; left out$"):
+        assert material_of(file, tmp_path).base_color_texture is None
+
+
+def test_a_texture_without_a_picture_is_left_out_with_a_warning(tmp_path: Path) -> None:
+    file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
+    file.add("textures")
+    with pytest.warns(UserWarning, match=r"model.gltf: textures\[0\]: left out, it has no picture"):
         assert material_of(file, tmp_path).base_color_texture is None
 
 

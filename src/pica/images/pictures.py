@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from pica.errors import PicaError, SceneError
 from pica.files import open_file, read_file, size_of
+from pica.images import ktx2
 from pica.images.headers import EXR, check_scans, radiance_size
 from pica.images.saving import write_whole
 from pica.text import first_line, printable
@@ -26,7 +27,7 @@ Admit = Callable[[int, int], object]
 """Called with a picture's number of pixels and of bytes, before these are allocated; raises SceneError, with or
 without the picture's name, if that is too much."""
 
-_TEXTURE_FORMATS = ("PNG", "JPEG", "WEBP")
+_TEXTURE_FORMATS = ("PNG", "JPEG", "WEBP", "AVIF", "DDS")
 _HIGHEST = {".png": (1 << 16) - 1, ".exr": (1 << 32) - 1}
 """The largest label that a file holds."""
 _LONGEST = 200
@@ -40,13 +41,19 @@ def _admit_all(*_: int) -> None:
 
 
 def read_image(data: bytes | memoryview | Path, name: str, admit: Admit = _admit_all) -> NDArray[np.uint8]:
-    """Decode a PNG, JPEG or WebP picture to (height, width, 4) uint8, row 0 on top.
+    """Decode a PNG, JPEG, WebP, AVIF, DDS or KTX 2 picture to (height, width, 4) uint8, row 0 on top.
 
     Colour profiles are ignored, as glTF requires (glTF 2.0, 3.8). `name` is the picture's name in errors.
-    Raises SceneError if the picture is missing, broken or too large.
+    Raises SceneError if the picture is missing, broken or too large, UnsupportedPictureError if its kind is not read.
     """
     content = read_file(data, name) if isinstance(data, Path) else bytes(data)
     with _faults_named(name):
+        if content.startswith(ktx2.KTX2):
+            picture = ktx2.read_header(content)
+            _check_size(picture.width, picture.height)
+            pixels = picture.width * picture.height
+            admit(pixels, ktx2.BYTES_PER_PIXEL * pixels)
+            return ktx2.decoded(content, picture)
         check_scans(content)
         with PIL.Image.open(io.BytesIO(content), formats=_TEXTURE_FORMATS) as image:
             _check_size(*image.size)
@@ -205,9 +212,11 @@ def _faults_named(name: str) -> Iterator[None]:
             warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)
             yield
     except SceneError as error:
-        raise SceneError(f"{name}: {error}") from None
+        raise type(error)(f"{name}: {error}") from None
+    except NotImplementedError as error:
+        raise ktx2.UnsupportedPictureError(f"{name}: cannot be read ({first_line(error)[:_LONGEST]})") from None
     except PIL.UnidentifiedImageError:
-        raise SceneError(f"{name}: not a PNG, JPEG or WebP picture") from None
+        raise SceneError(f"{name}: not a PNG, JPEG, WebP, AVIF, DDS or KTX 2 picture") from None
     except PIL.Image.DecompressionBombError as error:
         raise SceneError(f"{name}: too many pixels ({error})") from None
     except MemoryError:

@@ -11,6 +11,10 @@ from pica.names import checked_names
 FREE_BYTES = 10**9
 """Allowance of any load, however small its files: a flat picture of 16384x8192 pixels is a few kilobytes as PNG."""
 
+MESH_COMPRESSION = 8
+"""How much of the compression of meshes `Limits.expansion` does not count: Draco reaches 7 with all attributes, and 16
+without normals."""
+
 OBJECT_BYTES = 1 << 12
 """Memory of a node, a material or another frequent object: Python objects of 2 to 3 kB."""
 
@@ -55,7 +59,7 @@ class Budget:
         self._limits = limits or Limits()
         self._taken = dict.fromkeys((field.name for field in fields(Limits)), 0)
         self._files: set[Hashable] = set()
-        self._file_bytes = 0
+        self._file_bytes = self._decompressed = 0
 
     def read_file(self, file: Hashable, length: int) -> None:
         """Count a file that is read. Its memory counts each time; its possible expansion once, by the key `file`.
@@ -66,6 +70,10 @@ class Budget:
             self._files.add(file)
             self._file_bytes += length
         self.take(bytes=length)
+
+    def decompressed(self, length: int) -> None:
+        """After a part of the files has become `length` bytes of a mesh."""
+        self._decompressed += length
 
     def take_picture(self, pixels: int, taken: int) -> None:
         """Count a picture of so many bytes."""
@@ -78,9 +86,15 @@ class Budget:
             limit = getattr(self._limits, name)
             if total > limit:
                 raise _too_much(name, amount, total, f"the limit is {_amount(name, limit)}", name)
-            if name == "bytes" and total > FREE_BYTES and total > self._limits.expansion * self._file_bytes:
-                why = f"files of {self._file_bytes} bytes may become {self._limits.expansion:g} times that, or 1 GB"
+            if name == "bytes" and total > FREE_BYTES and total > self._limits.expansion * self._expandable:
+                times = self._limits.expansion * self._expandable / max(self._file_bytes, 1)
+                why = f"files of {self._file_bytes} bytes may become {times:g} times that, or 1 GB"
                 raise _too_much(name, amount, total, why, "expansion")
+
+    @property
+    def _expandable(self) -> int:
+        """Bytes of the files, with compressed meshes as they are without compression."""
+        return max(self._file_bytes, min(self._decompressed, MESH_COMPRESSION * self._file_bytes))
 
 
 def _too_much(name: str, amount: int, total: int, why: str, limit: str) -> SceneError:

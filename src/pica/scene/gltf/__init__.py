@@ -17,9 +17,9 @@ def read(path: str | Path, budget: Budget | None = None, allow_outside: bool = F
     Raises SceneError, one line with the file, the place in its JSON and the fault; warns about ignored content.
     """
     try:
-        document = Document(Path(path), budget, allow_outside)
-        check_extensions(document)
-        return build_scene(document)
+        with Document(Path(path), budget, allow_outside) as document:
+            check_extensions(document)
+            return build_scene(document)
     except SceneError as error:
         raise SceneError(f"{printable(path)}: {error}") from None
     except MemoryError:

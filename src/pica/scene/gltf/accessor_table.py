@@ -13,7 +13,8 @@ COMPONENTS: dict[int, np.dtype[Any]] = {
     5123: np.dtype("<u2"), 5125: np.dtype("<u4"), 5126: np.dtype("<f4"),
 }  # fmt: skip
 """By the numbers that files have for them."""
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+"""Components of the types that are not matrices."""
 
 
 _SPECIAL = {"sparse", "normalized"}
@@ -39,7 +40,7 @@ class AccessorTable:
 
     def __init__(self, accessors: Sequence[Element], views: Sequence[Element]) -> None:
         kinds = [entry.values.get("type") for entry in accessors]
-        widths = np.array([_WIDTHS.get(kind, 0) if type(kind) is str else 0 for kind in kinds], np.int64)
+        widths = np.array([WIDTHS.get(kind, 0) if type(kind) is str else 0 for kind in kinds], np.int64)
         types = integers(accessors, "componentType")
         sizes = np.zeros(len(accessors), np.int64)
         for component, dtype in COMPONENTS.items():

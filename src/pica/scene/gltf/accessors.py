@@ -57,7 +57,9 @@ def read_accessor(
     rows = count if subset is None else len(subset)
     sparse = "sparse" in accessor
     document.take(accessor, bytes=(rows + count * sparse) * width * _COPIES)
-    if "bufferView" in accessor:
+    if accessor in document.decoded:
+        values = document.decoded[accessor]
+    elif "bufferView" in accessor:
         values = _elements(document, accessor, count, shape, dtype)
     else:
         values = np.zeros((count if sparse else rows, width), dtype)

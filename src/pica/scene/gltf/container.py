@@ -9,10 +9,14 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote_to_bytes
 
+from numpy.typing import NDArray
+
 from pica.errors import SceneError, shown
 from pica.scene.gltf.accessor_table import AccessorTable
 from pica.scene.gltf.asset_files import AssetFiles
+from pica.scene.gltf.draco import DracoDecoder
 from pica.scene.gltf.element import Element
+from pica.scene.gltf.meshopt_views import CompressedBytes, decompressed, redirected
 from pica.scene.gltf.prefetch import SmallAccessors
 from pica.scene.limits import Budget
 from pica.text import printable
@@ -31,7 +35,7 @@ class Document:
     """An open glTF file. Its arrays and buffers are read at first use.
 
     The budget counts them and all that is made from them. `allow_outside`: whether it may name files
-    outside its folder.
+    outside its folder. To be closed with `with`, which ends what decodes parts of it.
     """
 
     def __init__(self, path: Path, budget: Budget | None = None, allow_outside: bool = False) -> None:
@@ -48,8 +52,17 @@ class Document:
         """The file's whole JSON."""
         self._arrays: dict[str, list[Element]] = {}
         self._buffers: dict[Element, memoryview] = {}
+        self.decoded: dict[Element, NDArray[Any]] = {}
+        """Content, (count, components), of accessors that are not in a buffer."""
+        self.draco = DracoDecoder()
         self._warned: set[str] = set()
         _check_version(self.root.object("asset"))
+
+    def __enter__(self) -> "Document":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.draco.close()
 
     @property
     def _is_foreign(self) -> bool:
@@ -74,7 +87,8 @@ class Document:
     def entries(self, array: str) -> list[Element]:
         """One of the file's arrays, such as "accessors"; the same elements each time, so that they can be keys."""
         if array not in self._arrays:
-            self._arrays[array] = self.root.objects(array)
+            objects = self.root.objects(array)
+            self._arrays[array] = [redirected(view) for view in objects] if array == "bufferViews" else objects
         return self._arrays[array]
 
     @cached_property
@@ -94,13 +108,18 @@ class Document:
     def view(self, source: Element, key: str = "bufferView") -> tuple[memoryview, int | None]:
         """The bytes of the buffer view that `source` refers to, and its stride if there is one (3.6.1)."""
         view = source.reference(key, self.entries("bufferViews"))
+        content = self.part(view)
+        stride = view.integer("byteStride", low=1, high=252) if "byteStride" in view else None
+        return content, stride
+
+    def part(self, view: Element) -> memoryview:
+        """The bytes from byteOffset of the buffer that a buffer view, or an object with the same keys, refers to."""
         content = self.buffer(view.reference("buffer", self.entries("buffers")))
         offset = view.integer("byteOffset", default=0)
         length = view.integer("byteLength", low=1)
         if offset + length > len(content):
             raise view.fault(f"reaches past its buffer (bytes {offset} to {offset + length} of {len(content)})")
-        stride = view.integer("byteStride", low=1, high=252) if "byteStride" in view else None
-        return content[offset : offset + length], stride
+        return content[offset : offset + length]
 
     def resource(self, source: Element, length: int = -1) -> bytes:
         """The first `length` bytes, all by default, of the uri of `source`: embedded data, or a file (2.8).
@@ -115,6 +134,8 @@ class Document:
 
     def buffer(self, buffer: Element) -> memoryview:
         """The content of a buffer."""
+        if buffer not in self._buffers and isinstance(buffer, CompressedBytes):
+            self._buffers[buffer] = decompressed(self, buffer)
         if buffer not in self._buffers:
             length = buffer.integer("byteLength", low=1)
             if "uri" in buffer:

@@ -33,6 +33,14 @@ class Element:
     def __contains__(self, key: str) -> bool:
         return self.values.get(key) is not None
 
+    def replaced(self, **values: Any) -> "Element":
+        """The same object with other values. A value that is an Element is what `reference` finds there."""
+        return self.with_values(self.values | values)
+
+    def with_values(self, values: dict[str, Any]) -> "Element":
+        """Another object at the same place in the file."""
+        return Element(values, self._key, self._parent, self._index)
+
     def keys(self) -> set[str]:
         """Which keys the object has."""
         return set(self.values)
@@ -181,6 +189,8 @@ class Element:
         value = self.values.get(key)
         if type(value) is int and 0 <= value < len(entries):
             return entries[value]
+        if isinstance(value, Element):  # no JSON has one
+            return value
         return self._referred(value, entries, key)
 
     def references(self, key: str, entries: Sequence["Element"]) -> list["Element"]:

@@ -9,7 +9,10 @@ from pica.text import one_line
 SUPPORTED = frozenset(
     {
         "EXT_mesh_gpu_instancing",
+        "EXT_meshopt_compression",
+        "EXT_texture_avif",
         "EXT_texture_webp",
+        "KHR_draco_mesh_compression",
         "KHR_lights_punctual",
         "KHR_materials_anisotropy",
         "KHR_materials_clearcoat",
@@ -25,7 +28,10 @@ SUPPORTED = frozenset(
         "KHR_materials_volume",
         "KHR_materials_volume_scatter",
         "KHR_mesh_quantization",
+        "KHR_meshopt_compression",
+        "KHR_texture_basisu",
         "KHR_texture_transform",
+        "MSFT_texture_dds",
     }
 )
 

@@ -11,6 +11,7 @@ from pica.scene.building import Attributes, complete, tangent_uvs
 from pica.scene.gltf.accessors import Rows, element_count, read_floats, read_indices
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.deformation import check_per_vertex, joints_and_weights, morph_offsets
+from pica.scene.gltf.draco import decoded
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.materials import Materials
 from pica.scene.gltf.section_batch import SectionBatch
@@ -59,7 +60,7 @@ class Meshes:
         """The mesh of a node; primitives without a surface are left out with a warning."""
         entry = node.reference("mesh", self._entries)
         if entry not in self._made:
-            primitives = entry.objects("primitives")
+            primitives = [decoded(self._document, primitive) for primitive in entry.objects("primitives")]
             _check_target_counts(entry, primitives)
             parts = [self._section(primitive) for primitive in primitives]
             sections = [section for section in parts if section is not None]

@@ -7,6 +7,7 @@ from urllib.parse import unquote
 
 from pica.errors import shown
 from pica.images import pictures
+from pica.images.ktx2 import UnsupportedPictureError
 from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
@@ -14,9 +15,10 @@ from pica.scene.material import Image, Sampler, Texture, Wrap
 
 _WRAPS = {33071: Wrap.CLAMP_TO_EDGE, 33648: Wrap.MIRRORED_REPEAT, 10497: Wrap.REPEAT}
 _MAG_FILTERS = {9728: False, 9729: True}
-_UNREADABLE_SUFFIXES = {"image/ktx2": ".ktx2", "image/vnd-ms.dds": ".dds", "image/avif": ".avif"}
-"""Picture formats of unsupported extensions, which are ignored with a warning."""
-_EXPORT = "export the file with PNG, JPEG or WebP pictures"
+_EXTENSIONS = ("KHR_texture_basisu", "EXT_texture_avif", "EXT_texture_webp")
+"""Other formats, each before the texture's own picture."""
+_DDS = "MSFT_texture_dds"
+"""After it: block compressed colours, made of it, have no advantage once they are pixels."""
 
 UV_SETS = 2
 _PLACING = {"texCoord", "extensions"}
@@ -66,12 +68,12 @@ class Textures:
         return self._samplers[entry]
 
     def _image(self, texture: Element) -> Image | None:
-        holder = texture
-        if texture.has_extension("EXT_texture_webp"):
-            holder = texture.extension("EXT_texture_webp")
+        names = [name for name in _EXTENSIONS if texture.has_extension(name)]
+        if not names and "source" not in texture and texture.has_extension(_DDS):
+            names = [_DDS]
+        holder = texture.extension(names[0]) if names else texture
         if "source" not in holder:
-            fault = "it has no picture of a format that can be read"
-            self._document.warn(f"{texture.place()}: left out, {fault}; {_EXPORT}")
+            self._document.warn(f"{texture.place()}: left out, it has no picture of a format that can be read")
             return None
         entry = holder.reference("source", self._document.entries("images"))
         if entry not in self._images:
@@ -79,13 +81,8 @@ class Textures:
         return self._images[entry]
 
     def _decoded(self, entry: Element) -> Image | None:
-        uri, kind = entry.text("uri", default=""), entry.text("mimeType", default="")
+        uri = entry.text("uri", default="")
         file = _NO_FILE if not uri or uri.startswith("data:") else PurePosixPath(unquote(uri))
-        suffix = file.suffix.lower()
-        if kind in _UNREADABLE_SUFFIXES or suffix in _UNREADABLE_SUFFIXES.values():
-            what = kind if kind in _UNREADABLE_SUFFIXES else suffix
-            self._document.warn(f"{entry.place()}: left out, {what} cannot be read; {_EXPORT}")
-            return None
         if "bufferView" in entry:
             content = self._document.view(entry)[0]
             self._document.take(entry, bytes=len(content))
@@ -96,7 +93,11 @@ class Textures:
         digest = sha256(content).digest()
         if digest not in self._by_content:
             label = f"{entry.place('uri')}: {shown(uri)}" if file.name else entry.place()
-            pixels = pictures.read_image(content, label, self._document.budget.take_picture)
+            try:
+                pixels = pictures.read_image(content, label, self._document.budget.take_picture)
+            except UnsupportedPictureError as error:
+                self._document.warn(f"{error}; left out")
+                return None
             self._by_content[digest] = entry.apply(Image, pixels, entry.name or file.stem)
         return self._by_content[digest]
 

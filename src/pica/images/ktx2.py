@@ -1,0 +1,100 @@
+"""KTX 2 pictures (https://registry.khronos.org/KTX/specs/2.0/ktxspec.v2.html), of Basis Universal or of plain pixels.
+
+Their first mipmap level becomes pixels. The libraries decode in this process: mutated pictures neither crashed them nor
+held them up (docs/guide/security.md).
+"""
+
+import struct
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.errors import SceneError
+
+KTX2 = b"\xabKTX 20\xbb\r\n\x1a\n"
+BYTES_PER_PIXEL = 8
+"""Memory for decoding: four for the result, at most four for what was compressed again."""
+
+_HEADER = struct.Struct("<12s9I4I2Q3Q")
+"""With the first entry of the level index (3.1 and 3.9)."""
+_UNDEFINED, _BASIS_LZ, _ZSTANDARD = 0, 1, 2
+_CHANNELS = {9: 1, 15: 1, 16: 2, 22: 2, 23: 3, 29: 3, 37: 4, 43: 4}
+"""Of VkFormats with 8 bits for each of red, green, blue and alpha: UNORM and SRGB, whose values are stored alike."""
+_MOST_LEVELS = 15
+_BLOCK, _BLOCK_BYTES = 4, 16
+"""Pixels of a UASTC block along each side."""
+
+
+class UnsupportedPictureError(SceneError):
+    """A picture of a format that is not read, which need not be broken."""
+
+
+class Ktx2Picture(NamedTuple):
+    """What the header says."""
+
+    width: int
+    height: int
+    channels: int
+    """Of plain pixels; 0 for Basis Universal."""
+    scheme: int
+    """Of supercompression (3.8)."""
+    start: int
+    """Of the first level in the file."""
+    length: int
+
+
+def read_header(content: bytes) -> Ktx2Picture:
+    """Raises UnsupportedPictureError for what is not one picture of a format that is read, and SceneError where the
+    header's sizes do not fit each other."""
+    if len(content) < _HEADER.size:
+        raise SceneError("truncated in its header")
+    fields = _HEADER.unpack_from(content)
+    _, vulkan_format, _, width, height, depth, layers, faces, levels, scheme = fields[:10]
+    start, length, uncompressed = fields[-3:]
+    if vulkan_format not in (_UNDEFINED, *_CHANNELS) or scheme > _ZSTANDARD:
+        raise UnsupportedPictureError(
+            f"KTX 2 of format {vulkan_format} and scheme {scheme} cannot be read, only Basis Universal and 8-bit pixels"
+        )
+    if depth or layers > 1 or faces != 1 or levels > _MOST_LEVELS or min(width, height) < 1:
+        raise UnsupportedPictureError("KTX 2 that is not one two-dimensional picture cannot be read")
+    channels = _CHANNELS.get(vulkan_format, 0)
+    size = channels * width * height or -(-width // _BLOCK) * -(-height // _BLOCK) * _BLOCK_BYTES
+    # The library takes the memory that the index declares before it looks at the data.
+    if start + length > len(content) or (scheme != _BASIS_LZ and uncompressed != size):
+        raise SceneError(f"its data is not that of {width}x{height} pixels")
+    return Ktx2Picture(width, height, channels, scheme, start, length)
+
+
+def decoded(content: bytes, picture: Ktx2Picture) -> NDArray[np.uint8]:
+    """(height, width, 4). Raises SceneError, and the libraries' errors."""
+    return _plain(content, picture) if picture.channels else _basis_universal(content)
+
+
+def _basis_universal(content: bytes) -> NDArray[np.uint8]:
+    try:
+        import opengl_basisu
+    except ImportError:
+        fault = "KTX 2 of Basis Universal needs the package opengl_basisu, which has no build for this platform"
+        raise UnsupportedPictureError(fault) from None
+    pixels: NDArray[Any] = opengl_basisu.open(content).transcode(opengl_basisu.Target.RGBA8).data
+    return pixels
+
+
+def _plain(content: bytes, picture: Ktx2Picture) -> NDArray[np.uint8]:
+    _, _, channels, scheme, start, length = picture
+    size = channels * picture.width * picture.height
+    data = content[start : start + length]
+    if scheme == _ZSTANDARD:
+        import zstandard
+
+        with zstandard.ZstdDecompressor().stream_reader(
+            data
+        ) as reader:  # unlike decompress, it reads no more than asked
+            data = reader.read(size)
+    if scheme == _BASIS_LZ or len(data) != size:
+        raise SceneError(f"its data is not that of {picture.width}x{picture.height} pixels")
+    pixels = np.zeros((picture.height, picture.width, 4), np.uint8)
+    pixels[..., 3] = 255  # what a texture lacks is 0, and alpha 1 (Vulkan 1.3, 16.6.1)
+    pixels[..., :channels] = np.frombuffer(data, np.uint8).reshape(picture.height, picture.width, channels)
+    return pixels

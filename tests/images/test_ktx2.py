@@ -1,0 +1,101 @@
+import struct
+import sys
+
+import numpy as np
+import pytest
+
+from pica.errors import SceneError
+from pica.images import pictures
+from pica.images.ktx2 import BYTES_PER_PIXEL, UnsupportedPictureError
+from tests.images.ktx2_pictures import BC7, R8, RAMP, RGB8, RGBA8, RGBA8_SRGB, basis, plain
+
+
+@pytest.mark.parametrize(
+    ("name", "channels", "error"), [("etc1s", 3, 6), ("etc1s_alpha", 4, 6), ("uastc", 4, 2), ("uastc_zstandard", 4, 2)]
+)
+def test_basis_universal(name: str, channels: int, error: float) -> None:
+    pixels = pictures.read_image(basis(name), name)
+    assert pixels.shape == RAMP.shape and pixels.dtype == np.uint8
+    difference = np.abs(pixels.astype(float) - RAMP)[..., :channels]
+    assert difference.mean() < error and difference.max() < 8 * error
+    if channels == 3:
+        assert (pixels[..., 3] == 255).all()
+
+
+def test_zstandard_changes_no_pixel() -> None:
+    first, second = (pictures.read_image(basis(name), name) for name in ("uastc", "uastc_zstandard"))
+    np.testing.assert_array_equal(first, second)
+
+
+@pytest.mark.parametrize("zstd", [False, True])
+def test_plain_pixels(zstd: bool) -> None:
+    for vulkan_format in (RGBA8, RGBA8_SRGB):
+        np.testing.assert_array_equal(pictures.read_image(plain(RAMP, vulkan_format, zstd), "rgba"), RAMP)
+    rgb = pictures.read_image(plain(np.ascontiguousarray(RAMP[:5, :7, :3]), RGB8, zstd), "rgb")
+    np.testing.assert_array_equal(rgb[..., :3], RAMP[:5, :7, :3])
+    assert (rgb[..., 3] == 255).all()
+    red = pictures.read_image(plain(np.ascontiguousarray(RAMP[..., :1]), R8, zstd), "red")
+    np.testing.assert_array_equal(red[0, 5], [40, 0, 0, 255])
+
+
+def test_memory_is_admitted_first() -> None:
+    admitted: list[tuple[int, int]] = []
+
+    def admit(pixels: int, taken: int) -> None:
+        admitted.append((pixels, taken))
+        raise SceneError("too much")
+
+    with pytest.raises(SceneError, match=r"^name: too much$"):
+        pictures.read_image(basis("uastc"), "name", admit)
+    assert admitted == [(32 * 32, 32 * 32 * BYTES_PER_PIXEL)]
+
+
+def changed(content: bytes, at: int, *values: int, form: str = "<I") -> bytes:
+    copy = bytearray(content)
+    for value in values:
+        struct.pack_into(form, copy, at, value)
+        at += struct.calcsize(form)
+    return bytes(copy)
+
+
+@pytest.mark.parametrize(
+    ("content", "fault"),
+    [
+        (basis("uastc")[:100], "truncated in its header"),
+        (basis("uastc")[:700], "its data is not that of 32x32 pixels"),
+        (changed(basis("uastc"), 20, 1 << 20, 1 << 20), "its data is not that of 1048576x1048576 pixels"),
+        (changed(basis("etc1s"), 20, 1 << 20, 1 << 20), "1048576x1048576 pixels are too many"),
+        (changed(basis("uastc_zstandard"), 96, 1 << 40, form="<Q"), "its data is not that of 32x32 pixels"),
+        (changed(basis("etc1s"), 80, 1 << 62, form="<Q"), "its data is not that of 32x32 pixels"),
+        (plain(RAMP, RGBA8, zstd=True, claimed=1 << 33), "its data is not that of 32x32 pixels"),
+        (plain(RAMP, RGBA8)[:-1], "its data is not that of 32x32 pixels"),
+        (changed(plain(RAMP, RGBA8, zstd=True), 112, *[1 << 31] * 20), "(its data is|not a readable picture)"),
+    ],
+    ids=range(9),
+)
+def test_forged_pictures(content: bytes, fault: str) -> None:
+    with pytest.raises(SceneError, match=f"^name: .*{fault}") as caught:
+        pictures.read_image(content, "name")
+    assert "\n" not in str(caught.value) and not isinstance(caught.value, UnsupportedPictureError)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        plain(RAMP, BC7),
+        changed(basis("uastc"), 28, 4),  # depth
+        changed(basis("uastc"), 32, 2),  # layers
+        changed(basis("uastc"), 36, 6),  # faces
+        changed(basis("uastc"), 44, 3),  # zlib
+    ],
+)
+def test_other_kinds_are_not_called_broken(content: bytes) -> None:
+    with pytest.raises(UnsupportedPictureError, match=r"^name: KTX 2 .* cannot be read"):
+        pictures.read_image(content, "name")
+
+
+def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "opengl_basisu", None)
+    with pytest.raises(UnsupportedPictureError, match="needs the package opengl_basisu"):
+        pictures.read_image(basis("uastc"), "name")
+    assert pictures.read_image(plain(RAMP, RGBA8), "name").shape == RAMP.shape
