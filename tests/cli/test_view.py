@@ -111,10 +111,11 @@ def test_what_loading_may_take_and_read(show, calls, command, monkeypatch):
 
     monkeypatch.setitem(vars(pica), "load", load)
     assert show(command)[0] == 0
-    code, err = show(command, "--allow-outside", "--limit", "bytes=2e9", "--limit", "pixels = inf")
+    code, err = show(command, "--allow-outside", "--variant", "Red", "--limit", "bytes=2e9", "--limit", "pixels = inf")
     assert code == 0, err
-    assert asked[0] == {"allow_outside": False, "limits": pica.Limits(), "up": "y"}
-    assert asked[-1] == {"allow_outside": True, "limits": pica.Limits(bytes=2e9, pixels=math.inf), "up": "y"}
+    assert asked[0] == {"allow_outside": False, "limits": pica.Limits(), "up": "y", "variant": None}
+    limits = pica.Limits(bytes=2e9, pixels=math.inf)
+    assert asked[-1] == {"allow_outside": True, "limits": limits, "up": "y", "variant": "Red"}
     assert show(command, "--up", "z")[0] == 0
     assert asked[-1]["up"] == "z"
 

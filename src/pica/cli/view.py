@@ -58,6 +58,7 @@ class View:
     up: Annotated[
         str, _option("y|z", "The axis that points up in the file: z for files that are not as glTF asks.")
     ] = "y"
+    variant: Annotated[str | None, _option("NAME", "A variant of the file's materials.")] = None
     camera: Annotated[str | None, _option("NAME", "A camera of the scene.")] = None
     eye: Annotated[str | None, _option("X,Y,Z", "Where to look from, in metres.")] = None
     target: Annotated[str | None, _option("X,Y,Z", "What to look at, in metres.")] = None
@@ -74,7 +75,7 @@ class View:
 
     def load(self, moving: bool = False) -> "Scene":
         """The scene at its time; `moving`: at 0 s even without a time. Raises PicaError."""
-        scene = _load(self.scene, self.env, self.allow_outside, parse_limits(self.limit), self.up)
+        scene = _load(self.scene, self.env, self.allow_outside, parse_limits(self.limit), self.up, self.variant)
         self._change_environment(scene)
         if moving or self.start is not None or self.animation is not None:
             scene.animate(self.start or 0.0, find_animation(scene, self.animation))
@@ -166,7 +167,9 @@ def parse_limits(texts: list[str] | None) -> "Limits":
     return pica.Limits(**values)
 
 
-def _load(name: str, environment: Path | None, allow_outside: bool, limits: "Limits", up: str) -> "Scene":
+def _load(
+    name: str, environment: Path | None, allow_outside: bool, limits: "Limits", up: str, variant: str | None
+) -> "Scene":  # fmt: skip
     """A built-in scene by its word or a file, under the light of an environment picture. Raises PicaError."""
     import pica
     from pica.scene.limits import Budget
@@ -175,6 +178,8 @@ def _load(name: str, environment: Path | None, allow_outside: bool, limits: "Lim
     if name in BUILT_IN and not Path(name).is_file():
         if up != "y":
             raise PicaError(f"--up {up}: is for files; in the built-in scenes, y points up")
+        if variant is not None:
+            raise PicaError(f"--variant {variant}: is for files; the built-in scenes have no variants")
         scene: Scene = getattr(pica.scenes, BUILT_IN[name])()
         if environment is not None:
             scene.environment = read_environment(environment, Budget(limits))
@@ -182,7 +187,7 @@ def _load(name: str, environment: Path | None, allow_outside: bool, limits: "Lim
     if not name or (not Path(name).suffix and not Path(name).exists()):
         hint = did_you_mean(name, BUILT_IN)
         raise PicaError(f"no file and no built-in scene {name!r}; the built-in ones are {', '.join(BUILT_IN)}{hint}")
-    return pica.load(name, environment=environment, allow_outside=allow_outside, limits=limits, up=up)
+    return pica.load(name, environment=environment, allow_outside=allow_outside, limits=limits, up=up, variant=variant)
 
 
 def _point(option: str, text: str) -> tuple[float, ...]:

@@ -14,7 +14,7 @@ from pica.scene.environment import Environment
 from pica.scene.illumination import emitted_illuminance, has_lights
 from pica.scene.limits import Budget, Limits
 from pica.scene.model import Node, Scene
-from pica.scene.values import checked, choice, flag
+from pica.scene.values import checked, choice, flag, optional, text
 from pica.text import printable
 
 SKY_ILLUMINANCE = math.pi
@@ -31,6 +31,7 @@ def load(
     allow_outside: bool = False,
     limits: Limits | None = None,
     up: str = "y",
+    variant: str | None = None,
 ) -> Scene:
     """Load a .gltf or .glb file, lit from all around by `environment`: a .hdr or .exr file, or one in memory.
 
@@ -39,15 +40,17 @@ def load(
     A scene without any light, or with nearly none from its materials, gets a neutral sky, and a warning.
     `allow_outside`: read buffers and pictures from files outside the asset's folder too, such as textures in "../".
     `limits`: of loading, with the environment; pica.Limits() by default. `up`: "z" for files whose Z axis
-    points up, contrary to glTF; the scene is rotated to +Y up. Raises SceneError, one line with
-    the file and the fault; warns about unsupported features of the file.
+    points up, contrary to glTF; the scene is rotated to +Y up. `variant`: the name of a variant of the file's materials
+    (KHR_materials_variants), of those in `Scene.variants`. Raises SceneError, one line with the file and the fault;
+    warns about unsupported features of the file.
     """
     checked("load: allow_outside", flag, allow_outside)
     checked("load: up", choice("y", "z"), up)
+    checked("load: variant", optional(text), variant)
     scene_gc.collect()
     budget = Budget(limits)
     with scene_gc.paused():
-        scene = gltf.read(_checked(path, "path"), budget, allow_outside)
+        scene = gltf.read(_checked(path, "path"), budget, allow_outside, variant)
     scene_gc.watch(scene)
     if up == "z":
         _turn_upright(scene)

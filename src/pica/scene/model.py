@@ -32,6 +32,8 @@ class Scene(FieldsOnly):
     """Environments are immutable: set another one, such as `dataclasses.replace(scene.environment, strength=2.0)`."""
 
     animations: list[Animation]
+    variants: tuple[str, ...]
+    """Names of the file's KHR_materials_variants, for pica.load."""
 
     def __init__(self, name: str = "", environment: Environment | None = None) -> None:
         self._listeners = Listeners(self)
@@ -39,6 +41,7 @@ class Scene(FieldsOnly):
         self.environment = environment
         self._roots: list[Node] = []
         self.animations = []
+        self.variants = ()
         self._together: tuple[tuple[Animation, ...], Animation] = ((), Animation([]))
 
     @property

@@ -11,13 +11,17 @@ from pica.scene.model import Scene
 from pica.text import printable
 
 
-def read(path: str | Path, budget: Budget | None = None, allow_outside: bool = False) -> Scene:
+def read(
+    path: str | Path, budget: Budget | None = None, allow_outside: bool = False, variant: str | None = None
+) -> Scene:  # fmt: skip
     """Read a .gltf or .glb file with all files that it refers to, which must be in its folder unless `allow_outside`.
+
+    `variant`: a name of its KHR_materials_variants.
 
     Raises SceneError, one line with the file, the place in its JSON and the fault; warns about ignored content.
     """
     try:
-        with Document(Path(path), budget, allow_outside) as document:
+        with Document(Path(path), budget, allow_outside, variant) as document:
             check_extensions(document)
             return build_scene(document)
     except SceneError as error:

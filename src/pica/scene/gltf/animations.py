@@ -1,6 +1,7 @@
 """Animations (3.11)."""
 
 import math
+from collections.abc import Set
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,12 +30,12 @@ _INTERPOLATIONS: dict[str, Interpolation] = {"STEP": "STEP", "LINEAR": "LINEAR",
 _plain_channel = unchecked_constructor(Channel)
 
 
-def read_animations(document: Document, nodes: dict[Element, Node]) -> list[Animation]:
-    """The file's animations of `nodes`, the scene's nodes by their indices in the file.
+def read_animations(document: Document, nodes: dict[Element, Node], hidden: Set[Element]) -> list[Animation]:
+    """The file's animations of `nodes`, the scene's nodes by their indices in the file; `hidden`: those without meshes.
 
     Raises SceneError; warns once of channels with an unsupported target.
     """
-    return [_animation(document, entry, nodes) for entry in document.entries("animations")]
+    return [_animation(document, entry, nodes, hidden) for entry in document.entries("animations")]
 
 
 class _Move(NamedTuple):
@@ -45,12 +46,12 @@ class _Move(NamedTuple):
     path: Path
 
 
-def _animation(document: Document, entry: Element, nodes: dict[Element, Node]) -> Animation:
+def _animation(document: Document, entry: Element, nodes: dict[Element, Node], hidden: Set[Element]) -> Animation:
     samplers = entry.objects("samplers")
     moves: list[_Move] = []
     for channel in entry.objects("channels"):
         moved, path = _target(document, channel)
-        if moved is None or path is None or moved not in nodes:
+        if moved is None or path is None or moved not in nodes or (path == "weights" and moved in hidden):
             continue
         if path != "weights" and "matrix" in moved:
             fault = f"{moved.place()} has a matrix, which cannot be animated"

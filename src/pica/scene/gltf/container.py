@@ -38,8 +38,12 @@ class Document:
     outside its folder. To be closed with `with`, which ends what decodes parts of it.
     """
 
-    def __init__(self, path: Path, budget: Budget | None = None, allow_outside: bool = False) -> None:
+    def __init__(
+        self, path: Path, budget: Budget | None = None, allow_outside: bool = False, variant: str | None = None
+    ) -> None:  # fmt: skip
         self._path = path
+        self.variant = variant
+        """The name of the one of KHR_materials_variants that is shown."""
         self.budget = Budget() if budget is None else budget
         self._files = AssetFiles(path, self.budget, allow_outside)
         content = self._files.read_asset()

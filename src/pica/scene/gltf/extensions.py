@@ -21,19 +21,29 @@ SUPPORTED = frozenset(
         "KHR_materials_emissive_strength",
         "KHR_materials_ior",
         "KHR_materials_iridescence",
+        "KHR_materials_pbrSpecularGlossiness",
         "KHR_materials_sheen",
         "KHR_materials_specular",
         "KHR_materials_transmission",
         "KHR_materials_unlit",
+        "KHR_materials_variants",
         "KHR_materials_volume",
         "KHR_materials_volume_scatter",
         "KHR_mesh_quantization",
         "KHR_meshopt_compression",
+        "KHR_node_visibility",
         "KHR_texture_basisu",
         "KHR_texture_transform",
         "MSFT_texture_dds",
     }
 )
+
+IGNORED = {
+    "EXT_lights_image_based": "its environment is left out, another one can be given",
+    "KHR_xmp_json_ld": "",
+    "MSFT_lod": "the finest level of detail is shown",
+}
+"""Extensions whose files are read without them even if they are required, and what a warning says of each."""
 
 _MOST_NAMED, _LONGEST = 12, 80
 
@@ -44,9 +54,13 @@ def check_extensions(document: Document) -> None:
     required = unsupported(document.root.texts("extensionsRequired"))
     if required:
         raise SceneError(f"needs {required}, which is not supported; export the file without")
-    used = unsupported([*document.root.texts("extensionsUsed"), *_present(document.root.values)])
+    names = [*document.root.texts("extensionsUsed"), *_present(document.root.values)]
+    used = unsupported(names)
     if used:
         document.warn(f"ignores what is not supported: {used}")
+    for name, effect in IGNORED.items():
+        if effect and name in names:
+            document.warn(f"ignores {name}: {effect}")
 
 
 def _present(root: dict[str, Any]) -> list[str]:
@@ -66,7 +80,7 @@ def _present(root: dict[str, Any]) -> list[str]:
 
 
 def unsupported(extensions: list[str]) -> str:
-    """The extensions that are not supported, in one line."""
-    names = [name for name in dict.fromkeys(extensions) if name not in SUPPORTED]
+    """The extensions that are neither supported nor ignored by purpose, in one line."""
+    names = [name for name in dict.fromkeys(extensions) if name not in SUPPORTED and name not in IGNORED]
     more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
     return ", ".join(one_line(name, _LONGEST) for name in names[:_MOST_NAMED]) + more

@@ -8,9 +8,11 @@ from typing import Any
 from pica.scene.anisotropy import Anisotropy
 from pica.scene.coat import Coat
 from pica.scene.construction import unchecked_constructor
+from pica.scene.gltf import specular_glossiness
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.textures import Textures
+from pica.scene.gltf.variants import Variants
 from pica.scene.iridescence import Iridescence
 from pica.scene.light import WHITE
 from pica.scene.limits import OBJECT_BYTES
@@ -18,6 +20,7 @@ from pica.scene.material import AlphaMode, Material
 from pica.scene.sheen import Sheen
 from pica.scene.values import LARGEST
 
+_METALLIC_ROUGHNESS = "pbrMetallicRoughness"
 _ALPHA_MODES = {mode.value: mode for mode in AlphaMode}
 _plain_material = unchecked_constructor(Material)
 
@@ -28,14 +31,16 @@ class Materials:
     def __init__(self, document: Document) -> None:
         self._document = document
         self._textures = Textures(document)
+        self._variants = Variants(document)
         self._default = Material(name="default")
         self._made: dict[Element, Material] = {}
 
     def get(self, primitive: Element) -> Material:
         """The primitive's material, the default one (3.9.6) where it names none."""
-        if "material" not in primitive:
+        holder = self._variants.choose(primitive) if "extensions" in primitive else primitive
+        if "material" not in holder:
             return self._default
-        entry = primitive.reference("material", self._document.entries("materials"))
+        entry = holder.reference("material", self._document.entries("materials"))
         if entry not in self._made:
             self._made[entry] = self._make(entry)
         return self._made[entry]
@@ -43,19 +48,20 @@ class Materials:
     def _make(self, entry: Element) -> Material:
         self._document.take(entry, bytes=OBJECT_BYTES)
         values: dict[str, Any] = {"name": entry.name, "extras": entry.extras}
+        converts = entry.has_extension(specular_glossiness.EXTENSION)
         for key, read in self._parts.items():
-            if key in entry:
+            if key in entry and not (converts and key == _METALLIC_ROUGHNESS):
                 values |= read(entry)
         if "extensions" not in entry and "emissiveFactor" not in entry:
             return _plain_material(**values)  # the values are checked already
-        return entry.apply(Material, **values, **self._extended(entry))
+        return entry.apply(Material, **values | self._extended(entry))
 
     @cached_property
     def _parts(self) -> dict[str, Callable[[Element], dict[str, Any]]]:
         """What is to be read where a material has a key."""
         read = self._textures.get
         return {
-            "pbrMetallicRoughness": lambda entry: self._metallic_roughness(entry.object("pbrMetallicRoughness")),
+            _METALLIC_ROUGHNESS: lambda entry: self._metallic_roughness(entry.object(_METALLIC_ROUGHNESS)),
             "normalTexture": lambda entry: {
                 "normal_texture": read(entry, "normalTexture"),
                 "normal_scale": entry.object("normalTexture").number("scale", default=1.0),
@@ -96,6 +102,7 @@ class Materials:
             **self._anisotropy(entry.extension("KHR_materials_anisotropy")),
             **self._iridescence(entry.extension("KHR_materials_iridescence")),
             **self._sheen(entry.extension("KHR_materials_sheen")),
+            **self._specular_glossiness(entry),
         }
 
     def _specular(self, specular: Element) -> dict[str, Any]:
@@ -166,6 +173,11 @@ class Materials:
             "iridescence_thickness_texture": self._textures.get(iridescence, "iridescenceThicknessTexture"),
         }
         return {} if film.strength == 0 else {"iridescence": film, **textures}
+
+    def _specular_glossiness(self, entry: Element) -> dict[str, Any]:
+        """Instead of pbrMetallicRoughness, which a file may have for readers without the extension."""
+        is_used = entry.has_extension(specular_glossiness.EXTENSION)
+        return specular_glossiness.metallic_roughness(self._document, self._textures, entry) if is_used else {}
 
     def _sheen(self, extension: Element) -> dict[str, Any]:
         red, green, blue = extension.numbers("sheenColorFactor", 3, 0, 1, (0.0, 0.0, 0.0))

@@ -18,6 +18,7 @@ from pica.scene.gltf.deformation import bind, read_skin
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.lights import Lights, read_visibility
 from pica.scene.gltf.meshes import Meshes
+from pica.scene.gltf.variants import Variants
 from pica.scene.limits import OBJECT_BYTES
 from pica.scene.model import Mesh, Node, Scene
 from pica.scene.node import worth_checking
@@ -27,7 +28,7 @@ from pica.scene.values import LARGEST
 _PERSPECTIVE, _ORTHOGRAPHIC = "perspective", "orthographic"
 _CAMERAS = {kind: kind for kind in (_PERSPECTIVE, _ORTHOGRAPHIC)}
 _ORTHOGRAPHIC_FAR = 1e4
-_INSTANCING = "EXT_mesh_gpu_instancing"
+_INSTANCING, _VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
 _NO_TRANSLATION, _NO_ROTATION, _NO_SCALE = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0)
 _INSTANCE_DEFAULTS = {"TRANSLATION": _NO_TRANSLATION, "ROTATION": _NO_ROTATION, "SCALE": _NO_SCALE}
 _PLAIN = {"name", "mesh", "children", "extras", "matrix", "translation", "rotation", "scale"}
@@ -45,6 +46,7 @@ def build_scene(document: Document) -> Scene:
     hierarchy = _Hierarchy(document)
     name, roots = hierarchy.shown()
     scene = Scene(name)
+    scene.variants = Variants(document).names
     made = _make_nodes(document, hierarchy, roots)
     nodes = made.nodes
     for root in roots:
@@ -54,7 +56,7 @@ def build_scene(document: Document) -> Scene:
     entries = {nodes[entry]: entry for entry in dict.fromkeys([*made.special, *far])}
     for node in worth_checking(list(entries)):
         entries[node].apply(node.check)  # a renderer's checks, with the place in the file
-    scene.animations = read_animations(document, nodes)
+    scene.animations = read_animations(document, nodes, made.hidden)
     if not any(len(section.indices) for node in scene.nodes() if node.mesh for section in node.mesh.sections):
         document.warn("shows nothing, its scene has no mesh with triangles")
     return scene
@@ -119,6 +121,8 @@ class _MadeNodes(NamedTuple):
     """Nodes with more than a rigid mesh."""
     transforms: NDArray[np.float64]
     """(nodes, 4, 4) node to parent."""
+    hidden: set[Element]
+    """Nodes without mesh and light, of KHR_node_visibility."""
 
 
 def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element]) -> _MadeNodes:
@@ -129,8 +133,9 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
     transforms, poses = _places(entries)
     transforms.setflags(write=False)
     near = np.einsum("nij,nij->n", transforms, transforms) <= LARGEST  # so that none is too large
+    hidden = _hidden(hierarchy, entries)
     if any("mesh" in entry for entry in entries):
-        meshes.expect(entries)
+        meshes.expect(entry for entry in entries if entry not in hidden)
     nodes: dict[Element, Node] = {}
     special: list[Element] = []
     copies: Counter[Mesh | None] = Counter()
@@ -139,6 +144,12 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
     for entry, matrix, pose, fits in zip(entries, transforms, poses, near.tolist(), strict=True):
         values, extras = entry.values, entry.extras
         index = values.get("mesh")
+        if entry in hidden:
+            nodes[entry] = node = _invisible(document, entry)
+            entry.apply(setattr, node, "transform", matrix)
+            node.place(node.transform, pose)
+            special.append(entry)
+            continue
         if index is not None and (type(index) is not int or index not in still):
             candidate = meshes.get(entry)
             if not meshes.target_count(candidate):
@@ -164,7 +175,23 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
             node._children = [nodes[child] for child in children]
             for child in node._children:
                 child._parent = node
-    return _MadeNodes(nodes, special, transforms)
+    return _MadeNodes(nodes, special, transforms, hidden)
+
+
+def _hidden(hierarchy: _Hierarchy, entries: list[Element]) -> set[Element]:
+    """The nodes that KHR_node_visibility hides, with all below them."""
+    tops = [
+        entry
+        for entry in entries
+        if "extensions" in entry and not entry.extension(_VISIBILITY).flag("visible", default=True)
+    ]
+    return set(hierarchy.below(tops)) if tops else set()
+
+
+def _invisible(document: Document, entry: Element) -> Node:
+    """A node of which nothing is shown; it may still move others, or hold a camera."""
+    camera = _camera(document, entry) if "camera" in entry else None
+    return entry.apply(Node, name=entry.name, camera=camera, extras=entry.extras)
 
 
 def _node(document: Document, entry: Element, lights: Lights, meshes: Meshes) -> Node:
