@@ -6,22 +6,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pica
 from tests.fuzz import whole_files
 from tests.fuzz.mutations import broken_bytes, broken_json
 from tests.fuzz.outcome import held
+from tests.scene.compressed_files import draco_bytes, draco_file, grid, meshopt_view
+from tests.scene.gltf_files import GltfFile
 
 CASES = sorted((Path(__file__).parent / "cases").iterdir())
 LIMITS = pica.Limits(bytes=1 << 26, vertices=1 << 18, instances=1 << 16, pixels=1 << 20)
 
 
-def document():
-    file = whole_files.gltf()
+def document(file=None):
+    file = file or whole_files.gltf()
     uri = "data:application/octet-stream;base64," + base64.b64encode(file.buffer).decode()
-    return file.json | {"buffers": [{"uri": uri, "byteLength": len(file.buffer)}]}
+    return file.json | {"buffers": [{"uri": uri, "byteLength": len(file.buffer)}, *file.more_buffers]}
 
 
 def loaded(path, environment=None):
@@ -35,8 +37,9 @@ def loaded(path, environment=None):
             assert np.isfinite(node.world).all()
 
 
-def test_the_whole_file_is_good(tmp_path):
+def test_the_whole_files_are_good(tmp_path):
     loaded(whole_files.gltf().write(tmp_path))
+    loaded(whole_files.compressed().write(tmp_path, "compressed.glb"))
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
@@ -65,8 +68,69 @@ def test_binary(tmp_path_factory, content):
         loaded(path)
 
 
-@given(st.data(), st.sampled_from(["PNG", "JPEG", "WEBP"]))
-def test_pictures(tmp_path_factory, data, kind):
+def few(test):
+    """A fourth of the examples: each starts a process."""
+    return settings(max_examples=settings.default.max_examples // 4)(test)
+
+
+@few
+@given(st.data())
+def test_json_of_compressed_files(tmp_path_factory, data):
+    path = tmp_path_factory.getbasetemp() / "fuzzed.gltf"
+    text = json.dumps(data.draw(broken_json(document(whole_files.compressed()))))
+    path.write_text(text, "utf-8", "surrogatepass")
+    with held():
+        loaded(path)
+
+
+@few
+@given(broken_bytes(whole_files.compressed().binary()))
+def test_binary_of_compressed_files(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "fuzzed.glb"
+    path.write_bytes(content)
+    with held():
+        loaded(path)
+
+
+MESH = grid(5)
+
+
+@few
+@given(broken_bytes(draco_bytes(*MESH)))
+def test_draco(tmp_path_factory, content):
+    path = draco_file(*MESH, content=content or b"\0").write(tmp_path_factory.getbasetemp(), "draco.glb")
+    with held():
+        loaded(path)
+
+
+@given(st.data(), st.sampled_from(["ATTRIBUTES", "TRIANGLES", "INDICES"]), st.sampled_from(["EXT", "KHR"]))
+def test_meshopt(tmp_path_factory, data, mode, prefix):
+    attributes, triangles = MESH
+    file = GltfFile()
+    views = [
+        meshopt_view(file, attributes["POSITION"], "ATTRIBUTES", version=int(prefix == "KHR"), prefix=prefix),
+        meshopt_view(file, triangles.reshape(-1), "INDICES" if mode == "INDICES" else "TRIANGLES", prefix=prefix),
+    ]
+    positions = file.add("accessors", type="VEC3", componentType=5126, count=25, bufferView=views[0])
+    order = file.add("accessors", type="SCALAR", componentType=5125, count=triangles.size, bufferView=views[1])
+    file.mesh(positions, indices=order)
+    name = f"{prefix}_meshopt_compression"
+    extension = file.json["bufferViews"][views[mode != "ATTRIBUTES"]]["extensions"][name]
+    start = extension["byteOffset"]
+    broken = data.draw(broken_bytes(bytes(file.buffer[start : start + extension["byteLength"]])))
+    extension |= {"byteOffset": len(file.buffer), "byteLength": len(broken)}
+    file.buffer += broken
+    path = file.write(tmp_path_factory.getbasetemp(), "meshopt.glb")
+    with held():
+        loaded(path)
+
+
+KINDS = ["PNG", "JPEG", "WEBP", "AVIF", "DDS", "etc1s", "etc1s_alpha", "uastc", "uastc_zstandard", "plain"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@given(st.data())
+def test_pictures(tmp_path_factory, kind, data):
     folder = tmp_path_factory.getbasetemp()
     (folder / "fuzzed.picture").write_bytes(data.draw(broken_bytes(whole_files.picture(kind))))
     file = document()

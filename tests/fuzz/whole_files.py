@@ -9,11 +9,17 @@ import numpy as np
 import PIL.Image
 
 from pica.images import pictures
+from tests.images import ktx2_pictures
+from tests.scene.compressed_files import draco_file, grid, meshopt_view
 from tests.scene.gltf_files import TRIANGLE, GltfFile
 
 
 def picture(kind: str) -> bytes:
-    """8x8 pixels as PNG, JPEG or WEBP."""
+    """A small picture as PNG, JPEG, WEBP, AVIF, DDS, or one of KTX 2."""
+    if kind == "plain":
+        return ktx2_pictures.plain(ktx2_pictures.RAMP, ktx2_pictures.RGBA8, zstd=True)
+    if kind in ("etc1s", "etc1s_alpha", "uastc", "uastc_zstandard"):
+        return ktx2_pictures.basis(kind)
     pixels = np.random.default_rng(1).integers(0, 255, (8, 8, 4 if kind != "JPEG" else 3), np.uint8)
     content = io.BytesIO()
     PIL.Image.fromarray(pixels).save(content, kind)
@@ -77,7 +83,9 @@ def gltf() -> GltfFile:
         },
         extras={"pica": {"simplified": None}, "else": [1]},
     )
-    file.add("materials", name="flat", alphaMode="BLEND", extensions={"KHR_materials_unlit": {}})
+    glossy = {"diffuseTexture": {"index": 0}, "specularGlossinessTexture": {"index": 1}, "glossinessFactor": 0.5}
+    extensions = {"KHR_materials_unlit": {}, "KHR_materials_pbrSpecularGlossiness": glossy}
+    file.add("materials", name="flat", alphaMode="BLEND", extensions=extensions)
     corner = np.array(TRIANGLE, np.float32)
     attributes = {
         "NORMAL": file.accessor(np.tile((0, 0, 1), (3, 1))),
@@ -100,6 +108,7 @@ def gltf() -> GltfFile:
         material=0,
         mode=4,
         targets=[{"POSITION": file.accessor(corner * 0.1), "NORMAL": file.accessor(corner * 0)}],
+        extensions={"KHR_materials_variants": {"mappings": [{"variants": [0], "material": 1}]}},
         node={"name": "skinned", "skin": 0, "weights": [0.5]},
     )
     joint = file.add("nodes", name="joint", translation=[0, 1, 0], rotation=[0, 0, 0, 1], scale=[1, 1, 1])
@@ -116,8 +125,10 @@ def gltf() -> GltfFile:
         {"type": "point", "range": 10, "intensity": 100},
         {"type": "spot", "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}},
     ]
-    file.json["extensions"] = {"KHR_lights_punctual": {"lights": lights}}
+    variants = {"variants": [{"name": "other"}]}
+    file.json["extensions"] = {"KHR_lights_punctual": {"lights": lights}, "KHR_materials_variants": variants}
     shining = [file.add("nodes", extensions={"KHR_lights_punctual": {"light": i}}) for i in range(3)]
+    file.json["nodes"][shining[0]]["extensions"]["KHR_node_visibility"] = {"visible": False}
     file.add("cameras", type="perspective", perspective={"yfov": 0.8, "znear": 0.1, "zfar": 100, "aspectRatio": 1.5})
     file.add("cameras", type="orthographic", orthographic={"xmag": 2, "ymag": 2, "znear": 0.1, "zfar": 100})
     seeing = [file.add("nodes", camera=i, translation=[0, 0, 5]) for i in range(2)]
@@ -140,4 +151,25 @@ def gltf() -> GltfFile:
     file.add("animations", name="all", samplers=samplers, channels=channels)
     used = ["KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_texture_transform", "KHR_materials_unlit"]
     file.json |= {"scene": 0, "extensionsUsed": used}
+    return file
+
+
+@cache
+def compressed() -> GltfFile:
+    """A mesh of Draco, one of meshopt's three modes, and textures of KTX 2, AVIF and DDS."""
+    attributes, triangles = grid(5)
+    file = draco_file(attributes, triangles)
+    names = {"etc1s": "KHR_texture_basisu", "uastc": "KHR_texture_basisu"}
+    names |= {"AVIF": "EXT_texture_avif", "DDS": "MSFT_texture_dds"}
+    for kind, name in names.items():
+        image = file.add("images", bufferView=file.view(picture(kind)))
+        texture = file.add("textures", extensions={name: {"source": image}})
+        file.add("materials", pbrMetallicRoughness={"baseColorTexture": {"index": texture}})
+    file.json["meshes"][0]["primitives"][0]["material"] = 0
+    for number, (mode, prefix) in enumerate((("TRIANGLES", "EXT"), ("INDICES", "KHR"))):
+        view = meshopt_view(file, attributes["POSITION"], "ATTRIBUTES", version=number, prefix=prefix)
+        positions = file.add("accessors", type="VEC3", componentType=5126, count=25, bufferView=view)
+        view = meshopt_view(file, triangles.reshape(-1), mode, prefix=prefix)
+        order = file.add("accessors", type="SCALAR", componentType=5125, count=triangles.size, bufferView=view)
+        file.mesh(positions, indices=order, material=1 + number)
     return file
