@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from pica.errors import SceneError
-from pica.scene.limits import FREE_BYTES, Budget, Limits
+from pica.scene.limits import FREE_BYTES, MESH_COMPRESSION, Budget, Limits
 from pica.scene.loading import load
 from tests.scene.gltf_files import GltfFile
 
@@ -288,6 +288,20 @@ def test_infinity_takes_a_limit_away() -> None:
     budget.take(bytes=10**20, vertices=10**20)
     with pytest.raises(SceneError, match="limit is 2,147,483,648 pixels"):
         budget.take(pixels=10**20)
+
+
+def test_compressed_meshes_count_as_what_they_decode_to_up_to_a_limit() -> None:
+    budget = Budget(Limits(bytes=math.inf))
+    budget.read_file("a.glb", 10**7)
+    with pytest.raises(SceneError, match=r"files of 10000000 bytes may become 500 times that"):
+        budget.take(bytes=10**10)
+    for length, times in ((3 * 10**7, 1500), (10**9, 500 * MESH_COMPRESSION)):
+        budget = Budget(Limits(bytes=math.inf))
+        budget.read_file("a.glb", 10**7)
+        budget.decompressed(length)
+        budget.take(bytes=times * 10**7 - 10**7)
+        with pytest.raises(SceneError, match=rf"files of 10000000 bytes may become {times} times that, or 1 GB"):
+            budget.take(bytes=1)
 
 
 def test_what_files_may_become_counts_each_file_once() -> None:

@@ -77,7 +77,7 @@ def decoded(document: "Document", primitive: Element) -> Element:
         "memory": _FREE_MEMORY + _MEMORY_FACTOR * size,
     }
     order, *values = extension.apply(document.draco.decode, request, content)
-    document.budget.decompressed(size)
+    document.budget.decompressed(order.nbytes + sum(array.nbytes for array in values))
     attributes = dict(primitive.object("attributes").values)
     for attribute, array in zip(wanted, values, strict=True):
         attributes[attribute.name] = _holder(document, attribute.accessor, array)
@@ -147,13 +147,16 @@ class DracoDecoder:
 
     def _running(self) -> "subprocess.Popen[bytes]":
         if self._process is None:
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", WORKER],  # its folder has modules of common names
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},  # threads would take time and address space
-            )
+            try:
+                self._process = subprocess.Popen(
+                    [sys.executable or "python", "-P", WORKER],  # its folder has modules of common names
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.DEVNULL,
+                    env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},  # threads would take time and address space
+                )
+            except OSError as error:
+                raise SceneError(f"its decoder cannot be started ({error.strerror})") from None
         return self._process
 
     def _read(self, length: int) -> bytes:
