@@ -265,6 +265,16 @@ def test_pictures_that_cannot_be_read_are_left_out_with_a_warning(content: bytes
         assert material_of(file, tmp_path).base_color_texture is None
 
 
+def test_another_picture_takes_the_place_of_one_that_cannot_be_read(tmp_path: Path) -> None:
+    file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
+    file.add("images", bufferView=file.view(plain(RAMP, BC7)))
+    file.add("images", bufferView=file.view(picture()), name="fallback")
+    file.add("textures", source=1, extensions={"KHR_texture_basisu": {"source": 0}})
+    with pytest.warns(UserWarning, match=r"images\[0\]: .*cannot be read.*; left out$"):
+        texture = material_of(file, tmp_path).base_color_texture
+    assert texture is not None and texture.image.name == "fallback"
+
+
 def test_a_texture_without_a_picture_is_left_out_with_a_warning(tmp_path: Path) -> None:
     file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
     file.add("textures")

@@ -38,6 +38,12 @@ def test_a_dielectric(tmp_path: Path) -> None:
     np.testing.assert_allclose(plastic.base_color, [0.5, 0.25, 0.1, 0.7], atol=1e-4)
 
 
+def test_energy_is_left_to_the_brightest_channel(tmp_path: Path) -> None:
+    tinted = material(tmp_path, diffuseFactor=[0.5, 0.25, 0.1, 1], specularFactor=[0.04, 0.02, 0], glossinessFactor=1)
+    assert tinted.metallic == 0 and tinted.roughness == 0
+    np.testing.assert_allclose(tinted.base_color, [0.5, 0.25, 0.1, 1], atol=1e-5)
+
+
 def test_defaults_are_those_of_the_extension(tmp_path: Path) -> None:
     white = material(tmp_path)
     np.testing.assert_allclose([white.metallic, white.roughness], [1, 0], atol=1e-5)

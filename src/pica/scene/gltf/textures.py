@@ -16,7 +16,7 @@ from pica.scene.material import Image, Sampler, Texture, Wrap
 _WRAPS = {33071: Wrap.CLAMP_TO_EDGE, 33648: Wrap.MIRRORED_REPEAT, 10497: Wrap.REPEAT}
 _MAG_FILTERS = {9728: False, 9729: True}
 _EXTENSIONS = ("KHR_texture_basisu", "EXT_texture_avif", "EXT_texture_webp")
-"""Other formats, each before the texture's own picture."""
+"""Other formats, in this order and before the texture's own picture."""
 _DDS = "MSFT_texture_dds"
 """After it: block compressed colours, made of it, have no advantage once they are pixels."""
 
@@ -68,17 +68,20 @@ class Textures:
         return self._samplers[entry]
 
     def _image(self, texture: Element) -> Image | None:
-        names = [name for name in _EXTENSIONS if texture.has_extension(name)]
-        if not names and "source" not in texture and texture.has_extension(_DDS):
-            names = [_DDS]
-        holder = texture.extension(names[0]) if names else texture
-        if "source" not in holder:
+        """The first of the texture's pictures that can be read."""
+        holders = [texture.extension(name) for name in _EXTENSIONS if texture.has_extension(name)]
+        holders += [texture, texture.extension(_DDS)]
+        entries = [
+            holder.reference("source", self._document.entries("images")) for holder in holders if "source" in holder
+        ]
+        for entry in entries:
+            if entry not in self._images:
+                self._images[entry] = self._decoded(entry)
+            if self._images[entry] is not None:
+                return self._images[entry]
+        if not entries:
             self._document.warn(f"{texture.place()}: left out, it has no picture of a format that can be read")
-            return None
-        entry = holder.reference("source", self._document.entries("images"))
-        if entry not in self._images:
-            self._images[entry] = self._decoded(entry)
-        return self._images[entry]
+        return None
 
     def _decoded(self, entry: Element) -> Image | None:
         uri = entry.text("uri", default="")
