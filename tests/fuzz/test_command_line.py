@@ -26,6 +26,7 @@ OPTIONS += [
     "--env-strength",
     "--env-rotation",
     "--up",
+    "--variant",
     "--ev",
     "--turntable",
     "--camera-path",
