@@ -111,6 +111,8 @@ def gltf() -> GltfFile:
         extensions={"KHR_materials_variants": {"mappings": [{"variants": [0], "material": 1}]}},
         node={"name": "skinned", "skin": 0, "weights": [0.5]},
     )
+    dots = file.mesh(mode=0, attributes={"COLOR_0": file.accessor(np.ones((3, 3)))})
+    file.json["meshes"][-1]["primitives"] += [file.json["meshes"][-1]["primitives"][0] | {"mode": 2}]
     joint = file.add("nodes", name="joint", translation=[0, 1, 0], rotation=[0, 0, 0, 1], scale=[1, 1, 1])
     file.add("skins", joints=[joint], skeleton=joint, inverseBindMatrices=None)
     del file.json["skins"][0]["inverseBindMatrices"]
@@ -133,7 +135,9 @@ def gltf() -> GltfFile:
     file.add("cameras", type="orthographic", orthographic={"xmag": 2, "ymag": 2, "znear": 0.1, "zfar": 100})
     seeing = [file.add("nodes", camera=i, translation=[0, 0, 5]) for i in range(2)]
     matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 2, 3, 1]
-    root = file.add("nodes", matrix=matrix, children=[skinned, many, joint, *shining, *seeing], extras={"pica": {}})
+    root = file.add(
+        "nodes", matrix=matrix, children=[skinned, many, dots, joint, *shining, *seeing], extras={"pica": {}}
+    )
     file.add("scenes", nodes=[root], name="all")
     times = file.accessor([0.0, 0.5, 1.0], min=[0], max=[1])
     outputs = {

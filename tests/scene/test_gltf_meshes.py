@@ -8,6 +8,8 @@ import pytest
 from pica.errors import SceneError
 from pica.scene.gltf import read
 from pica.scene.gltf.meshes import triangulate
+from pica.scene.gltf.points_and_lines import LINE_WIDTH, POINT_WIDTH
+from pica.scene.limits import Budget, Limits
 from pica.scene.model import Scene, Section
 from tests.scene.gltf_files import TRIANGLE, GltfFile
 
@@ -63,14 +65,74 @@ def test_triangles_that_repeat_a_vertex_are_dropped() -> None:
     assert len(triangulate(np.array([0, 1, 1, 2, 2, 2, 0, 1, 2], np.uint32), 4)) == 1
 
 
-def test_points_and_lines_are_left_out_with_one_warning(tmp_path: Path) -> None:
+LINES = [[0, 1], [1, 2], [2, 3], [3, 0]]
+
+
+@pytest.mark.parametrize(
+    ("mode", "lines"), [(0, [[0, 0], [1, 1], [2, 2], [3, 3]]), (1, [LINES[0], LINES[2]]), (2, LINES), (3, LINES[:3])]
+)
+@pytest.mark.parametrize("indexed", [False, True])
+def test_points_and_lines_are_thin_solids(mode: int, lines: list[list[int]], indexed: bool, tmp_path: Path) -> None:
+    file, order = GltfFile(), [3, 1, 0, 2] if indexed else [0, 1, 2, 3]
+    positions = np.array([[0, 0, 0], [30, 0, 0], [30, 40, 0], [0, 0, 7.0]])
+    colors = np.eye(4)[:, :3] / 2
+    indices = {"indices": file.accessor(order, "u1")} if indexed else {}
+    file.mesh(file.accessor(positions), attributes={"COLOR_0": file.accessor(colors)}, mode=mode, **indices)
+    section = only_section(read(file.write(tmp_path)))
+    sides, solids = (4, 4) if mode == 0 else (6, 6), len(lines)
+    assert section.indices.shape == (sides[1] * solids, 3) and len(section.positions) == sides[0] * solids
+    width = np.linalg.norm([30, 40, 7]) * (POINT_WIDTH if mode == 0 else LINE_WIDTH)
+    for solid, line in zip(section.indices.reshape(solids, -1), np.array(order)[lines], strict=True):
+        inside = positions[line].mean(axis=0)
+        start, end = positions[line]
+        for vertex in np.unique(solid):
+            at = int(
+                np.linalg.norm(section.positions[vertex] - end) < np.linalg.norm(section.positions[vertex] - start)
+            )
+            away = section.positions[vertex] - positions[line[at]]
+            assert np.linalg.norm(away) == pytest.approx(width / 2, rel=1e-3)
+            assert away @ (end - start) == pytest.approx(0, abs=1e-3)
+            np.testing.assert_allclose(section.normals[vertex], away / (width / 2), atol=1e-3)
+            np.testing.assert_array_equal(section.colors[vertex, :3], colors[line[at]])
+        corners = section.positions[solid.reshape(-1, 3)]
+        outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        assert ((corners.mean(axis=1) - inside) * outward).sum(axis=1).min() > 0
+
+
+def test_points_without_normals_are_unlit(tmp_path: Path) -> None:
     file = GltfFile()
-    for mode in range(5):
-        file.mesh(mode=mode)
-    with pytest.warns(UserWarning, match=r"model.gltf: points and lines have no surface") as caught:
-        scene = read(file.write(tmp_path))
-    assert len(caught) == 1
-    assert scene.triangle_count() == 1
+    pbr = {"baseColorFactor": [0.1, 0.2, 0.3, 1]}
+    material = file.add("materials", name="dots", pbrMetallicRoughness=pbr, emissiveFactor=[1, 1, 1])
+    file.mesh(mode=0, material=material)
+    file.mesh(mode=0, material=material, attributes={"NORMAL": file.accessor([[0, 0, 1]] * 3)})
+    first, second = (node.mesh.sections[0] for node in read(file.write(tmp_path)).nodes() if node.mesh)
+    assert first.material.unlit and first.material.base_color == (0.1, 0.2, 0.3, 1) and not any(first.material.emission)
+    assert not second.material.unlit
+    np.testing.assert_array_equal(second.normals, [[0, 0, 1]] * 12)
+
+
+def test_lines_without_a_length_and_single_points(tmp_path: Path) -> None:
+    file = GltfFile()
+    file.mesh(file.accessor([[1, 1, 1], [1, 1, 1]]), mode=1)
+    file.mesh(file.accessor([[1, 1, 1]]), mode=0)
+    file.mesh(file.accessor([[1, 1, 1]]), mode=3)
+    scene = read(file.write(tmp_path))
+    assert scene.triangle_count() == 4
+    assert only_section(scene).positions.max() == pytest.approx(1, abs=1e-2)
+
+
+def test_many_points_are_smaller(tmp_path: Path) -> None:
+    file = GltfFile()
+    file.mesh(file.accessor(np.linspace((0, 0, 0), (1, 0, 0), 40_000)), mode=0)
+    section = only_section(read(file.write(tmp_path)))
+    assert np.abs(section.positions[:, 1]).max() == pytest.approx(1 / 200 / 2 / np.sqrt(3), rel=1e-3)
+
+
+def test_points_are_counted_before_they_are_made(tmp_path: Path) -> None:
+    file = GltfFile()
+    file.mesh(file.accessor(np.zeros((1000, 3))), mode=0)
+    with pytest.raises(SceneError, match=r"primitives\[0\]: would take 6,000 vertices"):
+        read(file.write(tmp_path), Budget(Limits(vertices=5000)))
 
 
 def test_flat_normals_split_shared_vertices(tmp_path: Path) -> None:

@@ -34,6 +34,7 @@ class Materials:
         self._variants = Variants(document)
         self._default = Material(name="default")
         self._made: dict[Element, Material] = {}
+        self._unlit: dict[Material, Material] = {}
 
     def get(self, primitive: Element) -> Material:
         """The primitive's material, the default one (3.9.6) where it names none."""
@@ -44,6 +45,21 @@ class Materials:
         if entry not in self._made:
             self._made[entry] = self._make(entry)
         return self._made[entry]
+
+    def get_unlit(self, primitive: Element) -> Material:
+        """The primitive's material as points and lines without normals have it, which no light reaches (3.9.7)."""
+        material = self.get(primitive)
+        if material not in self._unlit:
+            self._unlit[material] = Material(
+                name=material.name,
+                base_color=material.base_color,
+                base_color_texture=material.base_color_texture,
+                alpha_mode=material.alpha_mode,
+                alpha_cutoff=material.alpha_cutoff,
+                unlit=True,
+                extras=material.extras,
+            )
+        return self._unlit[material]
 
     def _make(self, entry: Element) -> Material:
         self._document.take(entry, bytes=OBJECT_BYTES)

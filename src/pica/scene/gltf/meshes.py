@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.scene.building import Attributes, complete, tangent_uvs
+from pica.scene.gltf import points_and_lines
 from pica.scene.gltf.accessors import Rows, element_count, read_floats, read_indices
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.deformation import check_per_vertex, joints_and_weights, morph_offsets
@@ -18,8 +19,6 @@ from pica.scene.gltf.section_batch import SectionBatch
 from pica.scene.model import Mesh, Section
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
-"""Points and lines (0 to 3) have no surface."""
-
 _TYPES = {
     "POSITION": ("VEC3",), "NORMAL": ("VEC3",), "TANGENT": ("VEC4",),
     "TEXCOORD_0": ("VEC2",), "TEXCOORD_1": ("VEC2",), "COLOR_0": ("VEC3", "VEC4"),
@@ -57,7 +56,7 @@ class Meshes:
         return self._document.entries("meshes")
 
     def get(self, node: Element) -> Mesh:
-        """The mesh of a node; primitives without a surface are left out with a warning."""
+        """The mesh of a node."""
         entry = node.reference("mesh", self._entries)
         if entry not in self._made:
             primitives = [decoded(self._document, primitive) for primitive in entry.objects("primitives")]
@@ -97,15 +96,14 @@ class Meshes:
 
     def _section(self, primitive: Element) -> Section | None:
         mode = primitive.integer("mode", high=_FAN, default=_TRIANGLES) if "mode" in primitive else _TRIANGLES
-        if mode < _TRIANGLES:
-            self._document.warn("points and lines have no surface and are left out")
-            return None
         accessors = primitive.object("attributes")
         if "POSITION" not in accessors:
             self._document.warn(f"{primitive.place()}: left out, it has no POSITION")
             return None
         self._document.take(primitive, bytes=_SECTION_BYTES)
         vertex_count = element_count(self._document, accessors, "POSITION")
+        if mode < _TRIANGLES:
+            return self._points_or_lines(primitive, vertex_count, mode)
         triangles, used = self._triangles(primitive, vertex_count, mode)
         if not len(triangles):
             return None
@@ -120,17 +118,35 @@ class Meshes:
             return self._batch.add(primitive, attributes, triangles, material)
         return primitive.apply(complete, attributes, triangles, material)
 
+    def _points_or_lines(self, primitive: Element, vertex_count: int, mode: int) -> Section | None:
+        accessors = primitive.object("attributes")
+        named = (primitive, "indices") if "indices" in primitive else (accessors, "POSITION")
+        count = element_count(self._document, *named)
+        corners = 3 * count * points_and_lines.TRIANGLES
+        vertices = count * points_and_lines.VERTICES
+        self._document.take(primitive, vertices=vertices, bytes=vertices * _VERTEX_BYTES + corners * _CORNER_BYTES)
+        order = self._order(primitive, vertex_count)
+        attributes, triangles = points_and_lines.thickened(
+            self._attributes(primitive, accessors, vertex_count, None), order, mode
+        )
+        if not len(triangles):
+            return None
+        material = self._materials.get(primitive) if "NORMAL" in accessors else self._materials.get_unlit(primitive)
+        return primitive.apply(complete, attributes, triangles, material)
+
+    def _order(self, primitive: Element, vertex_count: int) -> NDArray[np.uint32]:
+        """The vertices that the primitive names, in its order."""
+        if "indices" in primitive:
+            return read_indices(self._document, primitive, "indices", vertex_count)
+        return np.arange(vertex_count, dtype=np.uint32)
+
     def _triangles(self, primitive: Element, vertex_count: int, mode: int) -> tuple[NDArray[np.uint32], Rows | None]:
         """(triangles, 3) indices into the used vertices, and these vertices' indices in the file; None for all."""
         indexed = "indices" in primitive
         asks = (primitive, "indices") if indexed else (primitive.object("attributes"), "POSITION")
         corners = element_count(self._document, *asks) * (1 if mode == _TRIANGLES else 3)
         self._document.take(*asks, bytes=corners * _CORNER_BYTES)
-        if indexed:
-            order = read_indices(self._document, primitive, "indices", vertex_count)
-        else:
-            order = np.arange(vertex_count, dtype=np.uint32)
-        return _renumbered(triangulate(order, mode), vertex_count)
+        return _renumbered(triangulate(self._order(primitive, vertex_count), mode), vertex_count)
 
     def _attributes(self, primitive: Element, accessors: Element, vertex_count: int, used: Rows | None) -> Attributes:
         """The attributes of the vertices that are used, as far as the file has them."""
