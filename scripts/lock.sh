@@ -8,8 +8,9 @@ trap 'rm -rf "$scratch"' EXIT
 "$1" -m venv "$scratch/venv"
 pip="$scratch/venv/bin/python -m pip --disable-pip-version-check"
 
+# With the marker that pyproject.toml has for it.
 packages() {
-    $pip freeze --all --exclude pica --exclude pip
+    $pip freeze --all --exclude pica --exclude pip | sed "s/^opengl[-_]basisu==.*/&; platform_machine != 'aarch64'/"
 }
 
 # Locks an extra, without what there was after another one. Usage: lock EXTRA OTHER
