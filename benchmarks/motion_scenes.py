@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from typing import Any
 
 import pica
 from pica.scene.camera import Camera
@@ -43,6 +44,43 @@ def translucent() -> Scene:
     sun = scene.add(Node("sun", light=DirectionalLight(illuminance=4.0, angular_diameter=math.radians(2))))
     sun.transform = aim((1.5, 2.5, -3.0), (0, 0, 0))
     return _seen(scene, Camera.look_at((1.2, 1.5, 3.2), (0, 0.3, 0), vertical_fov=math.radians(40)))
+
+
+def stained_glass() -> Scene:
+    """A lamp of coloured panes between dark bars, and a window of such before the sun, in a corner of a room."""
+    white, wood, lead = _matte(0.7, 0.68, 0.62), _matte(0.35, 0.2, 0.1), _metal(0.15, 0.4)
+    colors = (0.9, 0.3, 0.1), (0.95, 0.75, 0.2), (0.25, 0.6, 0.3), (0.2, 0.35, 0.8), (0.7, 0.2, 0.35)
+    panes = [
+        Material(
+            base_color=(*color, 1.0), metallic=0.0, roughness=(0.0, 0.12, 0.25)[number % 3], transmission=1.0,
+            thin_walled=True, double_sided=True,
+        )
+        for number, color in enumerate(colors)
+    ]  # fmt: skip
+    scene = Scene("stained glass", gradient_sky((0.5, 0.6, 0.8), (0.6, 0.55, 0.5), (0.2, 0.17, 0.15)))
+    room = scene.add(Node("room"))
+    _put(room, "floor", plane(4, 4, wood), move(0, 0, 0))
+    _put(room, "back", plane(4, 2.6, white), move(0, 1.3, -1.5) @ rotate("x", 90))
+    sides, radius, height = 12, 0.32, 0.22
+    width = 2 * radius * math.tan(math.pi / sides)
+    for row in range(3):
+        for side in range(sides):
+            turned = move(-0.5, 0.55 + row * height, 0) @ rotate("y", 360 * side / sides)
+            out = turned @ move(0, 0, radius)
+            pane = plane(0.9 * width, 0.92 * height, panes[(2 * side + row) % len(panes)])
+            _put(room, "pane", pane, out @ rotate("x", 90))
+            _put(room, "bar", box((0.1 * width, height, 0.02), lead), out @ move(width / 2, 0, 0))
+            _put(room, "ring", box((width, 0.08 * height, 0.02), lead), out @ move(0, height / 2, 0))
+    _put(room, "bulb", sphere(0.09, _matte(0.0, 0.0, 0.0, emission=(30.0, 24.0, 15.0))), move(-0.5, 0.8, 0))
+    for column in range(4):
+        for row in range(4):
+            at = move(0.75 + 0.3 * column, 0.35 + 0.32 * row, -0.6) @ rotate("y", -25)
+            _put(room, "window", plane(0.27, 0.29, panes[(column + 2 * row) % len(panes)]), at @ rotate("x", 90))
+            _put(room, "frame", box((0.03, 0.32, 0.03), lead), at @ move(0.15, 0, 0))
+            _put(room, "frame", box((0.3, 0.03, 0.03), lead), at @ move(0, 0.16, 0))
+    sun = scene.add(Node("sun", light=DirectionalLight(illuminance=6.0, angular_diameter=math.radians(0.5))))
+    sun.transform = aim((2.2, 2.6, -3.0), (0.8, 0, 0.6))
+    return _seen(scene, Camera.look_at((0.5, 1.4, 3.4), (0.2, 0.7, 0), vertical_fov=math.radians(36)))
 
 
 def door() -> Scene:
@@ -116,8 +154,8 @@ def _put(parent: Node, name: str, section: Section, where: Matrix) -> None:
     place(parent, name, mesh(name, [section]), where)
 
 
-def _matte(red: float, green: float, blue: float) -> Material:
-    return Material(base_color=(red, green, blue, 1.0), metallic=0.0, roughness=1.0, specular=0.0)
+def _matte(red: float, green: float, blue: float, **more: Any) -> Material:
+    return Material(base_color=(red, green, blue, 1.0), metallic=0.0, roughness=1.0, specular=0.0, **more)
 
 
 def _metal(reflectance: float, roughness: float) -> Material:
