@@ -242,7 +242,7 @@ def test_primitives_come_and_go(device):
     renderer.reset()
     among = renderer.render(2, camera=CAMERA)
     assert (among.aov("instance") == 4).sum() > 50
-    fresh = render(device, scene, 2, CAMERA, (48, 32), {})
+    fresh = pica.Renderer(scene, size=(48, 32), device=device).render(2, camera=CAMERA)
     np.testing.assert_allclose(among.color, fresh.color, atol=1e-4)
     scene.remove(node)
     renderer.reset()
