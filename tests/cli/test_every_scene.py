@@ -7,7 +7,7 @@ import pytest
 from pica.cli.view import BUILT_IN
 from pica.settings import PRESETS
 
-SMALL = ["--size", "24x16", "--frames", "1"]
+SMALL, ONE_FRAME = ["--size", "24x16"], ["--frames", "1"]
 SCENES = sorted(set(BUILT_IN) - {"demo"})
 EFFECTS = ["shadows", "ambient_occlusion", "global_illumination", "reflections"]
 WAYS = {
@@ -28,7 +28,8 @@ SPREAD = [("compare", "cornell", WAYS["compare"][2]), *EVERY[:: len(EVERY) // 11
 
 def check(run, tmp_path, monkeypatch, command, scene, way):
     monkeypatch.chdir(tmp_path)
-    code, _, err = run(command, scene, *SMALL, *way)
+    frames = [] if "--path-traced" in way else ONE_FRAME
+    code, _, err = run(command, scene, *SMALL, *frames, *way)
     told = [line for line in err.splitlines() if line.startswith("pica: ") and not line.startswith("pica: warning: ")]
     assert code == 0 or (code == 2 and len(told) == 1 and told[0].startswith("pica: compare --effect")), err
 
