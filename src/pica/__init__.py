@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # for type checkers and editors; a test compares it with _HOM
     from pica.errors import SettingsError as SettingsError
     from pica.errors import ShaderError as ShaderError
     from pica.errors import ShapeError as ShapeError
+    from pica.images.lut import Lut as Lut
     from pica.images.output import Frame as Frame
     from pica.images.pictures import write_labels as write_labels
     from pica.light_map.light_map import LightMap as LightMap
@@ -116,6 +117,7 @@ _PUBLIC = {
         "ShapeError",
     ),
     "pica.light_map.light_map": ("LightMap",),
+    "pica.images.lut": ("Lut",),
     "pica.images.output": ("Frame",),
     "pica.path_tracer.path_tracer": ("PathTracer",),
     "pica.images.pictures": ("write_labels",),

@@ -50,7 +50,7 @@ class FakeRenderer:
     error: BaseException | None = None
     device_name = "fake device"
 
-    def __init__(self, scene, *, size, settings=None, device=None, max_depth=None, light_map=None):
+    def __init__(self, scene, *, size, settings=None, device=None, max_depth=None, light_map=None, lut=None):
         if device == "nothing":
             raise pica.errors.DeviceError("no device named 'nothing'")
         self.scene, self.size, self.settings = scene, size, settings
@@ -74,7 +74,7 @@ class FakeRenderer:
 
 
 class FakePathTracer(FakeRenderer):
-    def __init__(self, scene, *, size, max_depth=None, settings=None, device=None):
+    def __init__(self, scene, *, size, max_depth=None, settings=None, device=None, lut=None):
         super().__init__(scene, size=size, settings=settings, device=device, max_depth=max_depth)
 
     def render(self, samples=1024, *, camera=None, progress=None, denoise=False, aovs=None):

@@ -127,6 +127,7 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--size", ""], "--size '' is not WIDTHxHEIGHT"),
         (["--animation", "9" * 5000], "no animation"),
         (["--animation", "-1"], "no animation '-1'"),
+        (["--lut", "none.cube"], "none.cube: no such file"),
         (["--preset", "best"], "preset 'best'"),
         (["--preset", "qualty"], "balanced, quality, cinematic, raster; did you mean 'quality'?"),
         (["--set", "shadow.mode=hard"], "setting 'shadow.mode' does not exist; did you mean 'shadows.mode'"),

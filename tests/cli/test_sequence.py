@@ -28,7 +28,7 @@ class Painter:
     calls: list[SimpleNamespace] = []  # noqa: RUF012
     stop_at: float | None = None
 
-    def __init__(self, scene, size, settings=None, device=None, light_map=None):
+    def __init__(self, scene, size, settings=None, device=None, light_map=None, lut=None):
         self.scene, self.size = scene, size
 
     def render(self, count, camera=None, progress=None, denoise=False, aovs=None):

@@ -58,6 +58,11 @@ Ev = Annotated[
     ),
 ]
 
+LutFile = Annotated[
+    Path | None,
+    typer.Option("--lut", metavar="FILE", help="A .cube file, which changes the colours of the display."),
+]
+
 LightMapFile = Annotated[
     Path | None,
     typer.Option(

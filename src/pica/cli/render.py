@@ -78,6 +78,7 @@ def render(
         bool, typer.Option("--resume", help="Keep the pictures that a run cut short has made; render those missing.")
     ] = False,
     light_map: options.LightMapFile = None,
+    lut: options.LutFile = None,
     device: options.Device = None,
     json: options.Json = False,
 ) -> None:
@@ -108,6 +109,7 @@ def render(
     if path_traced:
         options.warn_of_unread(preset, values)
     baked = options.load_light_map(light_map, settings)
+    look = None if lut is None else pica.Lut.load(lut)
     if frames is not None and path_traced:
         raise PicaError("--frames is for the hybrid renderer; with --path-traced, use --samples")
     if samples is not None and not path_traced:
@@ -130,10 +132,10 @@ def render(
     loaded = time.perf_counter()
     renderer: Renderer | PathTracer
     if path_traced:
-        renderer = pica.PathTracer(content, size=pixels, settings=settings, device=device)
+        renderer = pica.PathTracer(content, size=pixels, settings=settings, device=device, lut=look)
         kind, count = "samples", samples or 256
     else:
-        renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked)
+        renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked, lut=look)
         renderer.debug = any(name.startswith("debug.") for name in aov or [])
         kind, count = "frames", frames or 16
     result: dict[str, Any] = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), kind: count}

@@ -18,6 +18,7 @@ from pica.graph.memory import Memory
 from pica.graph.plan import Plan
 from pica.graph.resources import Lifetime, Texture, update, write
 from pica.images.labels import NUMBERED, Labels
+from pica.images.lut import Lut
 from pica.images.output import Frame, Lazy
 from pica.programs.preparation import expect as expect_programs
 from pica.rendering.arguments import (
@@ -34,6 +35,7 @@ from pica.rendering.closing import Closing, synchronized
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
+from pica.scene.values import checked, instance, optional
 from pica.settings import Settings
 from pica.tracing.fallbacks import check_traces, runnable
 from pica.tracing.ray_effect import PATHS, ray_effect
@@ -58,8 +60,10 @@ class PathTracer(Closing):
         max_depth: int | None = None,
         settings: Settings | None = None,
         device: Device | spy.Device | str | None = None,
+        lut: Lut | None = None,
     ) -> None:
         check_made_with(type(self).__name__, scene, settings, device)
+        checked(f"{type(self).__name__}: lut", optional(instance(Lut)), lut)
         max_depth = plain(max_depth)
         if max_depth is not None and not (isinstance(max_depth, int) and 1 <= max_depth < 1 << 31):
             raise SettingsError(f"max_depth {shown(max_depth)}: must be 1 or more, or None for no limit")
@@ -81,7 +85,7 @@ class PathTracer(Closing):
             self._average = device.compute("path_tracer/average.slang")
             self._gbuffer = GBufferEffect(device, self.settings.visibility.primary, tracer)
             self._transparent = self.settings.visibility.background == "transparent"
-            self._post = Post(device, self.settings.post)
+            self._post = Post(device, self.settings.post, lut)
             self._memory = Memory(device)
         self._first = self._last = False
         """Whether the sample that is being recorded is the first or the last of its picture."""

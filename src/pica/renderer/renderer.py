@@ -16,6 +16,7 @@ from pica.gpu_scene.view import SceneView
 from pica.graph.description import GraphDescription
 from pica.graph.plan import Plan, newest
 from pica.images.labels import NUMBERED, Labels
+from pica.images.lut import Lut
 from pica.images.output import Frame, Lazy
 from pica.light_map.light_map import LightMap
 from pica.programs.preparation import expect as expect_programs
@@ -52,6 +53,7 @@ class Renderer(Closing):
     name, or None for the best one. Without ray tracing, stages that need it fall back, each with a warning
     (docs/guide/devices.md); `settings` has the result.
     `light_map`: for global_illumination.mode "light_map", which the preset "raster" has; paths end in it too.
+    `lut`: changes the colours of the display (docs/guide/viewing.md).
     Raises DeviceError without a usable device, SceneError for an invalid scene or one that is not the light
     map's, and PicaError for an impossible size.
     """
@@ -64,8 +66,10 @@ class Renderer(Closing):
         settings: Settings | None = None,
         device: Device | spy.Device | str | None = None,
         light_map: LightMap | None = None,
+        lut: Lut | None = None,
     ) -> None:
         check_made_with(type(self).__name__, scene, settings, device)
+        checked(f"{type(self).__name__}: lut", optional(instance(Lut)), lut)
         checked(f"{type(self).__name__}: light_map", optional(instance(LightMap)), light_map)
         if light_map is not None:
             light_map.check_scene(scene)
@@ -76,7 +80,7 @@ class Renderer(Closing):
         with self.device.lock:
             self.view = SceneView(self.device, scene, self.settings)
             self._frames = self._make_frames()
-            self._stages = Stages(self.device, self.settings, self.view, light_map)
+            self._stages = Stages(self.device, self.settings, self.view, light_map, lut)
         self._frame_plan = FramePlan(self.device)
         self.effect_inputs: dict[str, Any] = {}
         """Inputs of the newest frame's effects, by their names in shaders."""

@@ -19,6 +19,7 @@ from pica.effects.transparency.transparency import Transparency
 from pica.filtering.reprojection import Reprojection
 from pica.frame.effect import Effect
 from pica.gpu_scene.view import SceneView
+from pica.images.lut import Lut
 from pica.light_map.light_map import LightMap
 from pica.light_sampling.light_sampler import LightSampler
 from pica.light_sampling.light_slots import LightSlots
@@ -41,8 +42,10 @@ EVERY_GROUP = frozenset(field.name for field in fields(Settings))
 class Stages:
     """All that a frame is made by. They own passes and pipelines; textures they declare to the graph."""
 
-    def __init__(self, device: Device, settings: Settings, view: SceneView, light_map: LightMap | None) -> None:
-        self._device, self._view, self._light_map = device, view, light_map
+    def __init__(
+        self, device: Device, settings: Settings, view: SceneView, light_map: LightMap | None, lut: Lut | None
+    ) -> None:
+        self._device, self._view, self._light_map, self._lut = device, view, light_map, lut
         self._cache: str | None = None
         self.reprojection = Reprojection(device)
         self.light_sampler = LightSampler(device)
@@ -105,7 +108,7 @@ class Stages:
         if changed & {"antialiasing", "visibility"}:
             self.antialiasing = Antialiasing(device.memory_scope(), settings.antialiasing, transparent)
         if "post" in changed:
-            self.post = Post(device.memory_scope(), settings.post)
+            self.post = Post(device.memory_scope(), settings.post, self._lut)
         return [effect.name for effect in self.effects if effect not in before]
 
     def _shadows(self, settings: Settings) -> Shadows | ShadowMaps | None:

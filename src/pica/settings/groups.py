@@ -326,6 +326,31 @@ class PostSettings(Group):
     auto_exposure: bool = switch(
         True, "Choose the exposure from the picture's average luminance; false: post.exposure alone."
     )
+    white_balance: float = number(
+        6500.0,
+        range=(1667.0, 25000.0),
+        unit="K",
+        text="Temperature of the light that is shown as white; 6500 leaves colours as they are.",
+        higher="warmer",
+        lower="colder",
+    )
+    tone_map: Literal["neutral", "agx", "aces", "linear"] = choice(
+        "neutral",
+        "How light beyond what a display has is shown.",
+        neutral="Khronos' PBR neutral: base colours as they are, highlights compressed.",
+        agx="AgX: soft contrast, bright colours fade to white.",
+        aces="Hill's fit of ACES: strong contrast, darker.",
+        linear="Clipped.",
+    )
+    dither: bool = switch(False, "Add noise below one step of the 8-bit display, which hides bands in gradients.")
+    vignette: float = number(
+        0.0,
+        range=(0.0, 0.95),
+        unit="of the light",
+        text="Fraction of the light that the picture's corners lose, by the fourth power of the cosine of a lens.",
+        higher="darker corners",
+        lower="even",
+    )
 
 
 @dataclass(frozen=True)

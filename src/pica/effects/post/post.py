@@ -1,18 +1,23 @@
 """Exposure and tone mapping."""
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import slangpy as spy
 
+from pica.effects.post.white_balance import NEUTRAL, balance
 from pica.frame.effect import Effect
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Lifetime, Texture, update, write
+from pica.images.lut import Lut
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
 from pica.settings import PostSettings
 
 _BINS = 128  # histogram.slang: binCount
+_CURVES = ("neutral", "agx", "aces", "linear")
+"""In the order of tone_curves.slang."""
 
 
 class Post(Effect):
@@ -20,8 +25,9 @@ class Post(Effect):
 
     name = "post"
 
-    def __init__(self, device: Device, settings: PostSettings) -> None:
-        self._device, self._settings = device, settings
+    def __init__(self, device: Device, settings: PostSettings, lut: Lut | None = None) -> None:
+        """`lut`: changes display colours after the tone map."""
+        self._device, self._settings, self._lut = device, settings, lut
         self._histogram = device.compute("effects/post/histogram.slang")
         self._expose = device.compute("effects/post/exposure.slang")
         self._tone_map = device.compute("effects/post/tone_map.slang")
@@ -57,8 +63,26 @@ class Post(Effect):
             )
             display = graph.texture("display", spy.Format.rgba8_unorm, graph.output_size, lifetime=Lifetime.KEPT)
             outputs = {"exposure": exposure, "display": write(display)}
-            graph.add(self._tone_map, graph.output_grid, radiance=radiance, size=size, **outputs)
+            graph.add(self._tone_map, graph.output_grid, radiance=radiance, size=size, **self._look(graph), **outputs)
         return display
+
+    def _look(self, graph: FrameGraph) -> dict[str, Any]:
+        """Arguments of the tone map that follow from the settings."""
+        settings, lut = self._settings, self._lut or Lut(np.zeros((0, 0, 0, 3), np.float32))
+        rows = np.pad(lut.table.reshape(-1, 3), ((0, max(0, 1 - lut.table.size)), (0, 1)))
+        low, high = lut.domain
+        return {
+            "curve": _CURVES.index(settings.tone_map),
+            "balances": int(settings.white_balance != NEUTRAL),
+            "balance": [spy.float3(*row) for row in balance(settings.white_balance).tolist()],
+            "vignette": settings.vignette,
+            "table": graph.buffer("look-up table", data=rows),
+            "tableSize": len(lut.table),
+            "tableLow": spy.float3(*low),
+            "tableHigh": spy.float3(*high),
+            "dithers": int(settings.dither),
+            "seed": 0,
+        }
 
     @cached_property
     def _straighten(self) -> ComputePass:
