@@ -14,7 +14,12 @@ from pica.settings import Settings
 ROOT = Path(__file__).parents[1]
 PACKAGE = Path(pica.__file__).parent
 FOLDERS = sorted(path.name for path in (PACKAGE / "effects").iterdir() if (path / "__init__.py").exists())
-SETTINGS = {"gbuffer": "visibility", "stochastic_light": "lighting", "composite": "visibility"}
+SETTINGS = {
+    "depth_of_field": "post",
+    "gbuffer": "visibility",
+    "stochastic_light": "lighting",
+    "composite": "visibility",
+}
 """Groups that do not have the folder's name."""
 CALLERS = {"renderer/stages.py", "path_tracer/path_tracer.py"}
 """What makes the stages of the hybrid frame, and the reference, which has a G-buffer and a display too."""

@@ -14,7 +14,7 @@ def test_writes_the_picture_and_says_so(run, calls, tmp_path):
     assert code == 0
     assert "8x4, 3 frames" in out and "fake device" in out
     assert Image.open(tmp_path / "out.png").size == (8, 4)
-    assert (calls[0].size, calls[0].frames, calls[0].camera) == ((8, 4), 3, None)
+    assert (calls[0].size, calls[0].frames, calls[0].camera.name) == ((8, 4), 3, "side")
 
 
 def test_json_is_one_object(run, calls, tmp_path):
@@ -102,6 +102,16 @@ def test_cameras(run, calls, tmp_path):
     assert math.isclose(calls[1].camera.vertical_fov, math.radians(30))
 
 
+def test_a_lens_focuses_on_what_the_camera_looks_at(run, calls, tmp_path):
+    at = "--eye", "-1,2,2", "--target", "0,0,0"
+    run("render", "m.glb", "-o", tmp_path / "o.png", *at, "--f-number", "2.8")
+    run("render", "m.glb", "-o", tmp_path / "o.png", *at, "--f-number", "2.8", "--focus-distance", "5")
+    run("render", "m.glb", "-o", tmp_path / "o.png", "--f-number", "2.8", "--focus-distance", "5")
+    assert [call.camera.f_number for call in calls] == [2.8] * 3
+    assert math.isclose(calls[0].camera.focus_distance, 3)
+    assert [call.camera.focus_distance for call in calls[1:]] == [5, 5]
+
+
 def test_aovs_beside_a_png(run, calls, tmp_path):
     run("render", "m.glb", "-o", tmp_path / "o.png", "--size", "8x4", "--aov", "normal", "--aov", "depth")
     assert {file.name for file in tmp_path.iterdir()} == {"o.png", "o.normal.png", "o.depth.png"}
@@ -128,6 +138,8 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--animation", "9" * 5000], "no animation"),
         (["--animation", "-1"], "no animation '-1'"),
         (["--lut", "none.cube"], "none.cube: no such file"),
+        (["--focus-distance", "2"], "--focus-distance needs --f-number"),
+        (["--f-number", "0"], "f_number: 0.0 is not above 0"),
         (["--preset", "best"], "preset 'best'"),
         (["--preset", "qualty"], "balanced, quality, cinematic, raster; did you mean 'quality'?"),
         (["--set", "shadow.mode=hard"], "setting 'shadow.mode' does not exist; did you mean 'shadows.mode'"),

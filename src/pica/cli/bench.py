@@ -39,7 +39,7 @@ def bench(
     settings = options.parse_settings(preset, values)
     baked = options.load_light_map(light_map, settings)
     content = view.load()
-    camera = view.camera_in(content) or content.default_camera(pixels[0] / pixels[1])
+    camera = view.camera_for(content, pixels)
     orbit = sequence("orbit", content, camera)
     renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked)
     measured = {}

@@ -85,7 +85,7 @@ def compare(
     pixels = options.parse_size(size)
     content = view.load()
     # Decided once, so that both pictures have the same camera.
-    camera = view.camera_in(content) or content.default_camera(pixels[0] / pixels[1])
+    camera = view.camera_for(content, pixels)
     animation = find_animation(content, view.animation)
     motion = sequence_of(sequence or "still", content, camera, view.start or 0.0, animation, speed)
     renderer = pica.Renderer(content, size=pixels, settings=settings, device=device)

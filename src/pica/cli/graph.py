@@ -45,7 +45,7 @@ def graph(
     content = view.load()
     renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked)
     with progress("Rendering", json) as advance:
-        renderer.render(_FRAMES, camera=view.camera_in(content), progress=advance, aovs=())
+        renderer.render(_FRAMES, camera=view.camera_for(content, pixels), progress=advance, aovs=())
     description = renderer.graph
     title = f"{view.scene}, {preset}, {'x'.join(map(str, pixels))}, {renderer.device_name}"
     if output is not None:

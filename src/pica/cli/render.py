@@ -128,7 +128,9 @@ def render(
     missing = list(range(len(times)))
     if sequence and resume:
         missing = sequence.missing(len(times), lambda picture: list(files_of(picture, aov).values()))
-    camera_of = _moving_camera(view, content, sequence, times) if sequence else lambda _: view.camera_in(content)
+    camera_of = (
+        _moving_camera(view, content, sequence, times) if sequence else lambda _: view.camera_for(content, pixels)
+    )
     loaded = time.perf_counter()
     renderer: Renderer | PathTracer
     if path_traced:
@@ -174,23 +176,21 @@ def render(
         print_line(f"{', '.join(result['files'])}: {summary}, {done - loaded:.1f} s on {renderer.device_name}")
 
 
-def _moving_camera(
-    view: View, scene: "Scene", sequence: Sequence, times: list[float]
-) -> Callable[[int], "Camera | None"]:
+def _moving_camera(view: View, scene: "Scene", sequence: Sequence, times: list[float]) -> Callable[[int], "Camera"]:
     """The camera of each picture of a sequence; called while the scene is in the picture's state."""
     from pica.scene.orbit import orbited
 
     path, framed = sequence.path, None
     if path is not None:
-        return lambda number: path.at(times[number])
+        return lambda number: view.focused(scene, path.at(times[number]))
     if not view.has_camera and not scene.cameras():
         framed = sequence.framing(scene, times)
-    if not sequence.turntable:
-        return lambda _: view.camera_in(scene) or framed
 
     def now() -> "Camera":
-        return view.camera_in(scene) or framed or scene.cameras()[0]
+        return view.focused(scene, view.camera_in(scene) or framed or scene.cameras()[0])
 
+    if not sequence.turntable:
+        return lambda _: now()
     center = view.looked_at(scene, now())
     return lambda number: orbited(now(), center, 2 * math.pi * number / len(times))
 

@@ -63,6 +63,12 @@ class View:
     eye: Annotated[str | None, _option("X,Y,Z", "Where to look from, in metres.")] = None
     target: Annotated[str | None, _option("X,Y,Z", "What to look at, in metres.")] = None
     fov: Annotated[float | None, _option("DEGREES", "Vertical field of view in degrees, 45 unless told.")] = None
+    f_number: Annotated[
+        float | None, _option("N", "Depth of field of a lens with this f-number, on 24 mm of film, such as 2.8.")
+    ] = None
+    focus_distance: Annotated[
+        float | None, _option("M", "Metres to what is in focus with --f-number; without it, what the camera looks at.")
+    ] = None
     allow_outside: Annotated[
         bool, _flag("--allow-outside", "Also read files outside SCENE's folder, such as textures in ../")
     ] = False
@@ -119,6 +125,22 @@ class View:
         if not 0 < degrees < 180:
             raise PicaError(f"--fov {degrees:g} is not between 0 and 180 degrees")
         return pica.Camera.look_at(eye, target, vertical_fov=math.radians(degrees))
+
+    def camera_for(self, scene: "Scene", size: tuple[int, int]) -> "Camera":
+        """The given camera or the scene's own, with the given lens, for a picture of `size`. Raises PicaError."""
+        return self.focused(scene, self.camera_in(scene) or scene.default_camera(size[0] / size[1]))
+
+    def focused(self, scene: "Scene", camera: "Camera") -> "Camera":
+        """A camera with the specified lens. Raises PicaError."""
+        if self.f_number is None:
+            if self.focus_distance is not None:
+                raise PicaError("--focus-distance needs --f-number")
+            return camera
+        distance = self.focus_distance
+        if distance is None:
+            toward = self.looked_at(scene, camera) - camera.transform[:3, 3]
+            distance = max(float(-camera.transform[:3, 2] @ toward), camera.near)
+        return replace(camera, f_number=self.f_number, focus_distance=distance)
 
     def looked_at(self, scene: "Scene", camera: "Camera") -> Any:
         """(3,) the target of a camera of `camera_in` or another one of the scene, in metres."""

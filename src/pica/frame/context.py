@@ -123,6 +123,11 @@ class FrameSequence:
         self._previous, self._index = None, 0
 
     @property
+    def has_aperture(self) -> bool:
+        """Whether the newest frame's camera has one, so that not all is in focus."""
+        return self._previous is not None and self._previous.aperture_radius > 0
+
+    @property
     def is_first(self) -> bool:
         """Whether the next frame is frame 0."""
         return self._index == 0
@@ -226,7 +231,7 @@ _LENS = ("vertical_fov", "near", "far", "orthographic_height", "principal_point"
 
 
 def same_view(a: Camera, b: Camera) -> bool:
-    """Whether two cameras show the same."""
+    """Whether two cameras show the same, out of focus or not: depth of field has no history."""
     return a is b or (
         bool(np.array_equal(a.transform, b.transform)) and all(getattr(a, name) == getattr(b, name) for name in _LENS)
     )

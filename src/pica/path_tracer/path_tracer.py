@@ -195,6 +195,9 @@ class PathTracer(Closing):
             maxDepth=self._max_depth,
             gathersFeatures=int(denoiser is not None),
             hidesBackground=int(self._transparent),
+            apertureRadius=lambda frame: frame.camera.aperture_radius,
+            apertureBlades=lambda frame: frame.camera.aperture_blades,
+            focusDistance=lambda frame: frame.camera.focus_distance or 0.0,
             **features,
         )
 

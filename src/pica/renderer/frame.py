@@ -64,9 +64,15 @@ class Signals:
 
 
 def declare(
-    stages: Stages, graph: FrameGraph, s: Signals, denoiser: Denoiser | None = None, last: bool = False
+    stages: Stages,
+    graph: FrameGraph,
+    s: Signals,
+    denoiser: Denoiser | None = None,
+    last: bool = False,
+    aperture: bool = False,
 ) -> Iterator[str]:
-    """Declare a frame; yields the name of each stage once it is declared. `last`: `denoiser` finishes the picture."""
+    """Declare a frame; yields the name of each stage once it is declared. `last`: `denoiser` finishes the picture.
+    `aperture`: the camera has one, so not all is in focus."""
     s.exposure = stages.post.exposure(graph)
     s.gbuffer = stages.gbuffer(graph, s.scene)
     graph.provide(scene=s.scene, lightSlots=s.slots, gbuffer=s.gbuffer)
@@ -115,5 +121,8 @@ def declare(
     if denoiser is not None and last:
         s.picture = denoiser.finish(graph, s.picture)
     yield "antialiasing"
+    if aperture:
+        s.picture, s.alpha = stages.depth_of_field(graph, s.picture, s.alpha)
+    stages.antialiasing.offer(graph, s.alpha)
     s.display = stages.post(graph, s.picture, s.exposure, s.alpha)
     yield "post"

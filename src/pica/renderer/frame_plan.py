@@ -102,7 +102,7 @@ class FramePlan:
         gathers = denoiser, last and denoiser is not None
         by_pixel = stages.translucency is not None and stages.translucency.works_by_pixel(view)
         light = stages.slots.layout, view.transparent, view.mirrors, by_pixel
-        return self._gbuffer_structure(frames, view), light, gathers
+        return self._gbuffer_structure(frames, view), light, gathers, frames.has_aperture
 
     def _gbuffer_structure(self, frames: FrameSequence, view: SceneView) -> tuple[Any, ...]:
         features = supported_features(view.material_types)
@@ -126,7 +126,7 @@ class FramePlan:
     ) -> Plan:
         graph = self._graph(self.memory, frames, self._requested)
         self.signals = signals = Signals(view, stages.slots)
-        for stage in declare(stages, graph, signals, denoiser, last):
+        for stage in declare(stages, graph, signals, denoiser, last, frames.has_aperture):
             for insertion in self.inserted:
                 if insertion.after == stage:
                     insertion.declare(graph, signals)

@@ -6,6 +6,7 @@ from dataclasses import fields
 from pica.effects.ambient_occlusion.ambient_occlusion import AmbientOcclusion
 from pica.effects.antialiasing.antialiasing import Antialiasing
 from pica.effects.composite.composite import Composite
+from pica.effects.depth_of_field.depth_of_field import DepthOfField
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.global_illumination.global_illumination import GlobalIllumination
 from pica.effects.lighting.lighting import DirectLighting
@@ -50,6 +51,7 @@ class Stages:
         self.reprojection = Reprojection(device)
         self.light_sampler = LightSampler(device)
         self.stochastic_light = StochasticLightDenoiser(device)
+        self.depth_of_field = DepthOfField(device)
         self.shadows: Shadows | ShadowMaps | None = None
         self.ambient_occlusion: AmbientOcclusion | None = None
         self.global_illumination: GlobalIllumination | None = None
@@ -138,6 +140,7 @@ class Stages:
             self.composite,
             self.transparency,
             self.antialiasing,
+            self.depth_of_field,
             self.post,
         )
         return [effect for effect in every if effect is not None]

@@ -24,6 +24,7 @@ _WIDEST = math.radians(100.0)
 _NARROWEST = 1e-6
 """Radians of a field of view; less is nothing in 32-bit floats."""
 _FOV = angle(_NARROWEST, math.pi - _NARROWEST)
+_MOST_BLADES = 64
 _MATRIX, _POINT = doubles(4, 4), doubles(3)
 _MIDDLE = (0.5, 0.5)
 Convention = Literal["opencv", "opengl"]
@@ -37,6 +38,14 @@ def _size(value: Any) -> tuple[int, int]:
     one = whole(1, LARGEST_SIDE)
     width, height = vector(2)(value)
     return one(width if width % 1 else int(width)), one(height if height % 1 else int(height))
+
+
+def _blades(value: Any) -> int:
+    """Sides of an aperture."""
+    count = whole(0, _MOST_BLADES)(value)
+    if count in (1, 2):
+        raise UnfitError(f"{count} blades are no aperture: 0 is round, 3 a triangle")
+    return count
 
 
 def _rigid(matrix: ArrayLike) -> NDArray[np.float64]:
@@ -73,6 +82,14 @@ class Camera(ReadOnlyCopies):
     """The principal point: fractions of the picture's width and height, from its upper left corner."""
     pixel_aspect: CheckedField[float] = CheckedField(positive(), 1.0)
     """Width of a pixel over its height."""
+    f_number: CheckedField[float | None] = CheckedField(optional(positive()), None)
+    """Focal length over the diameter of the aperture, such as 2.8; None: all is in focus."""
+    focus_distance: CheckedField[float | None] = CheckedField(optional(positive()), None)
+    """Metres along the view axis at which all is in focus; needed with f_number."""
+    sensor_height: CheckedField[float] = CheckedField(positive(), 0.024)
+    """Metres; with the field of view it gives the focal length. Without effect unless f_number is set."""
+    aperture_blades: CheckedField[int] = CheckedField(_blades, 0)
+    """Sides of the aperture, a regular polygon with a corner on top; 0: it is round."""
     name: CheckedField[str] = CheckedField(text, "")
 
     def __post_init__(self) -> None:
@@ -80,11 +97,25 @@ class Camera(ReadOnlyCopies):
             raise SceneError(f"{described(self)}: near: is 0; a perspective camera's is above it")
         if self.orthographic_height is not None and not self.near < self.far:
             raise SceneError(f"{described(self)}: near: {self.near:g} does not lie before far, {self.far:g}")
+        if self.f_number is not None and self.orthographic_height is not None:
+            raise SceneError(f"{described(self)}: f_number: an orthographic camera has no aperture")
+        if self.f_number is not None and self.focus_distance is None:
+            raise SceneError(f"{described(self)}: f_number: needs a focus_distance")
 
     @property
     def half_height(self) -> float:
         """Half the picture's height: in metres if orthographic, else at distance 1."""
         return math.tan(self.vertical_fov / 2) if self.orthographic_height is None else self.orthographic_height / 2
+
+    @property
+    def focal_length(self) -> float:
+        """Metres, of a lens with this field of view on a sensor of sensor_height; focusing does not change it."""
+        return self.sensor_height / (2 * self.half_height)
+
+    @property
+    def aperture_radius(self) -> float:
+        """Metres: half the focal length over f_number; 0 if all is in focus."""
+        return 0.0 if self.f_number is None else self.focal_length / (2 * self.f_number)
 
     def reach(self, aspect: float) -> tuple[float, float]:
         """How far a picture of that width over height reaches from the view axis, sideways and up or down, as far as it

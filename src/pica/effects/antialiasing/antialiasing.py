@@ -47,11 +47,16 @@ class Antialiasing(Effect):
             alpha = None
             if self._coverage is not None:
                 alpha = self._coverage(graph, radiance, glass, self._restarts)
-                graph.offer("alpha", (alpha,), partial(alpha_of, 0))
             picture = self._resolve(graph, radiance, exposure, glass, self._restarts)
             if self._settings.sharpness > 0:
                 picture = self._sharpened(graph, picture, exposure)
         return picture, alpha
+
+    def offer(self, graph: FrameGraph, alpha: Texture | None) -> None:
+        """Offer the finished alpha, after lens effects."""
+        if alpha is not None:
+            with graph.scope(self.name):
+                graph.offer("alpha", (alpha,), partial(alpha_of, 0))
 
     def _decide(self, frame: FrameContext) -> None:
         accumulates = self._settings.mode == "accumulate"

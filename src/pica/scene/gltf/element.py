@@ -96,6 +96,11 @@ class Element:
         return extras if isinstance(extras, dict) else {}
 
     @property
+    def pica(self) -> "Element":
+        """The part of the extras for pica; extras of any other form belong to other applications."""
+        return Element(self.extras, "extras", self).object("pica")
+
+    @property
     def name(self) -> str:
         """The name; empty if it is absent."""
         name = self.values.get("name")

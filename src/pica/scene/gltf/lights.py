@@ -48,7 +48,7 @@ class Lights:
         """The light that a node carries. Raises SceneError for values that are not as documented, or two lights."""
         if "extensions" not in node and "extras" not in node:  # as nearly all of a large scene's nodes
             return None
-        pica = _pica_extras(node)
+        pica = node.pica
         if node.has_extension(_PUNCTUAL_EXTENSION):
             if "light" in pica:
                 raise node.fault(f"has two lights, in {_PUNCTUAL_EXTENSION} and in its extras")
@@ -62,7 +62,7 @@ def read_visibility(node: Element) -> dict[str, Any]:
     """The visibility of a node's mesh, and its lighting channels, as arguments of Node. Raises SceneError."""
     if "extras" not in node:
         return {}
-    pica = _pica_extras(node)
+    pica = node.pica
     flags = {name: pica.flag(name, default=True) for name in _VISIBILITY}
     return {**flags, "lighting_channels": _channels(pica)}
 
@@ -76,7 +76,7 @@ def _channels(pica: Element) -> frozenset[int]:
 def _punctual_light(light: Element, node: Element) -> Light:
     def extra(key: str) -> Element:
         """The extras with a key; the node's come before the light's."""
-        return _pica_extras(node) if key in _pica_extras(node) else _pica_extras(light)
+        return node.pica if key in node.pica else light.pica
 
     kind = light.choice("type", _PUNCTUAL)
     channels = _channels(extra("lighting_channels"))
@@ -115,8 +115,3 @@ def _area_light(light: Element, name: str) -> Light:
         name=name,
         **values,
     )
-
-
-def _pica_extras(owner: Element) -> Element:
-    """The part of an object's extras for pica; extras of any other form belong to other applications."""
-    return Element(owner.extras, "extras", owner).object("pica")

@@ -28,6 +28,7 @@ from pica.scene.values import LARGEST
 _PERSPECTIVE, _ORTHOGRAPHIC = "perspective", "orthographic"
 _CAMERAS = {kind: kind for kind in (_PERSPECTIVE, _ORTHOGRAPHIC)}
 _ORTHOGRAPHIC_FAR = 1e4
+_LENS = ("f_number", "focus_distance", "sensor_height")
 _INSTANCING, _VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
 _NO_TRANSLATION, _NO_ROTATION, _NO_SCALE = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0)
 _INSTANCE_DEFAULTS = {"TRANSLATION": _NO_TRANSLATION, "ROTATION": _NO_ROTATION, "SCALE": _NO_SCALE}
@@ -335,9 +336,22 @@ def _camera(document: Document, node: Element) -> Camera:
         fov = lens.number("yfov", 0, math.pi)
         if not 0 < fov < math.pi or near == 0:
             raise lens.fault("yfov must lie between 0 and pi and znear above 0")
-        return lens.apply(Camera, np.eye(4), vertical_fov=fov, near=near, name=name)
+        return lens.apply(Camera, np.eye(4), vertical_fov=fov, near=near, name=name, **_aperture(entry))
     far = lens.number("zfar", low=near, default=_ORTHOGRAPHIC_FAR)
     height = 2 * abs(lens.number("ymag"))
     if height == 0 or far == near:
         raise lens.fault("ymag must not be 0 and zfar must lie beyond znear")
-    return lens.apply(Camera, np.eye(4), near=near, far=far, orthographic_height=height, name=name)
+    return lens.apply(Camera, np.eye(4), near=near, far=far, orthographic_height=height, name=name, **_aperture(entry))
+
+
+def _aperture(camera: Element) -> dict[str, Any]:
+    """What the camera's extras tell of its lens (docs/guide/gltf.md)."""
+    extras = camera.pica
+    lens: dict[str, Any] = {key: extras.number(key) for key in _LENS if key in extras}
+    if "aperture_blades" in extras:
+        lens["aperture_blades"] = extras.integer("aperture_blades")
+    if any(value <= 0 for key, value in lens.items() if key in _LENS):
+        raise extras.fault("f_number, focus_distance and sensor_height must be above 0")
+    if "f_number" in lens and "focus_distance" not in lens:
+        raise extras.fault("f_number needs a focus_distance")
+    return lens

@@ -1,0 +1,1 @@
+"""Depth of field: what a lens shows of scenes that are not in its plane of focus."""
