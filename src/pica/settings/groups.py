@@ -326,6 +326,14 @@ class PostSettings(Group):
     auto_exposure: bool = switch(
         True, "Choose the exposure from the picture's average luminance; false: post.exposure alone."
     )
+    bloom: float = number(
+        0.0,
+        range=(0.0, 1.0),
+        unit="of the light",
+        text="Fraction of the light that is scattered about bright parts; the sum stays. A lens scatters 0.02 to 0.1.",
+        higher="more glow, less contrast",
+        lower="less; 0 costs nothing",
+    )
     white_balance: float = number(
         6500.0,
         range=(1667.0, 25000.0),

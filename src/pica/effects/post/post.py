@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import slangpy as spy
 
+from pica.effects.post.bloom import Bloom
 from pica.effects.post.white_balance import NEUTRAL, balance
-from pica.frame.effect import Effect
+from pica.frame.effect import Effect, rgb
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Lifetime, Texture, update, write
 from pica.images.lut import Lut
@@ -30,6 +31,7 @@ class Post(Effect):
         self._device, self._settings, self._lut = device, settings, lut
         self._histogram = device.compute("effects/post/histogram.slang")
         self._expose = device.compute("effects/post/exposure.slang")
+        self._bloom = Bloom(device, settings.bloom) if settings.bloom > 0 else None
         self._tone_map = device.compute("effects/post/tone_map.slang")
 
     def exposure(self, graph: FrameGraph) -> Buffer:
@@ -61,6 +63,9 @@ class Post(Effect):
                 stops=self._settings.exposure,
                 automatic=int(self._settings.auto_exposure),
             )
+            if self._bloom is not None:
+                radiance = self._bloom(graph, radiance)
+                graph.offer("debug.post.bloom", (radiance,), rgb)
             display = graph.texture("display", spy.Format.rgba8_unorm, graph.output_size, lifetime=Lifetime.KEPT)
             outputs = {"exposure": exposure, "display": write(display)}
             graph.add(self._tone_map, graph.output_grid, radiance=radiance, size=size, **self._look(graph), **outputs)
