@@ -16,6 +16,7 @@ PACKAGE = Path(pica.__file__).parent
 FOLDERS = sorted(path.name for path in (PACKAGE / "effects").iterdir() if (path / "__init__.py").exists())
 SETTINGS = {
     "depth_of_field": "post",
+    "motion_blur": "post",
     "gbuffer": "visibility",
     "stochastic_light": "lighting",
     "composite": "visibility",

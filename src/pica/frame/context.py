@@ -45,6 +45,8 @@ class FrameContext:
     """Whether emitters do, once the scene is updated."""
     since_relit: int = 0
     """Frames since emitters have changed, as Relighting counts them."""
+    continues: bool = False
+    """Whether it is another frame of the picture that the frame before is of: nothing has moved since."""
     requested: frozenset[str] = frozenset()
     """Names of AOVs and views to capture."""
 

@@ -123,6 +123,8 @@ def declare(
     yield "antialiasing"
     if aperture:
         s.picture, s.alpha = stages.depth_of_field(graph, s.picture, s.alpha)
+    if stages.motion_blur is not None:
+        s.picture, s.alpha = stages.motion_blur(graph, s.picture, s.alpha)
     stages.antialiasing.offer(graph, s.alpha)
     s.display = stages.post(graph, s.picture, s.exposure, s.alpha)
     yield "post"

@@ -271,10 +271,12 @@ class Renderer(Closing):
         jittered: bool = True,
         denoiser: Denoiser | None = None,
         last: bool = False,
+        continues: bool = False,
         select: Callable[[Plan], frozenset[str]] = lambda plan: frozenset(),
     ) -> dict[str, spy.Texture]:
         """`wanted` selects captures from the frame's offers."""
         frame = self._begin(camera, wait, jittered)
+        frame.continues = continues
         self._running = True
         self._stages.slots.update(self.view.lights)
         plan, frame.requested = self._frame_plan.of(self._stages, self._frames, self.view, select, denoiser, last)
@@ -346,7 +348,8 @@ class Renderer(Closing):
 
         for done in range(first, frames + 1):
             with self.device.lock:
-                self._advance(camera, wait=True, denoiser=denoiser, last=done == frames, select=capture)
+                last, continues = done == frames, done > first
+                self._advance(camera, wait=True, denoiser=denoiser, last=last, continues=continues, select=capture)
                 images |= self.captured
                 if done == first and images.keys() & NUMBERED:
                     labels = self.view.name_labels()

@@ -10,6 +10,7 @@ from pica.effects.depth_of_field.depth_of_field import DepthOfField
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.global_illumination.global_illumination import GlobalIllumination
 from pica.effects.lighting.lighting import DirectLighting
+from pica.effects.motion_blur.motion_blur import MotionBlur
 from pica.effects.post.post import Post
 from pica.effects.reflections.reflections import Reflections
 from pica.effects.shadow_maps.shadow_maps import ShadowMaps
@@ -58,6 +59,7 @@ class Stages:
         self.reflections: Reflections | None = None
         self.translucency: Translucency | None = None
         self.transparency: Transparency | None = None
+        self.motion_blur: MotionBlur | None = None
         self.follow(settings, EVERY_GROUP)
 
     def follow(self, settings: Settings, changed: Set[str]) -> list[str]:
@@ -110,6 +112,8 @@ class Stages:
         if changed & {"antialiasing", "visibility"}:
             self.antialiasing = Antialiasing(device.memory_scope(), settings.antialiasing, transparent)
         if "post" in changed:
+            shutter = settings.post.shutter
+            self.motion_blur = MotionBlur(device.memory_scope(), shutter) if shutter > 0 else None
             self.post = Post(device.memory_scope(), settings.post, self._lut)
         return [effect.name for effect in self.effects if effect not in before]
 
@@ -141,6 +145,7 @@ class Stages:
             self.transparency,
             self.antialiasing,
             self.depth_of_field,
+            self.motion_blur,
             self.post,
         )
         return [effect for effect in every if effect is not None]

@@ -326,6 +326,14 @@ class PostSettings(Group):
     auto_exposure: bool = switch(
         True, "Choose the exposure from the picture's average luminance; false: post.exposure alone."
     )
+    shutter: float = number(
+        0.0,
+        range=(0.0, 1.0),
+        unit="of the frame interval",
+        text="How long the shutter is open: motion blur. Film cameras have 0.5.",
+        higher="longer blur",
+        lower="sharper motion; 0 costs nothing",
+    )
     bloom: float = number(
         0.0,
         range=(0.0, 1.0),

@@ -55,6 +55,6 @@ class Bloom:
             return radiance
         bloomed = graph.texture("bloomed", _LIGHT, radiance.size)
         inputs = {"radiance": radiance, "scattered": scattered, "bloomed": write(bloomed)}
-        size, fraction = spy.uint2(*radiance.size), self._fraction
-        graph.add(self._apply, (*radiance.size, 1), size=size, fraction=fraction, **inputs, **sampler)
+        values = {"size": spy.uint2(*radiance.size), "fraction": self._fraction}
+        graph.add(self._apply, (*radiance.size, 1), **inputs, **values, **sampler)
         return bloomed

@@ -1,0 +1,1 @@
+"""Motion blur: what moves while the shutter is open."""
