@@ -61,7 +61,7 @@ class FakeRenderer:
     def reset(self):
         pass
 
-    def render(self, frames=16, *, camera=None, progress=None, denoise=False, aovs=None):
+    def render(self, frames=16, *, camera=None, progress=None, denoise=False, aovs=None, seconds=None):
         return self._answer(camera, progress, frames, frames=frames, denoise=denoise)
 
     def _answer(self, camera, progress, count, **counts):

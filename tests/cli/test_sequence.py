@@ -31,7 +31,7 @@ class Painter:
     def __init__(self, scene, size, settings=None, device=None, light_map=None, lut=None):
         self.scene, self.size = scene, size
 
-    def render(self, count, camera=None, progress=None, denoise=False, aovs=None):
+    def render(self, count, camera=None, progress=None, denoise=False, aovs=None, seconds=None):
         x = next(node.world[0, 3] for node in self.scene.nodes() if node.name == "box")
         if Painter.stop_at is not None and x >= Painter.stop_at:
             raise KeyboardInterrupt

@@ -94,7 +94,7 @@ def parse_settings(preset: str, texts: list[str] | None, ev: float | None = None
     pairs = (text.partition("=") for text in texts or [])
     values: dict[str, str | float | bool] = {name.strip(): value.strip() for name, _, value in pairs}
     if ev is not None:
-        if clash := [name for name in values if name.startswith("post.")]:
+        if clash := [name for name in values if name in ("post.exposure", "post.auto_exposure")]:
             raise PicaError(f"--ev and --set {clash[0]} both say how to expose")
         values |= {"post.auto_exposure": False, "post.exposure": -ev - _SATURATION}
     return pica.Settings.preset(preset).with_values(values)

@@ -143,6 +143,7 @@ def render(
     result: dict[str, Any] = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), kind: count}
     result["denoised"] = way
     summary = f"{'x'.join(map(str, pixels))}, {count} {kind}{', denoised' if way else ''}"
+    times_known = {} if path_traced or sequence is None else {"seconds": 1 / sequence.fps}
     if sequence:
         result["timings"] = sequence.render(
             content,
@@ -153,6 +154,7 @@ def render(
                 camera=camera_of(number),
                 denoise=way if whole else False,
                 aovs=aov or None,
+                **times_known,
             ),
             save=lambda frame, file: save(frame, file, aov),
             lead_in=1 if path_traced else math.ceil(_LEAD_IN / count),

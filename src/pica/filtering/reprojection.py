@@ -20,6 +20,8 @@ class Reprojection:
         self.block: Block
         self.found: Texture
         """(width, height, r32_uint) words as filtering/previous_surface.slang has them."""
+        self.cut: Texture
+        """(1, 1, r32_uint) 1: the camera has cut; of a frame in which it has moved."""
         self.unchanged = 0
         """Frames since the last change, as of the frame that is being recorded."""
 
@@ -28,7 +30,7 @@ class Reprojection:
         with graph.scope("reprojection"):
             history = graph.history("reprojection", {"found": spy.Format.r32_uint})
             state = history.state
-            cut = graph.texture("cut", spy.Format.r32_uint, (1, 1), lifetime=Lifetime.KEPT)
+            self.cut = cut = graph.texture("cut", spy.Format.r32_uint, (1, 1), lifetime=Lifetime.KEPT)
 
             def count(frame: FrameContext) -> None:
                 self.unchanged = 0 if frame.changed else self.unchanged + 1

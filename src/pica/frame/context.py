@@ -47,6 +47,8 @@ class FrameContext:
     """Frames since emitters have changed, as Relighting counts them."""
     continues: bool = False
     """Whether it is another frame of the picture that the frame before is of: nothing has moved since."""
+    seconds: float | None = None
+    """Since the picture before; None: unknown."""
     requested: frozenset[str] = frozenset()
     """Names of AOVs and views to capture."""
 

@@ -40,7 +40,7 @@ class Signals:
     """As a parameter `scene` of passes (gpu_scene/scene.slang)."""
     slots: LightSlots
     exposure: Buffer = field(init=False)
-    """A float, the factor from nits to the display; that of the frame before until "post"."""
+    """Its first float is the factor from nits to the display; that of the frame before until "post"."""
     gbuffer: GBuffer = field(init=False)
     """As a parameter `gbuffer` of passes (frame/gbuffer.slang)."""
     reprojection: Reprojection = field(init=False)
@@ -126,5 +126,5 @@ def declare(
     if stages.motion_blur is not None:
         s.picture, s.alpha = stages.motion_blur(graph, s.picture, s.alpha)
     stages.antialiasing.offer(graph, s.alpha)
-    s.display = stages.post(graph, s.picture, s.exposure, s.alpha)
+    s.display = stages.post(graph, s.picture, s.exposure, s.alpha, cut=s.reprojection.cut)
     yield "post"

@@ -37,7 +37,7 @@ from pica.rendering.closing import Closing, synchronized
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
-from pica.scene.values import checked, flag, instance, optional
+from pica.scene.values import checked, flag, instance, number, optional
 from pica.settings import Settings
 from pica.tracing.fallbacks import runnable
 from pica.tracing.ray_buffers import Tracer
@@ -232,12 +232,13 @@ class Renderer(Closing):
         *,
         jittered: bool = True,
         capture: Collection[str] | Callable[[], Collection[str]] = (),
+        seconds: float | None = None,
     ) -> dict[str, spy.Texture]:
         """Record and submit one frame. Returns its G-buffer and pictures, which the next frame overwrites.
 
         `jittered`: False samples pixel centres in every frame, which separates effects from antialiasing.
         `capture`: names of AOVs and debug AOVs that `captured` then has functions to fetch; or a function that returns
-        such names once the frame's structure is known.
+        such names once the frame's structure is known. `seconds`: as in `render`.
         After the first frame, new and replaced material types are compiled in the background: until they are
         ready, objects of new types are hidden, and those of replaced types are as before. Raises MaterialTypeError,
         once, for a type with a fault; the next call goes on without it. Raises PicaError for an unknown name.
@@ -247,10 +248,14 @@ class Renderer(Closing):
             names = capture() if callable(capture) else capture
             return checked_aovs("advance", names, plan.offers) or frozenset()
 
+        elapsed = checked("advance: seconds", optional(number(0)), seconds, PicaError)
         with self.device.lock:
-            for _ in range(self._unshown_frames()):
-                self._advance(camera, not self._running, jittered)
-            return self._advance(camera, not self._running, jittered, select=select)
+            unshown = self._unshown_frames()
+            for done in range(unshown):
+                self._advance(camera, not self._running, jittered, continues=done > 0)
+            return self._advance(
+                camera, not self._running, jittered, continues=unshown > 0, seconds=elapsed, select=select
+            )
 
     def _unshown_frames(self) -> int:
         """Before the next one, whose histories they begin."""
@@ -272,11 +277,13 @@ class Renderer(Closing):
         denoiser: Denoiser | None = None,
         last: bool = False,
         continues: bool = False,
+        seconds: float | None = None,
         select: Callable[[Plan], frozenset[str]] = lambda plan: frozenset(),
     ) -> dict[str, spy.Texture]:
         """`wanted` selects captures from the frame's offers."""
         frame = self._begin(camera, wait, jittered)
         frame.continues = continues
+        frame.seconds = 0.0 if continues and seconds is not None else seconds
         self._running = True
         self._stages.slots.update(self.view.lights)
         plan, frame.requested = self._frame_plan.of(self._stages, self._frames, self.view, select, denoiser, last)
@@ -313,6 +320,7 @@ class Renderer(Closing):
         progress: Progress | None = None,
         denoise: Denoise = False,
         aovs: Collection[str] | None = None,
+        seconds: float | None = None,
     ) -> Frame:
         """Render `frames` frames and return the last, which holds the mean of all since the last change.
 
@@ -323,7 +331,8 @@ class Renderer(Closing):
         `camera` None takes Scene.default_camera. `cut`: histories of earlier calls are discarded, as after `reset`;
         a camera whose picture overlaps little with the previous frame is detected as a cut without it. `progress(done,
         frames)` is called after each frame. `denoise`: as PathTracer's, at the end. `aovs`: names of the AOVs to keep,
-        () for none, None for all but "uv", which costs a pass; each is a copy, which costs memory and time.
+        () for none, None for all but "uv", which costs a pass; each is a copy, which costs memory and time. `seconds`:
+        since the picture before, for post.adaptation_up and post.adaptation_down; None: the exposure adapts at once.
 
         Raises SceneError for invalid content: in each call, until it is fixed; PicaError for an
         unknown AOV, and for one of an effect that is off.
@@ -331,6 +340,7 @@ class Renderer(Closing):
         frames = checked_count("render: frames", frames)
         check_progress("render", progress)
         requested = self._requested(aovs)
+        elapsed = checked("render: seconds", optional(number(0)), seconds, PicaError)
         denoiser = denoiser_of(self.device, self.size, denoise)
         camera = self._default_camera() if camera is None else camera
         if checked("render: cut", flag, cut, PicaError):
@@ -349,7 +359,15 @@ class Renderer(Closing):
         for done in range(first, frames + 1):
             with self.device.lock:
                 last, continues = done == frames, done > first
-                self._advance(camera, wait=True, denoiser=denoiser, last=last, continues=continues, select=capture)
+                self._advance(
+                    camera,
+                    wait=True,
+                    denoiser=denoiser,
+                    last=last,
+                    continues=continues,
+                    seconds=elapsed,
+                    select=capture,
+                )
                 images |= self.captured
                 if done == first and images.keys() & NUMBERED:
                     labels = self.view.name_labels()

@@ -326,6 +326,22 @@ class PostSettings(Group):
     auto_exposure: bool = switch(
         True, "Choose the exposure from the picture's average luminance; false: post.exposure alone."
     )
+    adaptation_up: float = number(
+        0.0,
+        range=(0.0, 100.0),
+        unit="stops per second",
+        text="How fast the automatic exposure rises when it gets darker, if pictures have times; 0: at once.",
+        higher="faster",
+        lower="slower, but for 0",
+    )
+    adaptation_down: float = number(
+        0.0,
+        range=(0.0, 100.0),
+        unit="stops per second",
+        text="How fast the automatic exposure falls when it gets brighter, likewise. Eyes are faster at that.",
+        higher="faster",
+        lower="slower, but for 0",
+    )
     shutter: float = number(
         0.0,
         range=(0.0, 1.0),

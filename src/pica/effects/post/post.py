@@ -8,6 +8,7 @@ import slangpy as spy
 
 from pica.effects.post.bloom import Bloom
 from pica.effects.post.white_balance import NEUTRAL, balance
+from pica.frame.context import FrameContext
 from pica.frame.effect import Effect, rgb
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Lifetime, Texture, update, write
@@ -17,6 +18,8 @@ from pica.rhi.passes import ComputePass
 from pica.settings import PostSettings
 
 _BINS = 128  # histogram.slang: binCount
+_AT_ONCE = 1e3
+"""Stops, more than exposures may differ by."""
 _CURVES = ("neutral", "agx", "aces", "linear")
 """In the order of tone_curves.slang."""
 
@@ -29,15 +32,18 @@ class Post(Effect):
     def __init__(self, device: Device, settings: PostSettings, lut: Lut | None = None) -> None:
         """`lut`: changes display colours after the tone map."""
         self._device, self._settings, self._lut = device, settings, lut
+        self._begins = False
+        """Whether the newest picture has none before it."""
         self._histogram = device.compute("effects/post/histogram.slang")
         self._expose = device.compute("effects/post/exposure.slang")
         self._bloom = Bloom(device, settings.bloom) if settings.bloom > 0 else None
         self._tone_map = device.compute("effects/post/tone_map.slang")
 
     def exposure(self, graph: FrameGraph) -> Buffer:
-        """One float, the factor from radiance to the display: until `__call__` that of the frame before."""
+        """The factor from radiance to the display, and what of it is automatic: until `__call__` those of the frame
+        before."""
         with graph.scope(self.name):
-            return graph.buffer("exposure", data=np.ones(1, np.float32))
+            return graph.buffer("exposure", data=np.ones(2, np.float32))
 
     def __call__(
         self,
@@ -46,8 +52,10 @@ class Post(Effect):
         exposure: Buffer,
         alpha: Texture | None = None,
         channel: int = 0,
+        cut: Texture | None = None,
     ) -> Texture:
-        """The picture to show. `alpha`: that by which the radiance is premultiplied, in a channel of a texture."""
+        """The picture to show. `alpha`: that by which the radiance is premultiplied, in a channel of a texture. `cut`:
+        Reprojection's."""
         with graph.scope(self.name):
             size = spy.uint2(*graph.output_size)
             if alpha is not None:
@@ -62,6 +70,9 @@ class Post(Effect):
                 exposure=update(exposure),
                 stops=self._settings.exposure,
                 automatic=int(self._settings.auto_exposure),
+                cut=cut or graph.nothing(spy.Format.r32_uint),
+                testsCut=lambda frame: int(cut is not None and frame.camera_moved),
+                **self._adaptation(),
             )
             if self._bloom is not None:
                 radiance = self._bloom(graph, radiance)
@@ -70,6 +81,21 @@ class Post(Effect):
             outputs = {"exposure": exposure, "display": write(display)}
             graph.add(self._tone_map, graph.output_grid, radiance=radiance, size=size, **self._look(graph), **outputs)
         return display
+
+    def _adaptation(self) -> dict[str, Any]:
+        """How far the exposure may change since the frame before."""
+        up, down = self._settings.adaptation_up, self._settings.adaptation_down
+
+        def at_once(frame: FrameContext) -> int:
+            if frame.index == 0 or not frame.continues:
+                self._begins = frame.index == 0  # all frames of a first picture meter anew
+            return int(self._begins or frame.seconds is None or up == down == 0)
+
+        return {
+            "atOnce": at_once,
+            "rise": lambda frame: up * (frame.seconds or 0.0) if up > 0 else _AT_ONCE,
+            "fall": lambda frame: down * (frame.seconds or 0.0) if down > 0 else _AT_ONCE,
+        }
 
     def _look(self, graph: FrameGraph) -> dict[str, Any]:
         """Arguments of the tone map that follow from the settings."""
