@@ -143,7 +143,7 @@ def render(
     result: dict[str, Any] = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), kind: count}
     result["denoised"] = way
     summary = f"{'x'.join(map(str, pixels))}, {count} {kind}{', denoised' if way else ''}"
-    times_known = {} if path_traced or sequence is None else {"seconds": 1 / sequence.fps}
+    times_known: dict[str, Any] = {} if path_traced or sequence is None else {"seconds": 1 / sequence.fps}
     if sequence:
         result["timings"] = sequence.render(
             content,

@@ -53,6 +53,42 @@ def test_what_is_in_focus_is_sharp(renderer):
     assert error.max() < 0.03
 
 
+@pytest.mark.parametrize(("ball", "wall"), [(0.9, 0.02), (0.02, 0.9)])
+def test_an_edge_in_focus_does_not_leak(device, ball, wall):
+    """A ball in focus before a wall that is far behind: neither shines into the other."""
+    scene = scene_of(
+        placed(sphere(0.5, plain(ball, ball, ball)), move(0, 0, -4)),
+        placed(plane(60, 60, plain(wall, wall, wall)), move(0, 0, -12) @ rotate("x", 90)),
+    )
+    view = pica.Camera(np.eye(4), f_number=0.2, focus_distance=4.0, sensor_height=0.1)
+    size = (96, 96)
+    traced = pica.PathTracer(scene, size=size, max_depth=1, device=device).render(256, camera=view)
+    found = pica.Renderer(scene, size=size, settings=settings(), device=device).render(16, camera=view)
+    rows, columns = np.mgrid[:96, :96] + 0.5 - 48
+    radius = np.hypot(rows, columns)
+    edge = math.sqrt((traced.aov("instance") == 1).sum() / math.pi)
+    for low, high, most in ((-6, -2, 0.002), (1, 2.5, 0.025), (2.5, 6, 0.004)):
+        ring = (radius > edge + low) & (radius < edge + high)
+        difference = found.color[ring] - traced.color[ring]
+        assert np.abs(difference).mean() < most, (low, high)
+
+
+@pytest.mark.parametrize("beyond", [2.5, 4.0, 12.0])
+def test_an_edge_in_front_of_the_focus_spreads_over_what_is_behind(device, beyond):
+    """Over what is in front of the focus too, in it, and beyond."""
+    scene = scene_of(
+        placed(plane(12, 12, plain(0.9, 0.9, 0.9)), move(-6, 0, -2) @ rotate("x", 90)),
+        placed(plane(160, 160, plain(0.1, 0.1, 0.1)), move(0, 0, -beyond) @ rotate("x", 90)),
+    )
+    view = pica.Camera(np.eye(4), f_number=0.5, focus_distance=4.0, sensor_height=0.1)
+    size = (96, 96)
+    traced = pica.PathTracer(scene, size=size, max_depth=1, device=device).render(256, camera=view)
+    found = pica.Renderer(scene, size=size, settings=settings(), device=device).render(16, camera=view)
+    expected, profile = (frame.color[..., 0].mean(0)[44:52] for frame in (traced, found))
+    assert np.abs(profile - expected).mean() < 0.045
+    assert profile[4] > 0.2
+
+
 @pytest.mark.parametrize("blades", [0, 3, 6])
 @pytest.mark.parametrize("distance", [2.0, 8.0])
 def test_a_point_of_light_shows_the_aperture(device, blades, distance):
