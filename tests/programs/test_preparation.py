@@ -20,7 +20,7 @@ from pica.programs.library import programs
 from pica.programs.material_types import STANDARD_ONLY
 from pica.rhi.device import Device
 
-PASSES = ("effects/post/tone_map.slang", "effects/post/exposure.slang", "effects/post/histogram.slang")
+PASSES = ("effects/post/straighten.slang", "effects/post/exposure.slang", "effects/post/histogram.slang")
 pytestmark = pytest.mark.device
 
 
@@ -66,17 +66,14 @@ def compiled_here(device) -> int:
     return device.handle.shader_cache_stats.miss_count
 
 
-def toned(device, tone_map) -> np.ndarray:
+def straightened(device, straighten) -> np.ndarray:
     """(8, 8, 4) what the pass makes of a ramp."""
-    radiance, display = (
-        device.texture(name, texture_format, (8, 8))
-        for name, texture_format in (("radiance", spy.Format.rgba32_float), ("display", spy.Format.rgba8_unorm))
-    )
-    radiance.copy_from_numpy(np.linspace(0, 2, 256, dtype=np.float32).reshape(8, 8, 4))
-    exposure = device.structured("exposure", np.ones(1, np.float32))
+    picture, straight = (device.texture(name, spy.Format.rgba32_float, (8, 8)) for name in ("picture", "straight"))
+    picture.copy_from_numpy(np.linspace(0.5, 1, 256, dtype=np.float32).reshape(8, 8, 4))
     with device.record() as recording:
-        tone_map(recording, (8, 8, 1), radiance=radiance, exposure=exposure, display=display, size=spy.uint2(8, 8))
-    return display.to_numpy()
+        values = {"size": spy.uint2(8, 8), "channel": 3}
+        straighten(recording, (8, 8, 1), picture=picture, alpha=picture, straight=straight, **values)
+    return straight.to_numpy()
 
 
 def test_workers_compile_what_this_process_then_finds(empty, started):
@@ -84,9 +81,9 @@ def test_workers_compile_what_this_process_then_finds(empty, started):
     assert said == [(0, 3), (1, 3), (2, 3), (3, 3)]
     assert len(started) == 2 and compiled_here(empty) == 0
     again = Device()
-    (tone_map, *_), said = prepared(again)
+    (straighten, *_), said = prepared(again)
     assert said == [] and len(started) == 2, "the next process has nothing to compile"
-    assert toned(again, tone_map).tolist() == toned(empty, passes[0]).tolist()
+    assert straightened(again, straighten).tolist() == straightened(empty, passes[0]).tolist()
     again.close()
 
 
@@ -99,8 +96,8 @@ def test_one_process_makes_the_same(empty, started, monkeypatch, tmp_path):
     passes, said = prepared(alone)
     assert said == [(0, 3), (1, 3), (2, 3), (3, 3)]
     assert len(started) == 2 and compiled_here(alone) == 3
-    assert toned(alone, passes[0]).tolist() == toned(empty, by_workers[0]).tolist()
-    assert len(np.unique(toned(alone, passes[0]))) > 20
+    assert straightened(alone, passes[0]).tolist() == straightened(empty, by_workers[0]).tolist()
+    assert len(np.unique(straightened(alone, passes[0]))) > 20
     alone.close()
 
 
