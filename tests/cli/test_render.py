@@ -197,6 +197,12 @@ def test_what_path_tracing_does_not_read_is_a_warning(run, calls, tmp_path):
     assert "warning" not in run("render", *more)[2]
     assert "--preset balanced changes nothing" in run("render", *more[:5], "--preset", "balanced", "--path-traced")[2]
     assert run("render", *more[:5], "--set", "shadows.transparent=false", "--path-traced")[2].count("warning") == 0
+    assert "--set post.shutter changes" in run("render", *more[:5], "--set", "post.shutter=1", "--path-traced")[2]
+
+
+def test_other_settings_of_the_display_go_with_exposure_by_hand(run, calls, tmp_path):
+    assert run("render", "m.glb", "-o", tmp_path / "o.png", "--ev", "3", "--set", "post.bloom=0.1")[0] == 0
+    assert calls[0].settings.post.bloom == 0.1 and not calls[0].settings.post.auto_exposure
 
 
 @pytest.mark.parametrize("kind", ["folder", "pipe", "device"])

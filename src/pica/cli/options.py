@@ -25,6 +25,9 @@ MAX_SIDE = 16384
 _OF_PATH_TRACING = ("visibility.", "geometry.", "rays.", "shadows.transparent.", "post.", "seed.")
 """Prefixes of the path tracer's settings, with a dot at the end."""
 
+_OF_TIME = ("post.shutter", "post.adaptation_up", "post.adaptation_down")
+"""Of these the path tracer, whose pictures have one time, reads none."""
+
 MOST = 1_000_000
 """Upper limit of counts: frames, samples, pictures."""
 
@@ -103,7 +106,11 @@ def parse_settings(preset: str, texts: list[str] | None, ev: float | None = None
 def warn_of_unread(preset: str, texts: list[str] | None) -> None:
     """Warn of settings that are given and that path tracing does not read."""
     names = [text.partition("=")[0].strip() for text in texts or []]
-    unread = [f"--set {name}" for name in dict.fromkeys(names) if not f"{name}.".startswith(_OF_PATH_TRACING)]
+    unread = [
+        f"--set {name}"
+        for name in dict.fromkeys(names)
+        if name in _OF_TIME or not f"{name}.".startswith(_OF_PATH_TRACING)
+    ]
     unread = [*([f"--preset {preset}"] if preset != "quality" else []), *unread]
     if unread:
         fault = "changes nothing, as path tracing does not read it"
