@@ -55,6 +55,12 @@ def test_it_is_at_once_without_times_and_after_a_reset(renderer, values):
     assert stops(renderer, 0.25, **values) == pytest.approx(GREY + 2, abs=BIN)
 
 
+@pytest.mark.parametrize("seconds", [-1, float("nan"), "1"])
+def test_wrong_times_are_refused(renderer, seconds):
+    with pytest.raises(pica.PicaError, match="render: seconds: "):
+        renderer.render(1, camera=CAMERA, seconds=seconds)
+
+
 def test_it_is_at_once_by_default(renderer):
     renderer.configure(settings({"post.tone_map": "linear"}))
     stops(renderer, 1.0, cut=True)

@@ -10,6 +10,7 @@ from pica.graph.resources import Lifetime, Texture, write
 from pica.rhi.device import Device
 
 _FOLDER = "effects/motion_blur"
+_GROUP = 8  # tile_velocity.slang: WIDTH
 _LONGEST = 1 / 16
 """Way from the middle to the end of the exposure over the picture's height, at most."""
 
@@ -48,7 +49,8 @@ class MotionBlur(Effect):
                 graph.texture(name, spy.Format.rg16_float, count) for name in ("longest in tiles", "longest around")
             )
             whole = {"size": spy.uint2(*size), "side": side}
-            graph.add(self._tiles, (*count, 1), velocity=velocity, tiles=write(tiles), **whole)
+            groups = count[0] * _GROUP, count[1] * _GROUP, 1
+            graph.add(self._tiles, groups, velocity=velocity, tiles=write(tiles), **whole)
             graph.add(self._neighbours, (*count, 1), tiles=tiles, reaching=write(reaching), count=spy.uint2(*count))
 
             def through(name: str, texture: Texture) -> Texture:
