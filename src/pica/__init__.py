@@ -35,6 +35,7 @@ if TYPE_CHECKING:  # for type checkers and editors; a test compares it with _HOM
     from pica.light_map.light_map import LightMap as LightMap
     from pica.path_tracer.path_tracer import PathTracer as PathTracer
     from pica.renderer import Insertion as Insertion
+    from pica.renderer import Picked as Picked
     from pica.renderer import Renderer as Renderer
     from pica.renderer import Signals as Signals
     from pica.renderer import compute_pass as compute_pass
@@ -121,7 +122,7 @@ _PUBLIC = {
     "pica.images.output": ("Frame",),
     "pica.path_tracer.path_tracer": ("PathTracer",),
     "pica.images.pictures": ("write_labels",),
-    "pica.renderer": ("Insertion", "Renderer", "Signals", "compute_pass", "ray_pass"),
+    "pica.renderer": ("Insertion", "Picked", "Renderer", "Signals", "compute_pass", "ray_pass"),
     "pica.scene.animation": ("Animation", "Channel", "Pose"),
     "pica.scene.anisotropy": ("Anisotropy",),
     "pica.scene.camera": ("Camera",),

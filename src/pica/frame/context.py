@@ -132,6 +132,11 @@ class FrameSequence:
         return self._previous is not None and self._previous.aperture_radius > 0
 
     @property
+    def has_camera(self) -> bool:
+        """Whether `block` has the camera of a frame of this size."""
+        return bool(self._recent_constants[1])
+
+    @property
     def is_first(self) -> bool:
         """Whether the next frame is frame 0."""
         return self._index == 0

@@ -32,6 +32,8 @@ class PlacedSection:
 
     section: Section
     """A copy: the user's may be written to while this one is shown."""
+    index: int
+    """In `Mesh.sections`."""
     first_vertex: int
     first_index: int
     first_previous: int = NOT_DEFORMED
@@ -180,14 +182,16 @@ class GeometryBuffers:
         return self.primitives.boxes if boxes else self.positions
 
     def _upload(self, encoder: spy.CommandEncoder, mesh: Mesh, previous: Runs | None) -> GpuMesh:
-        placed = [self._upload_section(encoder, section, previous) for section in _ordered(mesh)]
+        placed = [self._upload_section(encoder, section, index, previous) for index, section in _ordered(mesh)]
         primitives, parts = self._upload_primitives(encoder, mesh, len(placed))
         made = GpuMesh(mesh, previous, placed, primitives, [*self._parts(placed, previous is not None), *parts])
         if previous is None:
             self._unbuilt.extend(part.geometry for part in made.parts)
         return made
 
-    def _upload_section(self, encoder: spy.CommandEncoder, section: Section, previous: Runs | None) -> PlacedSection:
+    def _upload_section(
+        self, encoder: spy.CommandEncoder, section: Section, index: int, previous: Runs | None
+    ) -> PlacedSection:
         first_vertex = self._positions.take(encoder, section.positions)
         assert self._vertices.take(encoder, _packed(section)) == first_vertex  # both allocators are in step
         first_index = self._indices.take(encoder, section.indices)
@@ -195,15 +199,15 @@ class GeometryBuffers:
         if previous is not None:
             of_view = 0 if previous is self.previous else OF_VIEW
             first_previous = previous.take(len(section.positions)) | of_view
-        return PlacedSection(section, first_vertex, first_index, first_previous, object_box(section.positions))
+        return PlacedSection(section, index, first_vertex, first_index, first_previous, object_box(section.positions))
 
     def _upload_primitives(
         self, encoder: spy.CommandEncoder, mesh: Mesh, first_section: int
     ) -> tuple[list[PlacedPrimitives], list[MeshPart]]:
-        filled = [copy(primitives) for primitives in mesh.primitives if len(primitives)]
+        filled = [(index, copy(primitives)) for index, primitives in enumerate(mesh.primitives) if len(primitives)]
         if filled and not self._has_box_indices:
             self.first_box_index, self._has_box_indices = self._indices.take(encoder, BOX_INDICES), True
-        placed = [self.primitives.upload(encoder, primitives) for primitives in filled]
+        placed = [self.primitives.upload(encoder, primitives, index) for index, primitives in filled]
         placed.sort(key=lambda p: p.hit_group)
         parts = []
         for hit_group, group in groupby(placed, lambda p: p.hit_group):
@@ -232,11 +236,11 @@ class GeometryBuffers:
         return parts
 
 
-def _ordered(mesh: Mesh) -> list[Section]:
-    """The sections with triangles, grouped by part, so that each part has one run of
+def _ordered(mesh: Mesh) -> list[tuple[int, Section]]:
+    """The sections with triangles and their indices in the mesh, grouped by part, so that each part has one run of
     records."""
-    filled = [_without_unused(section) for section in mesh.sections if len(section.indices)]
-    return sorted(filled, key=_part_key)
+    filled = [(index, _without_unused(section)) for index, section in enumerate(mesh.sections) if len(section.indices)]
+    return sorted(filled, key=lambda entry: _part_key(entry[1]))
 
 
 def _part_key(section: Section) -> tuple[bool, str]:

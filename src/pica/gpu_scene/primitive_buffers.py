@@ -27,6 +27,8 @@ class PlacedPrimitives:
     """Primitives and where they lie in the shared buffers; fields as PlacedSection has them for triangles."""
 
     section: Primitives
+    index: int
+    """In `Mesh.primitives`."""
     first_vertex: int
     """Of the boxes."""
     first_index: int
@@ -64,8 +66,8 @@ class PrimitiveBuffers:
         """32-bit numbers: the parameters, primitive by primitive."""
         return self._numbers.buffer
 
-    def upload(self, encoder: spy.CommandEncoder, primitives: Primitives) -> PlacedPrimitives:
-        """Record the upload. Raises ShapeError if the parameters do not match the shape."""
+    def upload(self, encoder: spy.CommandEncoder, primitives: Primitives, index: int) -> PlacedPrimitives:
+        """Record the upload. `index`: in `Mesh.primitives`. Raises ShapeError if parameters do not match the shape."""
         if max(primitives.material.emission) > 0:
             warnings.warn(
                 f"primitives of shape {primitives.shape!r} shine, but light is not sampled from them: "
@@ -74,7 +76,7 @@ class PrimitiveBuffers:
             )
         numbers = programs(self._device).shape_types[shape_source(primitives.shape)].packed(primitives)
         first_box = self._boxes.take(encoder, primitives.bounds)
-        return PlacedPrimitives(primitives, first_box, self._numbers.take(encoder, numbers), numbers.size)
+        return PlacedPrimitives(primitives, index, first_box, self._numbers.take(encoder, numbers), numbers.size)
 
     def give_back(self, placed: PlacedPrimitives) -> None:
         """Free their memory."""

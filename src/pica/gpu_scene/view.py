@@ -1,5 +1,6 @@
 """A view of a scene: the scene's copy on the device, and the data that depends on the view."""
 
+from dataclasses import dataclass
 from weakref import finalize
 
 import numpy as np
@@ -7,7 +8,7 @@ from numpy.typing import NDArray
 
 from pica.gpu_scene.bounds import Box
 from pica.gpu_scene.draws import DrawList
-from pica.gpu_scene.geometry import GeometryBuffers
+from pica.gpu_scene.geometry import GeometryBuffers, PlacedSection
 from pica.gpu_scene.gpu_scene import GpuScene
 from pica.gpu_scene.label_snapshot import snapshot
 from pica.gpu_scene.lights.light_table import LightTable
@@ -21,8 +22,23 @@ from pica.rhi.passes import Recording
 from pica.rhi.rt_view import RtView
 from pica.rhi.tables import rows_of_ranges
 from pica.scene.camera import Camera
-from pica.scene.model import Node, Scene
+from pica.scene.material import Material
+from pica.scene.model import Mesh, Node, Scene
 from pica.settings import Settings
+
+
+@dataclass(frozen=True, eq=False)
+class RecordSource:
+    """What a record is made of."""
+
+    node: Node
+    instance: int
+    """In `node.instances`; 0 without them."""
+    mesh: Mesh
+    index: int
+    """In `mesh.sections`, or in `mesh.primitives`."""
+    has_triangles: bool
+    material: Material
 
 
 class SceneView:
@@ -172,6 +188,23 @@ class SceneView:
     def name_labels(self) -> Labels:
         """The names behind the numbers of `labels`, as they are now."""
         return snapshot(self.source, self.scene.arrivals.numbers, self.scene.materials.numbered())
+
+    def source_of(self, record: int) -> RecordSource:
+        """What a record is made of, as it is now on the device."""
+        row = int(self.records["instance"][record])
+        number = int(self.instances["node"][row])
+        numbers = self.scene.arrivals.numbers
+        node, placement = next(item for item in self.scene.placements.items() if numbers[item[0]] == number)
+        mesh, records = (placement.mesh, placement.records) if placement.mesh is not None else self.own.shown(node)
+        part = mesh.placed[(record - records.start) % len(mesh.placed)]
+        return RecordSource(
+            node=node,
+            instance=row - placement.instances.start,
+            mesh=mesh.mesh,
+            index=part.index,
+            has_triangles=isinstance(part, PlacedSection),
+            material=part.section.material,
+        )
 
     def configure(self, settings: Settings) -> None:
         """Follow other settings."""

@@ -70,6 +70,11 @@ class ViewGeometry:
         """The view's mesh of a node."""
         return self._of_node[node].mesh
 
+    def shown(self, node: Node) -> tuple[GpuMesh, range]:
+        """The view's mesh of a node, and its records."""
+        geometry = self._of_node[node]
+        return geometry.mesh, geometry.records
+
     def update(self, recording: Recording, camera: Camera) -> None:
         """Record a frame's updates: added nodes, new levels of detail, facing and changed geometry."""
         if not (self._of_node or self._touched):

@@ -7,6 +7,7 @@ from weakref import ref
 import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
+from pica.effects.gbuffer.pick_ray import PickRay
 from pica.errors import PicaError, SettingsError
 from pica.frame.aovs import at_size
 from pica.frame.context import FrameContext, FrameSequence, Size
@@ -22,6 +23,7 @@ from pica.light_map.light_map import LightMap
 from pica.programs.preparation import expect as expect_programs
 from pica.renderer.frame_plan import FramePlan
 from pica.renderer.insertion import Declare, Insertion, checked_insertion
+from pica.renderer.picking import Picked, picked
 from pica.renderer.stages import EVERY_GROUP, Stages
 from pica.rendering.arguments import (
     Progress,
@@ -30,6 +32,7 @@ from pica.rendering.arguments import (
     checked_aovs,
     checked_camera,
     checked_count,
+    checked_pixel,
     checked_size,
 )
 from pica.rendering.black_pictures import BlackPictures
@@ -90,6 +93,7 @@ class Renderer(Closing):
         self.captured: dict[str, Lazy] = {}
         """Functions that fetch the captures of the newest `advance`, by name."""
         self._running = False
+        self._pick_ray: PickRay | None = None
         self._relighting = Relighting()
         self._black_pictures = BlackPictures()
 
@@ -204,6 +208,8 @@ class Renderer(Closing):
             if changed & {"seed", "antialiasing"}:
                 self._frames = self._make_frames()
             self._frame_plan.memory.reset(self._stages.follow(settings, changed))
+            if "rays" in changed:
+                self._pick_ray = None  # its tracer is another
             self._frame_plan.outdate()
         if changed & {"seed", "rays", "visibility", "antialiasing"}:
             self.reset()  # the history of the G-buffer or the camera is invalid
@@ -407,6 +413,28 @@ class Renderer(Closing):
             labels = self.view.name_labels() if images.keys() & NUMBERED else None
             timings = self.device.profiler.flush()
         return Frame(self.size, None, None, at_size(self.size, images), timings, labels, self.device_name)
+
+    @synchronized
+    def pick(self, x: int, y: int, *, through_glass: bool = False) -> Picked | None:
+        """What pixel (x, y) of the last frame shows: the first surface on the camera ray through the pixel's centre;
+        None for the background.
+
+        `x`, `y`: in pixels of the picture, from its upper left corner, right and down. `through_glass`: transmissive
+        surfaces, and points of blended ones that are not nearly opaque, are passed. Points of masks count where they
+        are opaque, points of blended surfaces wherever they show at all. The scene is as in the last frame, whatever
+        was changed since. Waits for the device; the first call compiles a program.
+        Raises PicaError before the first frame, after `resize` until the next one, and for a pixel outside of the
+        picture; DeviceError if nothing traces rays on the device.
+        """
+        x, y = checked_pixel("pick", (x, y), self.size)
+        passes = checked("pick: through_glass", flag, through_glass, PicaError)
+        if not self._frames.has_camera:
+            raise PicaError("pick: there is no frame yet; call render or advance")
+        with self.device.lock:
+            if self._pick_ray is None:
+                self._pick_ray = PickRay(self.device, self.tracer)
+            point = self._pick_ray(self._frames.block, self.view, (x + 0.5, y + 0.5), passes)
+            return None if point is None else picked(self.view, point)
 
     def _requested(self, aovs: Any) -> frozenset[str] | None:
         """The requested AOVs of `render`; None for all. Debug AOVs and those of

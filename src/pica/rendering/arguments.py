@@ -40,6 +40,15 @@ def checked_size(size: Size) -> Size:
     return width, height
 
 
+def checked_pixel(caller: str, pixel: tuple[Any, Any], size: Size) -> tuple[int, int]:
+    """(x, y) in a picture of (width, height). Raises PicaError unless they are whole numbers inside of it."""
+    x, y = (
+        checked(f"{caller}: {name}", whole(0, length - 1), value, PicaError)
+        for name, value, length in zip("xy", pixel, size, strict=True)
+    )
+    return x, y
+
+
 def checked_count(what: str, count: Any) -> int:
     """A number of repetitions. Raises PicaError unless it is a whole number of at least 1."""
     return checked(what, whole(1, _MOST), count, PicaError)
