@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from pica.cli.view import BUILT_IN
+from pica.cli.subject import BUILT_IN
 from pica.settings import PRESETS
 
 SMALL, ONE_FRAME = ["--size", "24x16"], ["--frames", "1"]

@@ -8,7 +8,7 @@ import typer
 
 from pica.cli import options
 from pica.cli.report import print_json, print_line, progress
-from pica.cli.view import View, takes_view
+from pica.cli.subject import View, takes_view
 
 
 @takes_view

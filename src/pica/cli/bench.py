@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pica.cli import options
 from pica.cli.report import print_beside, print_json, print_values, progress
-from pica.cli.view import View, takes_view
+from pica.cli.subject import View, takes_view
 
 
 @takes_view

@@ -7,7 +7,7 @@ import typer
 
 from pica.cli import options
 from pica.cli.report import print_json, print_values, progress
-from pica.cli.view import View, find_animation, takes_view
+from pica.cli.subject import View, find_animation, takes_view
 from pica.errors import PicaError
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import typer
 
 from pica.cli import options
 from pica.cli.report import print_columns, print_json, print_line, progress
-from pica.cli.view import View, takes_view
+from pica.cli.subject import View, takes_view
 
 if TYPE_CHECKING:
     from pica.graph import GraphDescription

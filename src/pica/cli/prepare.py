@@ -9,7 +9,7 @@ import typer
 
 from pica.cli import options
 from pica.cli.report import print_json, print_line, progress
-from pica.cli.view import BUILT_IN, View
+from pica.cli.subject import BUILT_IN, View
 from pica.errors import PicaError
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from pica.cli import options
 from pica.cli.camera_path import read_camera_path
 from pica.cli.report import print_json, print_line, progress
 from pica.cli.sequence import FILM, PICTURES, Sequence, is_sequence
-from pica.cli.view import View, takes_view
+from pica.cli.subject import View, takes_view
 from pica.errors import PicaError
 
 if TYPE_CHECKING:

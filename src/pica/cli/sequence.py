@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from pica.cli import options
 from pica.cli.camera_path import ROUND, CameraPath
 from pica.cli.report import progress
-from pica.cli.view import find_animation
+from pica.cli.subject import find_animation
 from pica.errors import PicaError
 
 if TYPE_CHECKING:

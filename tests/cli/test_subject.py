@@ -9,7 +9,7 @@ from typer.main import get_command
 
 import pica
 from pica.cli.app import app
-from pica.cli.view import LIMITS
+from pica.cli.subject import LIMITS
 from pica.scene.animation import Animation, Channel, Pose
 from pica.scene.camera import Camera
 from pica.scene.environment import Environment
