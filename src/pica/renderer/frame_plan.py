@@ -85,6 +85,11 @@ class FramePlan:
             self._labels = Plan(graph)
         return self._labels, select(self._labels)
 
+    @property
+    def debug_aovs(self) -> tuple[str, ...]:
+        """Names of the newest plan's debug AOVs, sorted."""
+        return () if self._plan is None else tuple(sorted(self._plan.names_of("debug")))
+
     def describe(self) -> GraphDescription:
         """The newest plan. Raises PicaError before the first frame."""
         if self._plan is None:

@@ -138,6 +138,11 @@ class Renderer(Closing):
         return self._stages.missing_aovs
 
     @property
+    def debug_aovs(self) -> tuple[str, ...]:
+        """Names of the debug AOVs that `advance` can capture, as of the newest frame; none before the first."""
+        return self._frame_plan.debug_aovs
+
+    @property
     @synchronized
     def graph(self) -> GraphDescription:
         """The passes of the newest frame with what they read and write, their times and their memory. Waits for the

@@ -1,0 +1,126 @@
+"""The viewer's model: pictures of views, small in motion and whole at rest."""
+
+import numpy as np
+import pytest
+
+import pica
+from pica.scenes.basic_meshes import box, plane
+from pica.scenes.placing import move
+from pica.viewer.viewer import Viewer
+from tests.building import lambert, placed, scene_of, uniform
+
+SIZE = (96, 64)
+CAMERA = pica.Camera.look_at((0, 1.5, 4), (0, 0.5, 0))
+
+
+@pytest.fixture(scope="module")
+def viewer(device):
+    scene = scene_of(
+        placed(box(1.0, lambert(0.8, 0.2, 0.2)), move(0, 0.5, 0), "cube"),
+        placed(plane(20, 20, lambert()), name="floor"),
+        environment=uniform(1, 1, 1),
+    )
+    return Viewer(scene, settings=pica.Settings.preset("raster"), device=device, frames=3)
+
+
+@pytest.fixture
+def view(viewer):
+    return viewer.view(SIZE, CAMERA)
+
+
+def settled(viewer, view, start: float = 0.0):
+    """The complete picture."""
+    now = start
+    for _ in range(20):
+        picture = viewer.render(view, now)
+        now += 1.0
+        if viewer.is_complete(view):
+            return picture
+    raise AssertionError("it is never complete")
+
+
+def test_pictures_grow_and_then_gather_frames(viewer, view):
+    first = viewer.render(view, 0.0)
+    assert not first.is_full and first.pixels.shape[0] < SIZE[1] and first.pixels.dtype == np.uint8
+    assert viewer.render(view, 0.1).pixels.shape == first.pixels.shape, "a moment later"
+    last = settled(viewer, view, 1.0)
+    assert last.is_full and last.frames == 3 and last.pixels.shape == (64, 96, 3)
+    assert last.pixels.std() > 5
+
+
+@pytest.mark.parametrize("change", ["camera", "scene", "settings", "shown", "size"])
+def test_every_change_begins_a_new_picture(viewer, view, change):
+    before = settled(viewer, view)
+    [cube] = [node for node in viewer.scene.nodes() if node.name == "cube"]
+    match change:
+        case "camera":
+            view.control.orbit(0.5, 0)
+        case "scene":
+            cube.transform = move(0.5, 0.5, 0)
+        case "settings":
+            viewer.set("post.exposure", 1.0)
+        case "shown":
+            viewer.show("normal")
+        case "size":
+            view.resize((64, 96))
+    assert not viewer.is_complete(view)
+    assert not viewer.render(view, 100.0).is_full
+    after = settled(viewer, view, 101.0)
+    if change == "size":
+        assert after.pixels.shape == (96, 64, 3)
+    else:
+        assert np.abs(after.pixels.astype(int) - before.pixels).mean() > 1
+    cube.transform = move(0, 0.5, 0)
+    viewer.set("post.exposure", 0.0)
+    viewer.show("display")
+
+
+def test_what_can_be_shown_has_aovs_and_views_of_effects(viewer, view):
+    viewer.render(view, 0.0)
+    assert {"display", "depth", "normal", "debug.ambient_occlusion.raw"} <= set(viewer.showable)
+    viewer.show("debug.ambient_occlusion.raw")
+    assert viewer.render(view, 1.0).pixels.ndim == 3
+    viewer.set("ambient_occlusion.mode", "off")
+    assert viewer.render(view, 2.0).pixels.std() > 5, "the display instead"
+    viewer.configure(pica.Settings.preset("raster"))
+    viewer.show("display")
+    with pytest.raises(pica.PicaError, match="'nothing' is not one of display, "):
+        viewer.show("nothing")
+
+
+def test_views_have_pictures_of_their_own(viewer, view):
+    other = viewer.view(SIZE, pica.Camera.look_at((4, 1.5, 0), (0, 0.5, 3)))
+    alone = settled(viewer, view)
+    settled(viewer, other)
+    assert viewer.is_complete(view), "the other one changes nothing"
+    view.control.orbit(0.1, 0)
+    viewer.render(view, 50.0)
+    view.control.orbit(-0.1, 0)
+    again = settled(viewer, view, 51.0)
+    assert np.abs(again.pixels.astype(int) - alone.pixels).mean() < 1
+
+
+def test_picks_are_of_the_view_that_asks(viewer, view):
+    other = viewer.view(SIZE, pica.Camera.look_at((0, 5, 0.1), (30, 0, 0)))
+    settled(viewer, other)
+    assert viewer.pick(view, 0.5, 0.5).node.name == "cube" and viewer.selected.node.name == "cube"
+    assert viewer.pick(other, 0.5, 0.9).node.name == "floor"
+    assert viewer.pick(view, 0.5, 0.0) is None and viewer.selected is None
+    assert viewer.pick(view, 1.0, 1.0).node.name == "floor", "the last pixel"
+
+
+def test_a_screenshot_is_whole_at_once(viewer, view):
+    viewer.render(view, 0.0)
+    assert viewer.render_full(view).pixels.shape == (64, 96, 3)
+
+
+def test_times_are_by_effect(viewer, view):
+    viewer.render(view, 0.0)
+    assert viewer.milliseconds["gbuffer"] > 0
+
+
+def test_settings_that_do_not_exist_change_nothing(viewer, view):
+    before = viewer.settings
+    with pytest.raises(pica.SettingsError):
+        viewer.set("post.exposure", 1e9)
+    assert viewer.settings == before
