@@ -17,6 +17,7 @@ from pica.cli.doctor import doctor
 from pica.cli.graph import graph
 from pica.cli.prepare import prepare
 from pica.cli.render import render
+from pica.cli.view import view
 from pica.errors import PicaError
 from pica.text import first_line, one_line
 
@@ -27,7 +28,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-_COMMANDS: tuple[Callable[..., object], ...] = (render, bake, compare, bench, graph, prepare, doctor)
+_COMMANDS: tuple[Callable[..., object], ...] = (render, view, bake, compare, bench, graph, prepare, doctor)
 for command in _COMMANDS:
     app.command(short_help=(inspect.getdoc(command) or "").split("\n\n")[0])(command)
 

@@ -1,5 +1,7 @@
 """The time of a scene's animations: played, scrubbed, looped."""
 
+import math
+
 from pica.scene.model import Scene
 
 
@@ -36,8 +38,8 @@ class Playback:
 
     def seek(self, time: float) -> None:
         """Set the scene to a time in seconds."""
-        self.time = time
         self._scene.animate(time, self.animation)
+        self.time = time
 
     def choose(self, animation: int | str | None) -> None:
         """Play another animation, from the current time on. Raises SceneError if there is none such."""
@@ -46,9 +48,10 @@ class Playback:
 
     def advance(self, seconds: float) -> bool:
         """Let so much time pass. Whether the scene is at another time."""
-        if not self.playing or not self._scene.animations or not seconds * self.speed:
+        step = seconds * self.speed
+        if not self.playing or not self._scene.animations or not step or not math.isfinite(step):
             return False
-        time, end = self.time + seconds * self.speed, self.duration
+        time, end = self.time + step, self.duration
         if end and self.loop:
             time %= end
         elif end and not 0 <= time <= end:

@@ -12,7 +12,7 @@ _NEW = 0.5
 _LEAST = 32
 """Pixels of a picture, along its shorter side."""
 _GROWTH = 4
-"""Times as many pixels as the picture before, at rest: the first finer one does not keep a new movement waiting."""
+"""Times as many pixels as the picture before, at rest."""
 
 
 class Resolution:
@@ -25,6 +25,8 @@ class Resolution:
         self._divisor = self._moving = self._coarsest
         self._measured: float | None = None
         """Seconds of a picture in motion."""
+        self._newest = 0.0
+        """Seconds of the newest picture."""
 
     @property
     def full(self) -> Size:
@@ -48,20 +50,22 @@ class Resolution:
         width, height = self._full
         return max(1, round(width / _DIVISORS[self._divisor])), max(1, round(height / _DIVISORS[self._divisor]))
 
+    @property
+    def finer_seconds(self) -> float:
+        """What the picture after `rest` may be expected to take."""
+        return self._newest * self._pixels(self._divisor, self._finer)
+
     def move(self) -> None:
         """The next picture is one in motion."""
         self._divisor = self._moving
 
     def rest(self) -> None:
         """Nothing moves: the next picture is finer than the one before, up to the whole one."""
-        if self._divisor > 0:
-            finer = range(self._divisor)
-            self._divisor = next(
-                (number for number in finer if self._pixels(self._divisor, number) <= _GROWTH), self._divisor - 1
-            )
+        self._divisor = self._finer
 
     def measure(self, seconds: float) -> None:
         """A picture of the current size took so long."""
+        self._newest = seconds
         if self._divisor != self._moving:
             return
         before = self._measured
@@ -74,6 +78,11 @@ class Resolution:
             wanted -= 1
         if wanted != self._moving:
             self._moving, self._measured = wanted, None
+
+    @property
+    def _finer(self) -> int:
+        near = (number for number in range(self._divisor) if self._pixels(self._divisor, number) <= _GROWTH)
+        return next(near, max(self._divisor - 1, 0))
 
     @property
     def _coarsest(self) -> int:

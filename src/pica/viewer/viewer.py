@@ -59,11 +59,12 @@ class View:
 
     def follow(self, state: object, now: float) -> None:
         """Choose the size of the next picture, at `now` seconds: that of one in motion after a change of `state`, and
-        finer ones a moment later."""
+        finer ones at rest. What moves again waits for the picture under way: so each is to take less time than the rest
+        has lasted."""
         if state != self.state:
             self.state, self._changed_at, self.frames = state, now, 0
             self.resolution.move()
-        elif now - self._changed_at > _REST and not self.resolution.is_full:
+        elif not self.resolution.is_full and now - self._changed_at > max(_REST, self.resolution.finer_seconds):
             self.resolution.rest()
             self.frames = 0
 
@@ -123,6 +124,11 @@ class Viewer:
             return [DISPLAY]
         effects = [name for effect in self._renderer.effects for name in effect.aov_names]
         return [*dict.fromkeys((DISPLAY, *effects, *self._renderer.debug_aovs))]
+
+    @property
+    def is_new(self) -> bool:
+        """Whether there has been no picture with these settings yet: AOVs are known after it."""
+        return self._compiles
 
     @property
     def milliseconds(self) -> dict[str, float]:

@@ -1,0 +1,28 @@
+"""Inputs of the panel: they show values of the viewer, and clients change them."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import viser
+
+
+class Input:
+    """An input of viser's and the value of the viewer that it shows."""
+
+    def __init__(self, handle: Any, changed: Callable[[Any], object]) -> None:
+        """`changed`: called in viser's event loop with each value that a client sets."""
+        self.handle = handle
+        self._shown: Any = handle.value
+
+        async def on_update(event: "viser.GuiEvent[Any]") -> None:
+            if event.client is not None:  # else `show` has set it
+                changed(event.target.value)
+
+        handle.on_update(on_update)
+
+    def show(self, value: Any, again: bool = False) -> None:
+        """Show a value of the viewer, if it is another than before: what a client has set meanwhile is still on its
+        way to the viewer. `again`: in any case, because the viewer has refused what a client has set."""
+        if again or value != self._shown:
+            self._shown = self.handle.value = value

@@ -1,0 +1,165 @@
+"""The panel of the page: what is shown, cameras, time, what was picked, costs; settings have a panel of their own."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pica.renderer import Picked
+from pica.scene.node import Node
+from pica.settings import Settings
+from pica.viewer.viewer import DISPLAY, Picture, Viewer
+from pica.viewer.web.inputs import Input
+from pica.viewer.web.settings_panel import SettingsPanel
+
+if TYPE_CHECKING:
+    import viser
+
+_ALL = "(all together)"
+_FASTEST = 8.0
+"""Times the speed of the animation."""
+
+
+class Actions(Protocol):
+    """What the panel asks the server for. The calls come from viser's threads, and return at once."""
+
+    def change(self, act: Callable[[], object]) -> None:
+        """Do something to the viewer, between two pictures."""
+
+    def move(self, client: int, act: Callable[[Any], object]) -> None:
+        """Do something to the camera control of a client."""
+
+    def save(self, client: int) -> None:
+        """Send a client its picture as a file."""
+
+    def choose_settings(self, change: Callable[[Settings], Settings]) -> None:
+        """Render with other settings."""
+
+
+class Panel:
+    """All inputs, and the texts below them."""
+
+    def __init__(self, gui: "viser.GuiApi", viewer: Viewer, actions: Actions) -> None:
+        self._gui, self._viewer, self._actions = gui, viewer, actions
+        self._status = gui.add_markdown("Starting")
+        shown = gui.add_dropdown("Shown", (DISPLAY,), initial_value=DISPLAY, hint="The picture, or an AOV")
+        self._shown = self._listening(shown, viewer.show)
+        self._add_camera()
+        self._playing: Input | None = None
+        self._time: Input | None = None
+        if viewer.scene.animations:
+            self._add_time()
+        with gui.add_folder("Picked"):
+            self.through_glass = gui.add_checkbox(
+                "Through glass", False, hint="Whether clicks find what lies behind transmissive and blended surfaces"
+            )
+            self._picked = gui.add_markdown("Click a surface.")
+        with gui.add_folder("Time of the device", expand_by_default=False):
+            self._times = gui.add_markdown("")
+        with gui.add_folder("Settings"):
+            self._settings = SettingsPanel(gui, viewer.settings, actions.choose_settings)
+
+    def say(self, text: str) -> None:
+        """Show a line on top."""
+        self._status.content = text
+
+    def refresh(self, again: bool = False) -> None:
+        """Show the viewer as it is; `again` as Input.show."""
+        viewer = self._viewer
+        if tuple(viewer.showable) != self._shown.handle.options:
+            self._shown.handle.options = tuple(viewer.showable)
+        self._shown.show(viewer.shown, again)
+        self._settings.refresh(viewer.settings, again)
+        self._picked.content = described(viewer.selected)
+        if self._playing is not None:
+            self._playing.show(viewer.playback.playing, again)
+        self.show_time()
+
+    def show_time(self) -> None:
+        """Move the slider to where the animation is."""
+        if self._time is not None:
+            self._time.show(min(max(self._viewer.playback.time, 0.0), self._time.handle.max))
+
+    def show_costs(self, picture: Picture, milliseconds: Mapping[str, float]) -> None:
+        """Show the size and the times of a picture."""
+        height, width = picture.pixels.shape[:2]
+        self.say(f"{width}x{height}, {picture.frames} frames, {1000 * picture.seconds:.0f} ms a frame")
+        rows = sorted(((name, time) for name, time in milliseconds.items() if time > 0), key=lambda row: -row[1])
+        lines = [f"| {name.replace('_', ' ')} | {time:.2f} |" for name, time in rows]
+        total = f"| all | {sum(milliseconds.values()):.2f} |"
+        self._times.content = "\n".join(["| effect | ms |", "|---|---:|", *lines, total])
+
+    def _add_camera(self) -> None:
+        gui = self._gui
+        cameras = self._viewer.scene.cameras()
+        with gui.add_folder("Camera"):
+            if cameras:
+                names = [f"{number}: {camera.name or 'camera'}" for number, camera in enumerate(cameras)]
+                chosen = gui.add_dropdown("Of the scene", names)
+                chosen.on_update(lambda event: self._take_camera(event, names.index(event.target.value)))
+            for label, act in (
+                ("Home", lambda control: control.home()),
+                ("Frame all", lambda control: control.frame_all()),
+                ("Focus what is picked", self._focus),
+            ):
+                gui.add_button(label).on_click(partial(self._move, act=act))
+            gui.add_button("Save picture").on_click(self._save)
+
+    def _add_time(self) -> None:
+        gui, playback = self._gui, self._viewer.playback
+        length = max(animation.duration for animation in self._viewer.scene.animations) or 10.0
+        with gui.add_folder("Animation"):
+            playing = gui.add_checkbox("Play", playback.playing)
+            seconds = gui.add_slider("Seconds", 0.0, length, length / 1000, min(max(playback.time, 0.0), length))
+            speed = gui.add_slider("Speed", -_FASTEST, _FASTEST, 0.1, playback.speed)
+            loop = gui.add_checkbox("Loop", playback.loop)
+            which = gui.add_dropdown("Which", (_ALL, *playback.names))
+        self._playing = self._listening(playing, lambda value: setattr(playback, "playing", value))
+        self._time = self._listening(seconds, playback.seek)
+        self._listening(speed, lambda value: setattr(playback, "speed", value))
+        self._listening(loop, lambda value: setattr(playback, "loop", value))
+        self._listening(which, lambda name: playback.choose(None if name == _ALL else playback.names.index(name)))
+
+    def _focus(self, control: Any) -> None:
+        if self._viewer.selected is not None:
+            control.focus(self._viewer.selected.position)
+
+    def _listening(self, handle: Any, change: Callable[[Any], object]) -> Input:
+        """Call `change` between two pictures, with each value that a client sets."""
+        return Input(handle, lambda value: self._actions.change(lambda: change(value)))
+
+    def _take_camera(self, event: "viser.GuiEvent[Any]", number: int) -> None:
+        self._move(event, lambda control: control.take(self._viewer.scene.cameras()[number]))
+
+    def _save(self, event: "viser.GuiEvent[Any]") -> None:
+        if event.client is not None:
+            self._actions.save(event.client.client_id)
+
+    def _move(self, event: "viser.GuiEvent[Any]", act: Callable[[Any], object]) -> None:
+        if event.client is not None:
+            self._actions.move(event.client.client_id, act)
+
+
+def described(picked: Picked | None) -> str:
+    """What was picked, as Markdown; names are shown as they are."""
+    if picked is None:
+        return "Nothing is picked. Click a surface."
+    part = f"section {picked.section}" if picked.section is not None else f"primitives {picked.primitives}"
+    rows = {
+        "node": _path(picked.node) + (f", instance {picked.instance}" if picked.node.instances is not None else ""),
+        "mesh": f"{picked.mesh.name or '(no name)'}, {part}, element {picked.element}",
+        "material": picked.material.name or "(no name)",
+        "position": ", ".join(f"{value:.4g}" for value in picked.position) + " m",
+        "normal": ", ".join(f"{value:.3f}" for value in picked.normal),
+        "distance": f"{picked.distance:.4g} m",
+    }
+    return "\n".join(["| | |", "|---|---|", *(f"| {name} | {_plain(value)} |" for name, value in rows.items())])
+
+
+def _path(node: Node) -> str:
+    above = "" if node.parent is None else f"{_path(node.parent)}/"
+    return above + (node.name or "#")
+
+
+def _plain(text: str) -> str:
+    """Text of a file without any meaning in Markdown."""
+    return "".join(letter if letter.isalnum() or letter in " ,./-()" else f"&#{ord(letter)};" for letter in text)

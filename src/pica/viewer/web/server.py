@@ -1,0 +1,294 @@
+"""Shows a viewer in browsers: one renderer for all clients, each with a camera of its own."""
+
+import contextlib
+import io
+import logging
+import queue
+import socket
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from pica.compiling import listening
+from pica.errors import PicaError, shown
+from pica.images.pictures import encoded_png
+from pica.scene.camera import Camera
+from pica.settings import Settings
+from pica.viewer.camera_control import CameraControl
+from pica.viewer.resolution import Size
+from pica.viewer.viewer import Picture, View, Viewer
+from pica.viewer.web.client_camera import ClientPose, show
+from pica.viewer.web.panel import Panel
+
+if TYPE_CHECKING:
+    import viser
+
+_QUALITY = {False: 75, True: 95}
+"""JPEG quality of pictures in motion, and of whole ones."""
+_TEXTS_EVERY = 0.5
+"""Seconds between two updates of the panel's texts."""
+_STEP = 1 / 60
+"""Seconds to wait for what plays when there is nothing else to render."""
+_LONGEST = 4096
+"""Pixels of a picture, each way."""
+
+
+class _Client:
+    """One browser page."""
+
+    def __init__(self, handle: "viser.ClientHandle", view: View) -> None:
+        self.handle, self.view = handle, view
+        self.active_at = 0.0
+        """When its user last did anything."""
+        self.pose: ClientPose | None = None
+        """The newest that has come and is not yet in the view."""
+        self.failed = False
+        """Whether its picture could not be rendered; until something changes."""
+
+
+class WebViewer:
+    """Serves a viewer until `stop`. `run` renders in the thread that calls it; all else is safe from any thread.
+
+    Input of the client that was used last comes first: its picture is completed before those of the others.
+    """
+
+    def __init__(
+        self,
+        viewer: Viewer,
+        *,
+        size: Size,
+        host: str = "127.0.0.1",
+        port: int = 8080,
+        camera: Camera | None = None,
+    ) -> None:
+        """Listen on `host` and `port`, 0 for any free one. `size`: of pictures at most; their shape is the page's.
+        `camera`: where clients begin.
+
+        Raises PicaError if viser is not installed, or the address cannot be listened on."""
+        viser = _import_viser()
+        _check_free(host, port)
+        self.viewer, self._size = viewer, size
+        self._first = CameraControl(viewer.scene, size[0] / size[1], camera)
+        self._clients: dict[int, _Client] = {}
+        self._due: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
+        self._wake, self._stopped = threading.Event(), threading.Event()
+        self._told_at = float("-inf")
+        logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # faults of clients are no concern of users
+        with contextlib.redirect_stdout(io.StringIO()):
+            self._server = viser.ViserServer(host=host, port=port, label="pica", verbose=False)
+        _share_nothing(self._server)
+        self.address = f"http://{_in_url(host)}:{self._server.get_port()}"
+        """Where the page is."""
+        self._server.scene.set_up_direction("+y")
+        show(self._first, self._server.initial_camera, "up")
+        self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
+        self._panel = Panel(self._server.gui, viewer, self)
+        self._server.on_client_connect(self._connect)
+        self._server.on_client_disconnect(self._disconnect)
+        self._server.scene.on_click()(self._clicked)
+
+    def run(self) -> None:
+        """Render and show pictures until `stop`. Errors of the user's making are shown on the page."""
+        before = time.perf_counter()
+        with listening(self._tell_compiling), warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a page that has just gone
+            while not self._stopped.is_set():
+                now = time.perf_counter()
+                with self._errors_shown():
+                    self._do_due()
+                    self._play(now - before)
+                    client = self._next()
+                    if client is not None:
+                        self._show(client)
+                if client is None:
+                    playing = self.viewer.playback.playing
+                    self._wake.wait(_STEP if playing else None)
+                    self._wake.clear()
+                    now = now if playing else time.perf_counter()  # no time has passed for what stood still
+                before = now
+
+    def stop(self) -> None:
+        """End `run`, and the connections."""
+        self._stopped.set()
+        self._wake.set()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self._server.stop()
+
+    def change(self, act: Callable[[], object]) -> None:
+        """As Actions.change."""
+        self._due.put(act)
+        self._wake.set()
+
+    def move(self, client: int, act: Callable[[CameraControl], object]) -> None:
+        """As Actions.move."""
+
+        def moved(found: _Client) -> None:
+            act(found.view.control)
+            found.pose = None
+            show(found.view.control, found.handle.camera, "up_direction")
+
+        self._for(client, moved)
+
+    def save(self, client: int) -> None:
+        """As Actions.save."""
+
+        def saved(found: _Client) -> None:
+            png = encoded_png(self.viewer.render_full(found.view).pixels)
+            found.handle.send_file_download(f"{self.viewer.shown}.png", png, save_immediately=True)
+
+        self._for(client, saved)
+
+    def choose_settings(self, change: Callable[[Settings], Settings]) -> None:
+        """As Actions.choose_settings."""
+        self.change(lambda: self.viewer.configure(change(self.viewer.settings)))
+
+    def _for(self, client: int, act: Callable[[_Client], object]) -> None:
+        """Between two pictures, do something for a client, unless it is gone by then."""
+
+        def do() -> None:
+            found = self._clients.get(client)
+            if found is not None:
+                found.active_at = time.perf_counter()
+                act(found)
+
+        self.change(do)
+
+    def _do_due(self) -> None:
+        """Move cameras to where clients have moved theirs, and do what was asked for."""
+        for client in self._clients.values():
+            pose, client.pose = client.pose, None
+            if pose is not None:
+                pose.place(client.view.control)
+                client.view.resize(fitted(pose.canvas, self._size))
+                client.failed = False
+        if self._due.empty():
+            return
+        for client in self._clients.values():
+            client.failed = False
+        try:
+            while not self._due.empty():
+                self._due.get()()
+        except PicaError:
+            self._panel.refresh(again=True)
+            raise
+        self._panel.refresh()
+
+    def _play(self, seconds: float) -> None:
+        playback = self.viewer.playback
+        was_playing = playback.playing
+        playback.advance(seconds)
+        if was_playing and not playback.playing:
+            self._panel.refresh()
+
+    def _next(self) -> _Client | None:
+        """The client whose picture is due; None: all are complete."""
+        by_use = sorted(self._clients.values(), key=lambda client: -client.active_at)
+        return next(
+            (client for client in by_use if not client.failed and not self.viewer.is_complete(client.view)), None
+        )
+
+    def _show(self, client: _Client) -> None:
+        """Render a client's next picture, and send it."""
+        is_first = self.viewer.is_new
+        try:
+            picture = self.viewer.render(client.view)
+        except PicaError:
+            client.failed = True  # until something changes
+            raise
+        quality = _QUALITY[picture.is_full]
+        client.handle.scene.set_background_image(picture.pixels, format="jpeg", jpeg_quality=quality)
+        client.handle.flush()
+        if is_first:
+            self._panel.refresh()  # now it is known what can be shown
+        self._tell_costs(client, picture)
+
+    def _tell_costs(self, client: _Client, picture: Picture) -> None:
+        now = time.perf_counter()
+        if now - self._told_at < _TEXTS_EVERY and not self.viewer.is_complete(client.view):
+            return
+        self._told_at = now
+        self._panel.show_costs(picture, self.viewer.milliseconds)
+        if self.viewer.playback.playing:
+            self._panel.show_time()
+
+    def _tell_compiling(self, done: int, total: int) -> None:
+        self._panel.say(f"Compiling shaders: {done} of {total}")
+
+    @contextlib.contextmanager
+    def _errors_shown(self) -> Iterator[None]:
+        try:
+            yield
+        except PicaError as error:
+            for client in self._clients.values():
+                client.handle.add_notification("pica", str(error), color="red", auto_close_seconds=10.0)
+
+    # What viser calls, in threads of its own.
+
+    def _connect(self, handle: "viser.ClientHandle") -> None:
+        def connect() -> None:
+            pose = ClientPose.of(handle.camera)
+            size = self._size if pose is None else fitted(pose.canvas, self._size)
+            client = _Client(handle, self.viewer.view(size, self._first.camera))
+            client.pose, client.active_at = pose, time.perf_counter()
+            self._clients[handle.client_id] = client
+
+        async def moved(camera: "viser.CameraHandle") -> None:  # in the order of the messages
+            client = self._clients.get(handle.client_id)
+            if client is not None:
+                client.pose, client.active_at = ClientPose.of(camera), time.perf_counter()
+                self._wake.set()
+
+        self.change(connect)
+        handle.camera.on_update(moved)
+
+    def _disconnect(self, handle: "viser.ClientHandle") -> None:
+        self.change(lambda: self._clients.pop(handle.client_id, None))
+
+    def _clicked(self, event: "viser.SceneClickEvent") -> None:
+        x, y = event.screen_pos
+        through_glass = bool(self._panel.through_glass.value)
+        if 0 <= x <= 1 and 0 <= y <= 1:
+            self._for(event.client_id, lambda client: self.viewer.pick(client.view, x, y, through_glass=through_glass))
+
+
+def fitted(canvas: Size, size: Size) -> Size:
+    """The size of pictures for a canvas: its shape, with at most as many pixels as `size` has, nor more than it has."""
+    width, height = (min(length, _LONGEST) for length in canvas)
+    scale = min(1.0, (size[0] * size[1] / (width * height)) ** 0.5)
+    return max(1, round(width * scale)), max(1, round(height * scale))
+
+
+def _import_viser() -> Any:
+    try:
+        import viser
+    except ImportError as error:
+        raise PicaError(f"the viewer in the browser needs viser ({error}): pip install pica[view]") from None
+    return viser
+
+
+def _check_free(host: str, port: int) -> None:
+    """Raises PicaError unless a server can listen there: viser would take another port, or wait for ever."""
+    try:
+        if not 0 <= port <= 65535:
+            raise OSError(None, "a port is 0 to 65535")
+        family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(address)
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise PicaError(f"cannot listen on {shown(host)}, port {port} ({why}); port 0 takes any free one") from None
+
+
+def _share_nothing(server: "viser.ViserServer") -> None:
+    """Clients may not ask viser for a tunnel from the internet."""
+    from viser import _messages
+
+    for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+        server._connection.unregister_handler(message)
+
+
+def _in_url(host: str) -> str:
+    return f"[{host}]" if ":" in host else host

@@ -1,0 +1,240 @@
+"""The viewer in the browser: pages that speak viser's protocol, good ones and bad ones."""
+
+import socket
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import pica
+from pica.scene.animation import Animation, Channel, Pose
+from pica.scene.mesh import Mesh
+from pica.scene.model import Node
+from pica.scenes.basic_meshes import box, plane
+from pica.scenes.placing import move
+from pica.viewer.viewer import Viewer
+from tests.building import lambert, placed, scene_of, uniform
+
+viser = pytest.importorskip("viser", reason="the extra pica[view] is not installed")
+
+from pica.viewer.web.client_camera import ClientPose, rotation_of, up_of  # noqa: E402
+from pica.viewer.web.panel import described  # noqa: E402
+from pica.viewer.web.server import WebViewer, fitted  # noqa: E402
+from tests.viewer.page import Page, quaternion  # noqa: E402
+
+CANVAS = (96, 64)
+CAMERA = pica.Camera.look_at((0, 1.5, 4), (0, 0.5, 0))
+
+
+def scene() -> pica.Scene:
+    cube = Node("cube", mesh=Mesh([box(1.0, lambert(0.8, 0.1, 0.1, name="red|paint"))], "cube"), pose=Pose())
+    made = scene_of(placed(plane(20, 20, lambert(0.4)), name="floor"), cube, environment=uniform(1, 1, 1))
+    times, places = np.array([0.0, 2.0]), np.array([[0, 0.5, 0], [2, 0.5, 0]])
+    cube.transform = move(0, 0.5, 0)
+    made.animations.append(Animation([Channel(cube, "translation", times, places)], name="slide"))
+    return made
+
+
+@pytest.fixture(scope="module")
+def web(device):
+    viewer = Viewer(scene(), settings=pica.Settings.preset("raster"), device=device, frames=2)
+    served = WebViewer(viewer, size=CANVAS, port=0, camera=CAMERA)
+    thread = threading.Thread(target=served.run, daemon=True)
+    thread.start()
+    yield served
+    served.stop()
+    thread.join(30)
+    assert not thread.is_alive()
+
+
+@pytest.fixture
+def page(web):
+    made = Page(web.address)
+    made.look(CAMERA, CANVAS)
+    yield made
+    made.close()
+
+
+def is_whole(pixels: np.ndarray) -> bool:
+    return pixels.shape == (64, 96, 3)
+
+
+def redness(pixels: np.ndarray) -> np.ndarray:
+    """(columns,) of red pixels, where the cube is."""
+    red, green, blue = np.moveaxis(pixels.astype(int), -1, 0)
+    return np.nonzero(red > 1.5 * np.maximum(green, blue) + 10)[1]
+
+
+def until(condition, seconds: float = 30.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.001)
+
+
+def test_a_page_gets_pictures_up_to_the_whole_one(page):
+    first = page.picture()
+    assert first.shape[0] < 64, "a small one comes first"
+    whole = page.picture(is_whole)
+    assert abs(redness(whole).mean() - 47.5) < 2, "the cube is in the middle"
+
+
+def test_the_camera_of_the_page_moves_the_picture(page):
+    page.picture(is_whole)
+    page.look(pica.Camera.look_at((-1, 1.5, 4), (-1, 0.5, 0)), CANVAS)
+    page.picture(lambda pixels: is_whole(pixels) and redness(pixels).mean() > 55)  # the camera has gone left
+
+
+def test_pictures_have_the_shape_of_the_page(page):
+    page.picture(is_whole)
+    page.look(CAMERA, (64, 96))
+    page.picture(lambda pixels: pixels.shape == (96, 64, 3))
+
+
+def test_settings_change_the_picture_and_the_panel(web, page):
+    before = page.picture(is_whole).mean()
+    page.set("Exposure", -2.0)
+    after = page.picture(lambda pixels: is_whole(pixels) and pixels.mean() < 0.75 * before)
+    assert after.mean() < before
+    page.set("Preset", "raster")
+    page.picture(lambda pixels: is_whole(pixels) and abs(pixels.mean() - before) < 3)
+    assert web.viewer.settings == pica.Settings.preset("raster")
+    assert page.texts[page.inputs["Exposure"]]["value"] == 0.0, "the panel has followed"
+
+
+def test_a_setting_that_cannot_be_is_said_and_put_back(web, page):
+    page.picture(is_whole)
+    page.set("Exposure", 1e6)
+    assert "post.exposure" in page.text("is outside")
+    assert page.texts[page.inputs["Exposure"]] == {"value": 0.0}
+    assert web.viewer.settings == pica.Settings.preset("raster")
+
+
+def test_an_aov_is_shown_instead(web, page):
+    page.picture(is_whole)
+    page.set("Shown", "instance")
+    colours = page.picture(lambda pixels: is_whole(pixels) and pixels[-1, 48].std() > 15)
+    assert not np.allclose(colours[-1, 48], colours[32, 48], atol=20)
+    page.set("Shown", "display")
+    page.picture(lambda pixels: is_whole(pixels) and pixels[-1, 48].std() < 15)
+
+
+def test_clicks_pick(web, page):
+    page.picture(is_whole)
+    page.click(0.5, 0.5)
+    text = page.text("cube")
+    assert "section 0" in text and "red&#124;paint" in text, "names have no meaning in Markdown"
+    page.click(0.5, 0.0)
+    assert "Nothing is picked" in page.text("picked")
+    page.click(float("nan"), 5.0)
+    page.click(0.5, 0.99)
+    assert "floor" in page.text("floor")
+
+
+def test_the_animation_plays_and_is_scrubbed(web, page):
+    page.picture(is_whole)
+    page.set("Seconds", 1.0)
+    scrubbed = page.picture(lambda pixels: is_whole(pixels) and redness(pixels).mean() > 60)
+    assert scrubbed is not None and web.viewer.playback.time == 1.0
+    page.set("Speed", -1.0)
+    page.set("Loop", False)
+    page.set("Play", True)
+    until(lambda: web.viewer.playback.playing)
+    until(lambda: not web.viewer.playback.playing)
+    ended = {"uuid": page.inputs["Play"], "updates": {"value": False}, "type": "GuiUpdateMessage"}
+    page.wait(lambda message: message == ended)
+    assert web.viewer.playback.time == 0.0 and not web.viewer.playback.playing
+    page.picture(lambda pixels: is_whole(pixels) and redness(pixels).mean() < 50)
+
+
+def test_buttons_move_the_camera_of_their_page_alone(web, page):
+    other = Page(web.address)
+    other.look(pica.Camera.look_at((0, 8, 0.1), (0, 0, 0)), CANVAS)
+    page.picture(is_whole)
+    page.look(pica.Camera.look_at((-1, 1.5, 4), (-1, 0.5, 0)), CANVAS, (-1, 0.5, 0))
+    page.picture(lambda pixels: is_whole(pixels) and redness(pixels).mean() > 55)
+    page.set("Home", True)
+    moved = page.wait(lambda message: message["type"] == "SetCameraPositionMessage" and message)
+    np.testing.assert_allclose(moved["position"], (0, 1.5, 4), atol=1e-6)
+    page.picture(lambda pixels: is_whole(pixels) and redness(pixels).mean() < 55)
+    with pytest.raises(TimeoutError):
+        other.wait(lambda message: message["type"] == "SetCameraPositionMessage" and not message["initial"], 2.0)
+    other.close()
+
+
+def test_a_picture_is_sent_as_a_file(page):
+    page.picture(is_whole)
+    page.set("Save picture", True)
+    start = page.wait(lambda message: message["type"] == "FileTransferStartDownload" and message)
+    assert start["filename"] == "display.png" and start["mime_type"] == "image/png"
+
+
+def test_bad_pages_stop_nobody(web, page):
+    page.picture(is_whole)
+    for data in (b"", b"\xc1garbage", "text", b"\x81\xa4type\xa4Nope"):
+        bad = Page(web.address)
+        bad.socket.send(data)
+        bad.close()
+    gone = Page(web.address)
+    gone.look(CAMERA, CANVAS)
+    gone.socket.socket.shutdown(socket.SHUT_RDWR)  # without a word
+    wrong = Page(web.address)
+    for canvas, target in [((10**9, 1), (0, 0, 0)), ((0, 0), (0, 0, 0)), (CANVAS, (np.nan, 0, 0))]:
+        wrong.look(CAMERA, canvas, target)
+    with socket.create_connection(("127.0.0.1", int(web.address.rpartition(":")[2]))) as raw:
+        raw.sendall(b"GET / HTTP/9\r\n\r\n\x00\xff")
+    page.look(pica.Camera.look_at((-1, 1.5, 4), (-1, 0.5, 0)), CANVAS)
+    page.picture(lambda pixels: is_whole(pixels) and redness(pixels).mean() > 55)
+
+
+def test_nobody_may_open_a_tunnel(web):
+    from viser import _messages
+
+    assert _messages.ShareUrlRequest not in web._server._connection._incoming_handlers
+
+
+def test_an_address_that_is_taken_is_an_error(web, device):
+    port = int(web.address.rpartition(":")[2])
+    for host, number, fault in [
+        ("127.0.0.1", port, "in use"),
+        ("203.0.113.1", 0, "assign"),
+        ("127.0.0.1", 70000, "65535"),
+    ]:
+        with pytest.raises(pica.PicaError, match=f"cannot listen on '{host}', port {number} .*{fault}"):
+            WebViewer(web.viewer, size=CANVAS, host=host, port=number)
+
+
+def test_without_viser_one_line_names_the_extra(web, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "viser", None)
+    with pytest.raises(pica.PicaError, match=r"pip install pica\[view\]"):
+        WebViewer(web.viewer, size=CANVAS, port=0)
+
+
+def test_poses_go_over_and_back():
+    class Handle:
+        wxyz, position = quaternion(CAMERA.pose("opencv")[:3, :3]), tuple(CAMERA.transform[:3, 3])
+        fov, look_at, image_width, image_height = CAMERA.vertical_fov, (0, 0.5, 0), 96, 64
+
+    pose = ClientPose.of(Handle())
+    np.testing.assert_allclose(pose.transform, CAMERA.transform, atol=1e-12)
+    np.testing.assert_allclose(rotation_of((2, 0, 0, 0)), np.eye(3))
+    Handle.position = (np.nan, 0, 0)
+    assert ClientPose.of(Handle()) is None
+    np.testing.assert_array_equal(up_of(CAMERA), (0, 1, 0))
+    tilted = pica.Camera.look_at((0, 0, 4), (0, 0, 0), up=(1, 1, 0))
+    np.testing.assert_allclose(up_of(tilted), np.array((1, 1, 0)) / np.sqrt(2), atol=1e-12)
+
+
+def test_pictures_fit_the_page():
+    assert fitted((640, 360), (1280, 720)) == (640, 360)
+    assert fitted((1920, 1080), (640, 360)) == (640, 360)
+    width, height = fitted((500, 2000), (640, 360))
+    assert width * height <= 640 * 360 * 1.01 and height == 4 * width
+    assert fitted((10**9, 1), (640, 360)) == (4096, 1)
+
+
+def test_what_is_picked_is_described_without_a_surface():
+    assert "Nothing" in described(None)
