@@ -30,8 +30,9 @@ def view(
 ) -> None:
     """Look at SCENE live in the browser: move the camera, change settings, pick surfaces. Ctrl-C ends it."""
     from pica.viewer.viewer import Viewer
-    from pica.viewer.web.server import WebViewer
+    from pica.viewer.web.server import WebViewer, import_viser
 
+    import_viser()  # rather than once all is loaded
     settings = options.parse_settings(preset, values, ev)
     pixels = options.parse_size(size)
     baked = options.load_light_map(light_map, settings)

@@ -67,7 +67,7 @@ class WebViewer:
         `camera`: where clients begin.
 
         Raises PicaError if viser is not installed, or the address cannot be listened on."""
-        viser = _import_viser()
+        viser = import_viser()
         _check_free(host, port)
         self.viewer, self._size = viewer, size
         self._first = CameraControl(viewer.scene, size[0] / size[1], camera)
@@ -260,7 +260,8 @@ def fitted(canvas: Size, size: Size) -> Size:
     return max(1, round(width * scale)), max(1, round(height * scale))
 
 
-def _import_viser() -> Any:
+def import_viser() -> Any:
+    """The library. Raises PicaError, with the extra that installs it, if it is missing."""
     try:
         import viser
     except ImportError as error:
