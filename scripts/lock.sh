@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes requirements.lock and, for the extras, requirements-{cpu,denoise,docs,test}.lock from pyproject.toml.
+# Writes requirements.lock and, for the extras, requirements-{cpu,denoise,docs,view,test}.lock from pyproject.toml.
 # Usage: lock.sh PYTHON
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -27,9 +27,10 @@ packages >"$scratch/after-plain"
 lock cpu plain
 lock denoise cpu
 lock docs denoise
-# With what denoising and docs need, which tests need too.
+lock view docs
+# With what denoising, docs and the viewer need, which tests need too.
 lock test cpu
 cp "$scratch/plain" requirements.lock
-for extra in cpu denoise docs test; do
+for extra in cpu denoise docs view test; do
     cp "$scratch/$extra" "requirements-$extra.lock"
 done

@@ -1,0 +1,121 @@
+"""Delays of `pica view`, as a page sees them: from a camera to its picture, and between pictures while it is dragged.
+
+python benchmarks/viewer_delay.py cornell [quality]
+"""
+
+import argparse
+import json
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+from PIL import Image
+
+import pica
+from pica.scene.orbit import orbited, pivot, turned
+from tests.viewer.page import Page
+
+SIZE = (640, 360)
+SECONDS = 8.0
+"""That the camera is dragged for."""
+JUMPS = 40
+
+
+def served(scene: str, preset: str) -> tuple[subprocess.Popen, str]:
+    """A server in a process of its own, and its address."""
+    command = ["view", scene, "--preset", preset, "--size", f"{SIZE[0]}x{SIZE[1]}", "--port", "0", "--json"]
+    server = subprocess.Popen([sys.executable, "-m", "pica", *command], stdout=subprocess.PIPE, text=True)
+    lines = iter(server.stdout.readline, "}\n")
+    return server, json.loads("".join(lines) + "}")["address"]
+
+
+def settled(page: Page, camera: pica.Camera, seconds: float) -> np.ndarray:
+    """The newest picture after so long."""
+    page.look(camera, SIZE)
+    end, picture = time.perf_counter() + seconds, None
+    while (left := end - time.perf_counter()) > 0:
+        try:
+            picture = page.picture(seconds=left)
+        except TimeoutError:
+            break
+    return picture
+
+
+def dragged(page: Page, scene: pica.Scene, camera: pica.Camera) -> tuple[np.ndarray, tuple[int, ...]]:
+    """Seconds between the pictures that arrive while the camera orbits, 30 positions a second; the last one's shape."""
+    center, stopped = pivot(scene, camera), threading.Event()
+
+    def drag() -> None:
+        for step in range(10**6):
+            if stopped.wait(1 / 30):
+                return
+            page.look(orbited(camera, center, 0.005 * (step + 1)), SIZE)
+
+    mover = threading.Thread(target=drag)
+    mover.start()
+    arrivals, end = [], time.perf_counter() + SECONDS
+    while time.perf_counter() < end:
+        shape = page.picture().shape
+        arrivals.append(time.perf_counter())
+    stopped.set()
+    mover.join()
+    return np.diff(arrivals), shape
+
+
+def delays(page: Page, camera: pica.Camera) -> np.ndarray:
+    """Seconds from a camera that looks elsewhere to the first picture that shows it, in motion."""
+    views = [camera, turned(camera, np.pi)]
+    looks = [_small(settled(page, view, 2.0)) for view in views]
+    found = []
+    for jump in range(JUMPS):
+        time.sleep(0.03 + 0.002 * jump)
+        began = time.perf_counter()
+        page.look(views[jump % 2], SIZE)
+        page.picture(_nearer(looks[jump % 2], looks[1 - jump % 2]))
+        found.append(time.perf_counter() - began)
+    return np.array(found)
+
+
+def _small(pixels: np.ndarray) -> np.ndarray:
+    return np.asarray(Image.fromarray(pixels).resize((32, 18)), np.float32)
+
+
+def _nearer(wanted: np.ndarray, other: np.ndarray) -> Callable[[np.ndarray], bool]:
+    return lambda pixels: np.abs(_small(pixels) - wanted).mean() < np.abs(_small(pixels) - other).mean()
+
+
+def _row(name: str, seconds: np.ndarray) -> None:
+    median, most = np.percentile(1000 * seconds, (50, 95))
+    print(f"{name}: median {median:.0f} ms, 95% {most:.0f} ms, longest {1000 * seconds.max():.0f} ms")
+
+
+def main() -> None:
+    """Measure one scene."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("scene", choices=("cornell", "rooms", "sphere_grid"))  # which look different from behind
+    parser.add_argument("preset", nargs="?", default="quality")
+    given = parser.parse_args()
+    scene = getattr(pica.scenes, given.scene)()
+    camera = scene.default_camera(SIZE[0] / SIZE[1])
+    server, address = served(given.scene, given.preset)
+    try:
+        page = Page(address)
+        settled(page, camera, 1.0)
+        page.picture(lambda pixels: pixels.shape[0] >= SIZE[1], 600.0)
+        dragged(page, scene, camera)  # finds the size of pictures in motion
+        gaps, shape = dragged(page, scene, camera)
+        _row(f"between pictures of {shape[1]}x{shape[0]} while dragging", gaps)
+        _row("from a camera to its picture, in motion", delays(page, camera))
+        page.close()
+        server.send_signal(signal.SIGINT)
+        server.wait(30)
+    finally:
+        server.kill()
+
+
+if __name__ == "__main__":
+    main()
