@@ -1,1 +1,1 @@
-"""Motion blur: what moves while the shutter is open."""
+"""Motion blur of a camera with a shutter."""

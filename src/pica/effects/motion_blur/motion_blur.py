@@ -1,4 +1,4 @@
-"""Motion blur of what moves while the shutter is open."""
+"""Motion blur while the shutter is open."""
 
 import math
 

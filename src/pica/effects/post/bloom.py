@@ -1,4 +1,4 @@
-"""Light that a lens and an eye scatter about what is bright."""
+"""Bloom: scattering of light in the lens and the eye."""
 
 import slangpy as spy
 
