@@ -9,13 +9,16 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Callable
 from typing import Any, BinaryIO
 
-import DracoPy
 import numpy as np
 
 LENGTH_BYTES = 4
 """Of the length before JSON, little-endian."""
+
+
+Decode = Callable[[bytes], Any]
 
 
 class UnfitError(Exception):
@@ -24,20 +27,22 @@ class UnfitError(Exception):
 
 def main() -> None:
     """Answer requests on standard input until it ends."""
+    import DracoPy  # here, since loading any file imports this module; before the limits, which are of the decoding
+
     replies = os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the library prints
     requests = sys.stdin.buffer
     while head := requests.read(LENGTH_BYTES):
         request = json.loads(requests.read(int.from_bytes(head, "little")))
-        _reply(replies, request, requests.read(request["bytes"]))
+        _reply(replies, DracoPy.decode, request, requests.read(request["bytes"]))
 
 
-def _reply(replies: BinaryIO, request: dict[str, Any], content: bytes) -> None:
+def _reply(replies: BinaryIO, decode: Decode, request: dict[str, Any], content: bytes) -> None:
     arrays: list[np.ndarray[Any, Any]] = []
     start = time.process_time()
     try:
         _set_limits(request["memory"], request["seconds"])
-        arrays = _decoded(request, content)
+        arrays = _decoded(decode, request, content)
         seconds = time.process_time() - start
         answer: dict[str, Any] = {"corners": arrays[0].size, "vertices": len(arrays[1]), "seconds": seconds}
     except UnfitError as error:
@@ -69,9 +74,9 @@ def _set_limits(memory: int, seconds: float) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
 
-def _decoded(request: dict[str, Any], content: bytes) -> list[np.ndarray[Any, Any]]:
+def _decoded(decode: Decode, request: dict[str, Any], content: bytes) -> list[np.ndarray[Any, Any]]:
     """The indices, and an array for each requested attribute, of the requested types."""
-    mesh = DracoPy.decode(content)
+    mesh = decode(content)
     faces = getattr(mesh, "faces", None)
     if faces is None:
         raise UnfitError("holds points without triangles")
