@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.effects.gbuffer.pick_ray import PickedPoint
 from pica.gpu_scene.view import SceneView
+from pica.renderer.pick_ray import PickedPoint
 from pica.scene.material import Material
 from pica.scene.mesh import Mesh
 from pica.scene.model import Node

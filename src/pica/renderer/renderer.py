@@ -7,7 +7,6 @@ from weakref import ref
 import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
-from pica.effects.gbuffer.pick_ray import PickRay
 from pica.errors import PicaError, SettingsError
 from pica.frame.aovs import at_size
 from pica.frame.context import FrameContext, FrameSequence, Size
@@ -23,6 +22,7 @@ from pica.light_map.light_map import LightMap
 from pica.programs.preparation import expect as expect_programs
 from pica.renderer.frame_plan import FramePlan
 from pica.renderer.insertion import Declare, Insertion, checked_insertion
+from pica.renderer.pick_ray import PickRay
 from pica.renderer.picking import Picked, picked
 from pica.renderer.stages import EVERY_GROUP, Stages
 from pica.rendering.arguments import (

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import slangpy as spy
 
-MAX_PASSES = 64
+MAX_PASSES = 128
 FRAMES_IN_FLIGHT = 3
 MAX_FRAMES = 1024
 _GROUP = spy.float3(0.4, 0.6, 0.9)

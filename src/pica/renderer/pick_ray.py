@@ -35,7 +35,7 @@ class PickRay:
     def __init__(self, device: Device, tracer: Tracer | None) -> None:
         """Raises DeviceError if nothing traces rays on the device."""
         self._device = device
-        self._trace = ray_effect(device, "effects/gbuffer/pick_ray.slang", "PickRay", "hit", tracer)
+        self._trace = ray_effect(device, "renderer/pick_ray.slang", "PickRay", "hit", tracer)
         self._found = device.buffer("picked point", size=16 * _ROWS, struct_size=16)
 
     def __call__(
