@@ -86,6 +86,8 @@ if TYPE_CHECKING:  # for type checkers and editors; a test compares it with _HOM
     from pica.scene.skin import Skin as Skin
     from pica.scene.spline import Spline as Spline
     from pica.scene.spline import bend as bend
+    from pica.scene.sun import sky as sky
+    from pica.scene.sun import sun_position as sun_position
     from pica.settings import AmbientOcclusionSettings as AmbientOcclusionSettings
     from pica.settings import AntialiasingSettings as AntialiasingSettings
     from pica.settings import DebugSettings as DebugSettings
@@ -155,6 +157,7 @@ _PUBLIC = {
     "pica.scene.sheen": ("Sheen",),
     "pica.scene.skin": ("Skin",),
     "pica.scene.spline": ("Spline", "bend"),
+    "pica.scene.sun": ("sky", "sun_position"),
     "pica.settings": (
         "AmbientOcclusionSettings",
         "AntialiasingSettings",

@@ -144,6 +144,19 @@ def test_strengths_that_no_environment_has(run, tmp_path):
         assert code == 2 and "strength: " in err and err.count("\n") == 1
 
 
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_sky_with_a_sun(show, calls, command, monkeypatch):
+    monkeypatch.setitem(vars(pica), "load", lambda path, environment=None, **_: pica.Scene())
+    code, err = show(command, "--sun", "-3,90")
+    assert code == 0, err
+    scene = calls[-1].scene
+    assert scene.environment.radiance.shape == (128, 256, 3) and [node.name for node in scene.nodes()] == ["sun"]
+    code, err = show(command, "--sun", "20,90", "--env-strength", "2")
+    assert code == 2 and "--sun takes no --env" in err and err.count("\n") == 1
+    code, err = show(command, "--sun", "noon")
+    assert code == 2 and "neither ELEVATION,AZIMUTH nor TIME" in err and err.count("\n") == 1
+
+
 def test_up_is_an_axis_and_for_files(run, tmp_path):
     code, _, err = run("render", "cornell", "-o", tmp_path / "o.png", "--up", "z")
     assert code == 2 and "--up z: is for files" in err

@@ -25,6 +25,7 @@ OPTIONS += ["--fps", "--resume", "--device", "--json", "--env", "--camera", "--e
 OPTIONS += [
     "--env-strength",
     "--env-rotation",
+    "--sun",
     "--up",
     "--variant",
     "--ev",

@@ -55,6 +55,10 @@ class View:
     env_rotation: Annotated[
         float | None, _option("DEGREES", "Turns the environment about the vertical axis, from +Z towards +X.")
     ] = None
+    sun: Annotated[
+        str | None,
+        _option("ELEVATION,AZIMUTH", "A clear sky and its sun, degrees, north is -Z; or TIME@LATITUDE,LONGITUDE."),
+    ] = None
     up: Annotated[
         str, _option("y|z", "The axis that points up in the file: z for files that are not as glTF asks.")
     ] = "y"
@@ -82,6 +86,7 @@ class View:
     def load(self, moving: bool = False) -> "Scene":
         """The scene at its time; `moving`: at 0 s even without a time. Raises PicaError."""
         scene = _load(self.scene, self.env, self.allow_outside, parse_limits(self.limit), self.up, self.variant)
+        self._add_sun(scene)
         self._change_environment(scene)
         if moving or self.start is not None or self.animation is not None:
             scene.animate(self.start or 0.0, find_animation(scene, self.animation))
@@ -98,6 +103,16 @@ class View:
             strength=environment.strength if self.env_strength is None else self.env_strength,
             rotation=environment.rotation if self.env_rotation is None else math.radians(self.env_rotation),
         )
+
+    def _add_sun(self, scene: "Scene") -> None:
+        if self.sun is None:
+            return
+        if (self.env, self.env_strength, self.env_rotation) != (None, None, None):
+            raise PicaError("--sun takes no --env, --env-strength or --env-rotation beside it")
+        from pica.scene.sun import parse_sun, sky
+
+        scene.environment, sun = sky(*parse_sun(self.sun))
+        scene.add(sun)
 
     @property
     def has_camera(self) -> bool:
