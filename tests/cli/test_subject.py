@@ -146,7 +146,7 @@ def test_strengths_that_no_environment_has(run, tmp_path):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_sky_with_a_sun(show, calls, command, monkeypatch):
-    monkeypatch.setitem(vars(pica), "load", lambda path, environment=None, **_: pica.Scene())
+    monkeypatch.setitem(vars(pica), "load", lambda path, environment=None, **_: pica.Scene(environment=environment))
     code, err = show(command, "--sun", "-3,90")
     assert code == 0, err
     scene = calls[-1].scene

@@ -15,7 +15,7 @@ from pica.errors import PicaError
 from pica.names import did_you_mean
 
 if TYPE_CHECKING:
-    from pica import Camera, Limits, Scene
+    from pica import Camera, Environment, Limits, Node, Scene
 
 BUILT_IN = {
     "demo": "machine_world",
@@ -85,8 +85,11 @@ class View:
 
     def load(self, moving: bool = False) -> "Scene":
         """The scene at its time; `moving`: at 0 s even without a time. Raises PicaError."""
-        scene = _load(self.scene, self.env, self.allow_outside, parse_limits(self.limit), self.up, self.variant)
-        self._add_sun(scene)
+        sky = self._sky()
+        environment = self.env if sky is None else sky[0]
+        scene = _load(self.scene, environment, self.allow_outside, parse_limits(self.limit), self.up, self.variant)
+        if sky is not None:
+            scene.add(sky[1])
         self._change_environment(scene)
         if moving or self.start is not None or self.animation is not None:
             scene.animate(self.start or 0.0, find_animation(scene, self.animation))
@@ -104,15 +107,14 @@ class View:
             rotation=environment.rotation if self.env_rotation is None else math.radians(self.env_rotation),
         )
 
-    def _add_sun(self, scene: "Scene") -> None:
+    def _sky(self) -> "tuple[Environment, Node] | None":
         if self.sun is None:
-            return
+            return None
         if (self.env, self.env_strength, self.env_rotation) != (None, None, None):
             raise PicaError("--sun takes no --env, --env-strength or --env-rotation beside it")
         from pica.scene.sun import parse_sun, sky
 
-        scene.environment, sun = sky(*parse_sun(self.sun))
-        scene.add(sun)
+        return sky(*parse_sun(self.sun))
 
     @property
     def has_camera(self) -> bool:
@@ -205,9 +207,14 @@ def parse_limits(texts: list[str] | None) -> "Limits":
 
 
 def _load(
-    name: str, environment: Path | None, allow_outside: bool, limits: "Limits", up: str, variant: str | None
-) -> "Scene":  # fmt: skip
-    """A built-in scene by its word or a file, under the light of an environment picture. Raises PicaError."""
+    name: str,
+    environment: "Path | Environment | None",
+    allow_outside: bool,
+    limits: "Limits",
+    up: str,
+    variant: str | None,
+) -> "Scene":
+    """A built-in scene by its word or a file, lit by an environment or a picture of one. Raises PicaError."""
     import pica
     from pica.scene.limits import Budget
     from pica.scene.loading import read_environment
@@ -219,7 +226,9 @@ def _load(
             raise PicaError(f"--variant {variant}: is for files; the built-in scenes have no variants")
         scene: Scene = getattr(pica.scenes, BUILT_IN[name])()
         if environment is not None:
-            scene.environment = read_environment(environment, Budget(limits))
+            if isinstance(environment, Path):
+                environment = read_environment(environment, Budget(limits))
+            scene.environment = environment
         return scene
     if not name or (not Path(name).suffix and not Path(name).exists()):
         hint = did_you_mean(name, BUILT_IN)
