@@ -163,6 +163,7 @@ def test_average_emission():
     assert average_emission(lamp) == pytest.approx(2)
     assert average_emission(Material(emission=(2, 2, 2), emissive_texture=Texture(Image(pixels)))) == pytest.approx(1)
     assert average_emission(Material(emission=(0, 1, 0))) == pytest.approx(0.7152)
+    assert average_emission(Material(emission=(0, 1, 0), unlit=True)) == 0, "its base colour is all that it shows"
 
 
 @pytest.mark.parametrize(("encoding", "expected"), [("srgb", linear(128)), ("linear", 128 / 255)])

@@ -3,13 +3,16 @@
 import numpy as np
 
 from pica.scene.light import DirectionalLight, Light, PointLight, SpotLight
-from pica.scene.material import Material
+from pica.scene.material import STANDARD, Material
 from pica.scene.mesh import Mesh
 from pica.scene.model import Scene
 
 
 def average_emission(material: Material) -> float:
     """Mean emitted luminance of the material, nits; for estimates only."""
+    # Unlit surfaces show their base colour instead (standard_material.slang).
+    if material.unlit and material.type == STANDARD:
+        return 0.0
     luminance = np.dot(material.emission, (0.2126, 0.7152, 0.0722))
     texture = material.emissive_texture
     if texture is not None and luminance > 0:
