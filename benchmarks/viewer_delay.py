@@ -101,10 +101,13 @@ def main() -> None:
     given = parser.parse_args()
     scene = getattr(pica.scenes, given.scene)()
     camera = scene.default_camera(SIZE[0] / SIZE[1])
+    began = time.perf_counter()
     server, address = served(given.scene, given.preset)
     try:
         page = Page(address)
-        settled(page, camera, 1.0)
+        page.look(camera, SIZE)
+        page.picture(seconds=600.0)
+        print(f"first picture: {time.perf_counter() - began:.1f} s after the command")
         page.picture(lambda pixels: pixels.shape[0] >= SIZE[1], 600.0)
         dragged(page, scene, camera)  # finds the size of pictures in motion
         gaps, shape = dragged(page, scene, camera)

@@ -6,7 +6,7 @@ import pytest
 import pica
 from pica.scenes.basic_meshes import box, plane
 from pica.scenes.placing import move
-from pica.viewer.viewer import Viewer
+from pica.viewer.viewer import View, Viewer
 from tests.building import lambert, placed, scene_of, uniform
 
 SIZE = (96, 64)
@@ -73,6 +73,20 @@ def test_every_change_begins_a_new_picture(viewer, view, change):
     cube.transform = move(0, 0.5, 0)
     viewer.set("post.exposure", 0.0)
     viewer.show("display")
+
+
+def test_a_whole_picture_waits_until_the_rest_has_lasted_as_long():
+    view = View(None, (640, 360))
+    view.follow("moved", 0.0)
+    view.resolution.measure(0.3)
+    view.follow("moved", 0.1)
+    small = view.resolution.size
+    view.follow("moved", 1.0)
+    assert view.resolution.size == small, "the next one takes 1.2 seconds"
+    view.follow("moved", 1.3)
+    assert view.resolution.size > small
+    view.follow("moved again", 1.31)
+    assert view.resolution.size <= small
 
 
 def test_what_can_be_shown_has_aovs_and_views_of_effects(viewer, view):

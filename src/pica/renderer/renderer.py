@@ -426,8 +426,8 @@ class Renderer(Closing):
 
         `x`, `y`: in pixels of the picture, from its upper left corner, right and down. `through_glass`: transmissive
         surfaces, and points of blended ones that are not nearly opaque, are passed. Points of masks count where they
-        are opaque, points of blended surfaces wherever they show at all. The scene is as in the last frame, whatever
-        was changed since. Waits for the device; the first call compiles a program.
+        are opaque, points of blended surfaces wherever they show at all. Changes of the scene count from the next frame
+        on, this renderer's or another one's of the scene. Waits for the device; the first call compiles a program.
         Raises PicaError before the first frame, after `resize` until the next one, and for a pixel outside of the
         picture; DeviceError if nothing traces rays on the device.
         """

@@ -284,7 +284,7 @@ def _check_free(host: str, port: int) -> None:
 
 
 def _share_nothing(server: "viser.ViserServer") -> None:
-    """Clients may not ask viser for a tunnel from the internet."""
+    """Clients may not ask viser for a tunnel from the internet. It has no public setting for that."""
     from viser import _messages
 
     for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
