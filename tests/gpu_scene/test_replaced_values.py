@@ -27,6 +27,8 @@ LENS: dict[str, Any] = {
     "orthographic_height": 2.0, "far": 3.8,
 }  # fmt: skip
 """Only an orthographic camera's view ends at `far`."""
+APERTURE: dict[str, Any] = {"focus_distance": 1.2, "f_number": 0.1, "sensor_height": 0.05, "aperture_blades": 3}
+"""Of a perspective camera."""
 QUIET = {"name", "identities", "axes", "ages"}
 """Fields that sprites without textures do not show."""
 
@@ -49,7 +51,7 @@ VALUES: dict[type, dict[str, Any]] = {
     pica.Sheen: {"color": RED, "roughness": 0.9},
     pica.Iridescence: {"strength": 1.0, "ior": 1.9, "thickness_minimum": 300.0, "thickness_maximum": 800.0},
     pica.Anisotropy: {"strength": 0.9, "rotation": 1.0},
-    pica.Camera: {"transform": pica.Camera.look_at((0.4, 1.5, 3.3), (0, 0.3, 0)).transform, **LENS},
+    pica.Camera: {"transform": pica.Camera.look_at((0.4, 1.5, 3.3), (0, 0.3, 0)).transform, **LENS, **APERTURE},
     pica.Particles: {
         "sizes": np.array([0.4, 0.2]), "colors": np.array([[1, 0, 0, 1], [0, 0, 1, 1]]), "rotations": np.array([0.5]),
         "positions": np.array([[0.2, 0.6, 1.0], [-0.3, 0.3, 1.2]]), "ages": np.array([0.7]),
@@ -147,7 +149,10 @@ def test_cameras(device):
     def replaced(name, value):
         shown.camera = replace(shown.camera, **{name: value})
 
-    shown.check(replaced, VALUES[pica.Camera])
+    shown.check(replaced, {name: value for name, value in VALUES[pica.Camera].items() if name not in APERTURE})
+    shown = Stage(device, stage())
+    shown.camera = replace(CAMERA, f_number=0.2, focus_distance=2.5)
+    shown.check(replaced, APERTURE)
 
 
 def test_the_camera_of_a_node(device):
