@@ -3,7 +3,8 @@
 import numpy as np
 
 from pica.scene.light import DirectionalLight, Light, PointLight, SpotLight
-from pica.scene.material import STANDARD, Material
+from pica.scene.material import Material
+from pica.scene.material_registry import STANDARD
 from pica.scene.mesh import Mesh
 from pica.scene.model import Scene
 
