@@ -119,7 +119,7 @@ def write_png(path: str | Path, pixels: NDArray[np.uint8] | NDArray[np.uint16]) 
 
 
 def encoded_png(pixels: NDArray[np.uint8]) -> bytes:
-    """The bytes of (height, width, 3) uint8 as PNG."""
+    """The bytes of (height, width, 3 or 4) uint8 as PNG."""
     stream = io.BytesIO()
     PIL.Image.fromarray(pixels).save(stream, "PNG")
     return stream.getvalue()

@@ -10,7 +10,7 @@ from pica.errors import SceneError
 from pica.scene.arrays import floats, integers, place_of, shares
 from pica.scene.material import Material
 from pica.scene.mesh import Section
-from pica.scene.normals import face_normals, perpendicular, unit_normals, vertex_normals
+from pica.scene.normals import are_unit, face_normals, perpendicular, unit_normals, vertex_normals
 from pica.scene.tangents import generate_tangents
 from pica.scene.values import LARGEST, Check, UnfitError, checked, flag, instance
 
@@ -138,6 +138,7 @@ def unit_tangents(tangents: NDArray[np.float32] | None, normals: NDArray[np.floa
     unit = np.column_stack(
         [tangents[:, :3] / np.where(lengths > 0, lengths, 1), np.where(tangents[:, 3:] < 0, -1, 1).astype(np.float32)]
     )
+    unit[:, :3] = np.where(are_unit(tangents[:, :3]), tangents[:, :3], unit[:, :3])
     return np.where(lengths > 0, unit, spare).astype(np.float32)
 
 

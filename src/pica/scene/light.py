@@ -15,6 +15,7 @@ from pica.scene.checked_field import CheckedField, described
 from pica.scene.values import BRIGHTEST, LARGEST, angle, choice, number, optional, positive, text, vector
 
 Color = tuple[float, float, float]
+ShadowDenoiser = Literal["svgf", "anisotropic", "off"]
 WHITE: Color = (1.0, 1.0, 1.0)
 COLOR = vector(3, 0)
 """Checks a colour."""
@@ -33,7 +34,7 @@ class _AnyLight:
 
     lighting_channels: CheckedField[frozenset[int]] = CheckedField(checked_channels, ALL_CHANNELS)
     """Of 0 to 5: the light reaches the nodes in one of them, and only these occlude it."""
-    shadow_denoiser: CheckedField[Literal["svgf", "anisotropic", "off"] | None] = CheckedField(
+    shadow_denoiser: CheckedField[ShadowDenoiser | None] = CheckedField(
         optional(choice("svgf", "anisotropic", "off")), None
     )
     """The filter of this light's soft shadow in real time; None: that of the setting shadows.denoiser."""

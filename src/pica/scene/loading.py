@@ -58,7 +58,11 @@ def load(
         scene.environment = environment
     elif environment is not None:
         scene.environment = read_environment(_checked(environment, "environment"), budget)
-    elif not has_lights(scene) and (share := emitted_illuminance(scene) / SKY_ILLUMINANCE) < _LEAST_SHARE:
+    elif (
+        scene.environment is None
+        and not has_lights(scene)
+        and (share := emitted_illuminance(scene) / SKY_ILLUMINANCE) < _LEAST_SHARE
+    ):
         what = f"emits {share:.1g} times what a sky would give" if share else "has no light"
         warnings.warn(
             f"{printable(path)}: {what}, so a neutral sky lights it; an environment would replace that", stacklevel=2

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -133,6 +134,17 @@ class Scene(FieldsOnly):
                 return animation
         names = ", ".join(f"{index} {animation.name!r}" for index, animation in enumerate(animations))
         raise SceneError(f"animate: no animation {shown(which)}; the scene has {names or 'none'}")
+
+    def save(self, path: str | Path) -> None:
+        """Write the scene as glTF 2.0, for pica.load and others: .glb, or .gltf with a .bin and PNG files beside it.
+
+        Existing files are replaced. Numbers of arrays are 32 bits wide; all else is the same after loading. Warns, once
+        for each kind, of content that has no place in the file (docs/guide/gltf.md, "Saving"). Raises SceneError for
+        another suffix and an invalid scene, PicaError for a file that cannot be written.
+        """
+        from pica.scene import gltf_export  # which takes scenes apart
+
+        gltf_export.write(self, path)
 
     def subscribe(self) -> ChangeSet:
         """A new record of the scene's changes; updated as long as the caller holds it."""

@@ -5,6 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+_UNIT_WITHIN = 2e-7
+"""Of rounding to 32 bits."""
+
 
 def face_normals(positions: NDArray[np.floating[Any]], triangles: NDArray[np.uint32]) -> NDArray[np.float32]:
     """(triangles, 3) unit normals, on the side from which the corners go counter-clockwise; +Z where no area is."""
@@ -41,7 +44,15 @@ def unit_normals(
         at_vertex = np.zeros_like(normals)
         at_vertex[triangles] = face_normals(positions, triangles)[:, None]
         normals = np.where(missing, at_vertex, normals)
-    return _unit(normals.astype(np.float64), np.array([0.0, 0.0, 1.0])).astype(np.float32)
+    unit = _unit(normals.astype(np.float64), np.array([0.0, 0.0, 1.0])).astype(np.float32)
+    return np.where(are_unit(normals), normals, unit)
+
+
+def are_unit(vectors: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """(vertices, 1) which vectors, (vertices, 3), have unit length already: they are kept to the bit, so that a scene
+    that was saved is the same once it is loaded."""
+    lengths = np.linalg.norm(vectors.astype(np.float64), axis=1, keepdims=True)
+    return np.abs(lengths - 1) <= _UNIT_WITHIN
 
 
 def perpendicular(normals: NDArray[np.floating[Any]]) -> NDArray[np.float32]:

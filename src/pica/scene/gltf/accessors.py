@@ -90,6 +90,11 @@ def read_floats(
     return floats
 
 
+def read_matrices(document: Document, source: Element, key: str) -> NDArray[np.float64]:
+    """(count, 4, 4) of an accessor of matrices, which files have column by column."""
+    return read_floats(document, source, key, ("MAT4",)).reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
+
+
 def read_indices(document: Document, source: Element, key: str, below: int) -> NDArray[np.uint32]:
     """(count,) vertex indices. Raises SceneError for any that is not below `below`."""
     values = read_accessor(document, source, key, ("SCALAR",))[:, 0]

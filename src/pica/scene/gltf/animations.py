@@ -57,7 +57,8 @@ def _animation(document: Document, entry: Element, nodes: dict[Element, Node], h
             fault = f"{moved.place()} has a matrix, which cannot be animated"
             raise channel.object("target").fault(fault, "node")
         moves.append(_Move(channel.reference("sampler", samplers), nodes[moved], path))
-    return entry.apply(Animation, _channels(document, entry, moves), entry.name)
+    least = entry.pica.number("duration", low=0, default=0.0)
+    return entry.apply(Animation, _channels(document, entry, moves), entry.name, duration=least)
 
 
 def _target(document: Document, channel: Element) -> tuple[Element | None, Path | None]:

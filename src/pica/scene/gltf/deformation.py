@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.gltf.accessors import Rows, element_count, read_accessor, read_floats
+from pica.scene.gltf.accessors import Rows, element_count, read_accessor, read_floats, read_matrices
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.model import Node
 from pica.scene.skin import Skin
 
 _MORPHED = ("POSITION", "NORMAL", "TANGENT")
+_UNIT_WITHIN = 1e-6
+"""By how much sums of weights differ from 1 by rounding to 32 bits."""
 _JOINT_BYTES = 1000
 """Bytes per joint of a skin: its matrices, and its rows of indices."""
 
@@ -78,13 +80,14 @@ def joints_and_weights(
         weight_sets.append(weights)
     if not joint_sets:
         return None
-    return _normalized(np.concatenate(joint_sets, axis=1), np.concatenate(weight_sets, axis=1))
+    return normalized(np.concatenate(joint_sets, axis=1), np.concatenate(weight_sets, axis=1))
 
 
-def _normalized(joints: NDArray[Any], weights: NDArray[np.float32]) -> tuple[NDArray[np.uint16], NDArray[np.float32]]:
+def normalized(joints: NDArray[Any], weights: NDArray[np.float32]) -> tuple[NDArray[np.uint16], NDArray[np.float32]]:
     """Weights with sums of 1; a vertex without any follows its first joint. Joints without weight become 0."""
     sums = weights.sum(axis=1, dtype=np.float64)
-    weights = np.where(sums[:, None] > 0, weights / np.where(sums > 0, sums, 1)[:, None], 0).astype(np.float32)
+    divisors = np.where((sums > 0) & (np.abs(sums - 1) > _UNIT_WITHIN), sums, 1)  # others are kept to the bit
+    weights = np.where(sums[:, None] > 0, weights / divisors[:, None], 0).astype(np.float32)
     weights[sums == 0, 0] = 1
     used = weights.any(axis=0)
     return np.where(weights > 0, joints, 0)[:, used].astype(np.uint16), weights[:, used]
@@ -101,10 +104,10 @@ def read_skin(document: Document, entry: Element, nodes: dict[Element, Node]) ->
     document.take(entry, "joints", bytes=len(joints) * _JOINT_BYTES)
     inverse_bind = np.tile(np.eye(4), (len(joints), 1, 1))
     if "inverseBindMatrices" in entry:
-        matrices = read_floats(document, entry, "inverseBindMatrices", ("MAT4",))
+        matrices = read_matrices(document, entry, "inverseBindMatrices")
         if len(matrices) < len(joints):
             raise entry.fault(f"{len(matrices)} matrices for {len(joints)} joints", "inverseBindMatrices")
-        inverse_bind = matrices[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
+        inverse_bind = matrices[: len(joints)]
     return entry.apply(Skin, [nodes[joint] for joint in joints], inverse_bind, entry.name)
 
 

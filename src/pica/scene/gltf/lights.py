@@ -17,6 +17,7 @@ from pica.scene.light import (
     Light,
     PointLight,
     RectangleLight,
+    ShadowDenoiser,
     SphereLight,
     SpotLight,
     TubeLight,
@@ -31,6 +32,7 @@ _AREA: dict[str, tuple[Callable[..., Light], tuple[str, ...]]] = {
     "sphere": (SphereLight, ("radius",)),
     "tube": (TubeLight, ("length", "radius")),
 }
+_DENOISERS: dict[str, ShadowDenoiser] = {"svgf": "svgf", "anisotropic": "anisotropic", "off": "off"}
 _VISIBILITY = ("visible_to_camera", "visible_to_reflections", "casts_shadows")
 
 
@@ -54,7 +56,7 @@ class Lights:
                 raise node.fault(f"has two lights, in {_PUNCTUAL_EXTENSION} and in its extras")
             return _punctual_light(node.extension(_PUNCTUAL_EXTENSION).reference("light", self._punctual), node)
         if "light" in pica:
-            return replace(_area_light(pica.object("light"), node.name), lighting_channels=_channels(pica))
+            return replace(_area_light(pica.object("light"), node.name), lighting_channels=_light_channels(pica))
         return None
 
 
@@ -67,10 +69,17 @@ def read_visibility(node: Element) -> dict[str, Any]:
     return {**flags, "lighting_channels": _channels(pica)}
 
 
-def _channels(pica: Element) -> frozenset[int]:
-    if "lighting_channels" not in pica:
-        return ALL_CHANNELS
-    return frozenset(pica.integers("lighting_channels", 0, CHANNEL_COUNT - 1))
+def _channels(pica: Element, key: str = "lighting_channels") -> frozenset[int]:
+    return frozenset(pica.integers(key, 0, CHANNEL_COUNT - 1)) if key in pica else ALL_CHANNELS
+
+
+def _light_channels(pica: Element) -> frozenset[int]:
+    """Those of a node's light, which may differ from those of its mesh."""
+    return _channels(pica, "light_channels" if "light_channels" in pica else "lighting_channels")
+
+
+def _denoiser(pica: Element) -> ShadowDenoiser | None:
+    return pica.choice("shadow_denoiser", _DENOISERS) if "shadow_denoiser" in pica else None
 
 
 def _punctual_light(light: Element, node: Element) -> Light:
@@ -79,30 +88,32 @@ def _punctual_light(light: Element, node: Element) -> Light:
         return node.pica if key in node.pica else light.pica
 
     kind = light.choice("type", _PUNCTUAL)
-    channels = _channels(extra("lighting_channels"))
+    own = node.pica
+    channels = _light_channels(own if "light_channels" in own else extra("lighting_channels"))
+    further: dict[str, Any] = {"lighting_channels": channels, "shadow_denoiser": _denoiser(extra("shadow_denoiser"))}
     color = light.numbers("color", 3, low=0, default=WHITE)
     strength = light.number("intensity", low=0, default=1.0)
     name = light.name or node.name
     if kind == _DIRECTIONAL:
         angle = extra("angular_diameter").number("angular_diameter", 0, math.pi, 0.0)
-        return light.apply(DirectionalLight, color, strength, angle, name, lighting_channels=channels)
+        return light.apply(DirectionalLight, color, strength, angle, name, **further)
     radius = extra("radius").number("radius", low=0, default=0.0)
     reach = light.number("range", low=0) if "range" in light else None
     if reach == 0:
         raise light.fault("must be more than 0", "range")
     if kind == _POINT:
-        return light.apply(PointLight, color, strength, radius, reach, name, lighting_channels=channels)
+        return light.apply(PointLight, color, strength, radius, reach, name, **further)
     spot = light.object("spot")
     outer = spot.number("outerConeAngle", 0, math.pi / 2, math.pi / 4)
     inner = spot.number("innerConeAngle", 0, math.pi / 2, 0.0)
     if not inner < outer:
         raise spot.fault(f"innerConeAngle {inner} is not less than outerConeAngle {outer}")
-    return light.apply(SpotLight, color, strength, inner, outer, radius, reach, name, lighting_channels=channels)
+    return light.apply(SpotLight, color, strength, inner, outer, radius, reach, name, **further)
 
 
 def _area_light(light: Element, name: str) -> Light:
     kind, sizes = light.choice("type", _AREA)
-    unknown = light.keys() - {"type", "color", "radiance", *sizes}
+    unknown = light.keys() - {"type", "color", "radiance", "name", "shadow_denoiser", *sizes}
     if unknown:
         raise light.fault(f"{shown(min(unknown))} is not a key of a {light.text('type')} light")
     values: dict[str, Any] = {size: light.number(size, low=0) for size in sizes if size in light}
@@ -112,6 +123,7 @@ def _area_light(light: Element, name: str) -> Light:
         kind,
         color=light.numbers("color", 3, low=0, default=WHITE),
         radiance=light.number("radiance", low=0, default=1.0),
-        name=name,
+        name=light.text("name", default=name),
+        shadow_denoiser=_denoiser(light),
         **values,
     )

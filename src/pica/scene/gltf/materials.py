@@ -68,7 +68,7 @@ class Materials:
         for key, read in self._parts.items():
             if key in entry and not (converts and key == _METALLIC_ROUGHNESS):
                 values |= read(entry)
-        if "extensions" not in entry and "emissiveFactor" not in entry:
+        if "extensions" not in entry and "emissiveFactor" not in entry and "pica" not in entry.extras:
             return _plain_material(**values)  # the values are checked already
         return entry.apply(Material, **values | self._extended(entry))
 
@@ -113,8 +113,9 @@ class Materials:
             "ior": _index_of_refraction(entry),
             **self._specular(entry.extension("KHR_materials_specular")),
             **self._transmission(entry),
+            **_coefficients(entry.pica),
             **self._diffuse_transmission(entry.extension("KHR_materials_diffuse_transmission")),
-            **self._clearcoat(entry.extension("KHR_materials_clearcoat")),
+            **self._clearcoat(entry.extension("KHR_materials_clearcoat"), _coats(entry.pica)),
             **self._anisotropy(entry.extension("KHR_materials_anisotropy")),
             **self._iridescence(entry.extension("KHR_materials_iridescence")),
             **self._sheen(entry.extension("KHR_materials_sheen")),
@@ -158,7 +159,8 @@ class Materials:
             "diffuse_transmission_color_texture": self._textures.get(extension, "diffuseTransmissionColorTexture"),
         }
 
-    def _clearcoat(self, clearcoat: Element) -> dict[str, Any]:
+    def _clearcoat(self, clearcoat: Element, coats: tuple[Coat, ...]) -> dict[str, Any]:
+        """The extension's coat or, with its textures, those of the extras."""
         strength = clearcoat.number("clearcoatFactor", 0, 1, 0.0)
         roughness = clearcoat.number("clearcoatRoughnessFactor", 0, 1, 0.0)
         textures = {
@@ -167,9 +169,10 @@ class Materials:
             "coat_normal_texture": self._textures.get(clearcoat, "clearcoatNormalTexture"),
         }
         scale = clearcoat.object("clearcoatNormalTexture").number("scale", default=1.0)
-        if strength == 0:
+        if strength == 0 and not coats:
             return {}
-        return {"coats": (Coat(strength, roughness, air_below=True),), "coat_normal_scale": scale, **textures}
+        coats = coats or (Coat(strength, roughness, air_below=True),)
+        return {"coats": coats, "coat_normal_scale": scale, **textures}
 
     def _anisotropy(self, extension: Element) -> dict[str, Any]:
         strength = extension.number("anisotropyStrength", 0, 1, 0.0)
@@ -203,6 +206,27 @@ class Materials:
             "sheen_roughness_texture": self._textures.get(extension, "sheenRoughnessTexture"),
         }
         return {"sheen": sheen, **textures} if any(sheen.color) else {}
+
+
+def _coefficients(pica: Element) -> dict[str, Any]:
+    """Coefficients of the medium in extras, which KHR_materials_volume has only as colours."""
+    return {name: pica.numbers(name, 3, low=0) for name in ("absorption", "scattering") if name in pica}
+
+
+def _coats(pica: Element) -> tuple[Coat, ...]:
+    """Coats in extras, which KHR_materials_clearcoat cannot describe."""
+    return tuple(
+        coat.apply(
+            Coat,
+            strength=coat.number("strength", 0, 1, 1.0),
+            roughness=coat.number("roughness", 0, 1, 0.0),
+            ior=coat.number("ior", low=1, default=1.5),
+            absorption=coat.numbers("absorption", 3, low=0, default=(0.0, 0.0, 0.0)),
+            thickness=coat.number("thickness", low=0, default=0.0),
+            air_below=coat.flag("air_below", default=False),
+        )
+        for coat in pica.objects("coats")
+    )
 
 
 def _single_scattering_albedo(color: float) -> float:

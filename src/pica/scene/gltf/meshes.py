@@ -18,7 +18,7 @@ from pica.scene.gltf.materials import Materials
 from pica.scene.gltf.section_batch import SectionBatch
 from pica.scene.model import Mesh, Section
 
-_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _TYPES = {
     "POSITION": ("VEC3",), "NORMAL": ("VEC3",), "TANGENT": ("VEC4",),
     "TEXCOORD_0": ("VEC2",), "TEXCOORD_1": ("VEC2",), "COLOR_0": ("VEC3", "VEC4"),
@@ -95,19 +95,27 @@ class Meshes:
         return self._counts[mesh].targets
 
     def _section(self, primitive: Element) -> Section | None:
-        mode = primitive.integer("mode", high=_FAN, default=_TRIANGLES) if "mode" in primitive else _TRIANGLES
+        mode = primitive.integer("mode", high=_FAN, default=TRIANGLES) if "mode" in primitive else TRIANGLES
         accessors = primitive.object("attributes")
         if "POSITION" not in accessors:
             self._document.warn(f"{primitive.place()}: left out, it has no POSITION")
             return None
         self._document.take(primitive, bytes=_SECTION_BYTES)
         vertex_count = element_count(self._document, accessors, "POSITION")
-        if mode < _TRIANGLES:
+        if mode < TRIANGLES:
             return self._points_or_lines(primitive, vertex_count, mode)
         triangles, used = self._triangles(primitive, vertex_count, mode)
         if not len(triangles):
             return None
-        material = self._materials.get(primitive)
+        section = self._complete(primitive, triangles, used, vertex_count)
+        section.flat = section.flat or primitive.pica.flag("flat", default=False)
+        return section
+
+    def _complete(
+        self, primitive: Element, triangles: NDArray[np.uint32], used: Rows | None, vertex_count: int
+    ) -> Section:  # fmt: skip
+        """A section of the triangles; the batch may complete it later."""
+        accessors, material = primitive.object("attributes"), self._materials.get(primitive)
         shared = "NORMAL" in accessors  # otherwise vertices of triangles are not shared
         vertices = triangles.size if not shared else vertex_count if used is None else len(used)
         tangents = tangent_uvs(material) is not None and not (shared and "TANGENT" in accessors)
@@ -144,9 +152,9 @@ class Meshes:
         """(triangles, 3) indices into the used vertices, and these vertices' indices in the file; None for all."""
         indexed = "indices" in primitive
         asks = (primitive, "indices") if indexed else (primitive.object("attributes"), "POSITION")
-        corners = element_count(self._document, *asks) * (1 if mode == _TRIANGLES else 3)
+        corners = element_count(self._document, *asks) * (1 if mode == TRIANGLES else 3)
         self._document.take(*asks, bytes=corners * _CORNER_BYTES)
-        return _renumbered(triangulate(self._order(primitive, vertex_count), mode), vertex_count)
+        return renumbered(triangulate(self._order(primitive, vertex_count), mode), vertex_count)
 
     def _attributes(self, primitive: Element, accessors: Element, vertex_count: int, used: Rows | None) -> Attributes:
         """The attributes of the vertices that are used, as far as the file has them."""
@@ -168,14 +176,14 @@ class Meshes:
 def _accessors_of(primitives: Any) -> Iterator[Any]:
     """The accessors of primitives with a surface, unchecked."""
     for primitive in primitives if type(primitives) is list else ():
-        if type(primitive) is dict and primitive.get("mode") in (None, _TRIANGLES, _STRIP, _FAN):
+        if type(primitive) is dict and primitive.get("mode") in (None, TRIANGLES, _STRIP, _FAN):
             attributes = primitive.get("attributes")
             if type(attributes) is dict and "POSITION" in attributes:
                 yield primitive.get("indices")
                 yield from (accessor for name, accessor in attributes.items() if name in _TYPES)
 
 
-def _renumbered(triangles: NDArray[np.uint32], vertex_count: int) -> tuple[NDArray[np.uint32], Rows | None]:
+def renumbered(triangles: NDArray[np.uint32], vertex_count: int) -> tuple[NDArray[np.uint32], Rows | None]:
     """The triangles, (n, 3), as indices into the used vertices, and these vertices; None for all."""
     if vertex_count > 8 * triangles.size:  # part of a large mesh: a mask over all its vertices would be slower
         used, corners = np.unique(triangles, return_inverse=True)
@@ -200,7 +208,7 @@ def _check_target_counts(mesh: Element, primitives: list[Element]) -> None:
 def triangulate(order: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
     """(triangles, 3) of a list of vertices as triangles, strip or fan; those with a repeated vertex are dropped."""
     # 3.7.2.1: every second triangle of a strip has its last two vertices swapped, a fan turns about its first
-    if mode == _TRIANGLES:
+    if mode == TRIANGLES:
         triangles = order[: len(order) // 3 * 3].reshape(-1, 3)
     elif mode == _STRIP:
         triangles = np.stack([order[:-2], order[1:-1], order[2:]], axis=1)

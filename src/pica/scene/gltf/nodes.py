@@ -1,21 +1,22 @@
 """Nodes: the hierarchy, and the content of each (3.5)."""
 
-import math
 from collections import Counter
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pica.scene.animation import Pose, compose
-from pica.scene.camera import Camera
 from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf import columns
-from pica.scene.gltf.accessors import element_count, read_floats
+from pica.scene.gltf.accessors import element_count, read_floats, read_matrices
 from pica.scene.gltf.animations import read_animations
+from pica.scene.gltf.cameras import read_camera
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.deformation import bind, read_skin
 from pica.scene.gltf.element import Element
+from pica.scene.gltf.environments import read_environment
 from pica.scene.gltf.lights import Lights, read_visibility
 from pica.scene.gltf.meshes import Meshes
 from pica.scene.gltf.variants import Variants
@@ -25,10 +26,6 @@ from pica.scene.node import worth_checking
 from pica.scene.skin import Skin
 from pica.scene.values import LARGEST
 
-_PERSPECTIVE, _ORTHOGRAPHIC = "perspective", "orthographic"
-_CAMERAS = {kind: kind for kind in (_PERSPECTIVE, _ORTHOGRAPHIC)}
-_ORTHOGRAPHIC_FAR = 1e4
-_LENS = ("f_number", "focus_distance", "sensor_height")
 _INSTANCING, _VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
 _NO_TRANSLATION, _NO_ROTATION, _NO_SCALE = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0)
 _INSTANCE_DEFAULTS = {"TRANSLATION": _NO_TRANSLATION, "ROTATION": _NO_ROTATION, "SCALE": _NO_SCALE}
@@ -46,7 +43,7 @@ def build_scene(document: Document) -> Scene:
     """The file's default scene, else its first, else all root nodes. Raises SceneError."""
     hierarchy = _Hierarchy(document)
     name, roots = hierarchy.shown()
-    scene = Scene(name)
+    scene = Scene(name, read_environment(document, hierarchy.scene))
     scene.variants = Variants(document).names
     made = _make_nodes(document, hierarchy, roots)
     nodes = made.nodes
@@ -94,14 +91,18 @@ class _Hierarchy:
                 order += self.children[node]
         return order
 
-    def shown(self) -> tuple[str, list[Element]]:
-        """Name and root nodes of the scene to show."""
+    @cached_property
+    def scene(self) -> Element | None:
+        """The scene to show, if the file has any."""
         scenes = self._document.entries("scenes")
         if "scene" in self._document.root:
-            scene = self._document.root.reference("scene", scenes)
-        elif scenes:
-            scene = scenes[0]
-        else:
+            return self._document.root.reference("scene", scenes)
+        return scenes[0] if scenes else None
+
+    def shown(self) -> tuple[str, list[Element]]:
+        """Name and root nodes of the scene to show."""
+        scene = self.scene
+        if scene is None:
             return "", [node for node in self._nodes if node not in self._parents]
         roots = scene.references("nodes", self._nodes)
         for index, root in enumerate(roots):
@@ -191,14 +192,14 @@ def _hidden(hierarchy: _Hierarchy, entries: list[Element]) -> set[Element]:
 
 def _invisible(document: Document, entry: Element) -> Node:
     """A node of which nothing is shown; it may still move others, or hold a camera."""
-    camera = _camera(document, entry) if "camera" in entry else None
+    camera = read_camera(document, entry) if "camera" in entry else None
     return entry.apply(Node, name=entry.name, camera=camera, extras=entry.extras)
 
 
 def _node(document: Document, entry: Element, lights: Lights, meshes: Meshes) -> Node:
     """A node with its content, except for its skin and transform."""
     mesh = meshes.get(entry) if "mesh" in entry else None
-    copies = _copies(document, entry) if entry.has_extension(_INSTANCING) else None
+    copies = _copies(document, entry)
     if mesh is not None or copies is not None:
         meshes.count_placed(entry, mesh, 1 if copies is None else copies)
     node = entry.apply(
@@ -206,7 +207,7 @@ def _node(document: Document, entry: Element, lights: Lights, meshes: Meshes) ->
         name=entry.name,
         mesh=mesh,
         light=lights.get(entry),
-        camera=_camera(document, entry) if "camera" in entry else None,
+        camera=read_camera(document, entry) if "camera" in entry else None,
         instances=None if copies is None else _instances(document, entry, copies),
         extras=entry.extras,
         **read_visibility(entry),
@@ -302,7 +303,9 @@ def _bind_skins(document: Document, made: _MadeNodes) -> None:
 
 
 def _copies(document: Document, entry: Element) -> int | None:
-    """Number of instances of a node (EXT_mesh_gpu_instancing); None if it has none."""
+    """Number of instances of a node (EXT_mesh_gpu_instancing, or matrices of its extras); None if it has none."""
+    if "instances" in entry.pica:
+        return element_count(document, entry.pica, "instances")
     attributes = entry.extension(_INSTANCING).object("attributes")
     counts = {element_count(document, attributes, name) for name in _INSTANCE_DEFAULTS if name in attributes}
     if len(counts) > 1:
@@ -313,6 +316,8 @@ def _copies(document: Document, entry: Element) -> int | None:
 def _instances(document: Document, entry: Element, count: int) -> NDArray[np.float64]:
     """(count, 4, 4) copies relative to the node."""
     document.take(entry, bytes=count * _INSTANCE_BYTES)
+    if "instances" in entry.pica:
+        return read_matrices(document, entry.pica, "instances")
     attributes = entry.extension(_INSTANCING).object("attributes")
     translation, rotation, scale = (
         read_floats(document, attributes, name, (f"VEC{len(default)}",)).astype(np.float64)
@@ -323,35 +328,3 @@ def _instances(document: Document, entry: Element, count: int) -> NDArray[np.flo
     if len(_zero_rotations(rotation)):
         raise attributes.fault(_NO_TURN, "ROTATION")
     return compose(translation, rotation, scale)
-
-
-def _camera(document: Document, node: Element) -> Camera:
-    """A node's camera (3.10); the node places it."""
-    entry = node.reference("camera", document.entries("cameras"))
-    kind = entry.choice("type", _CAMERAS)
-    lens = entry.object(kind, required=True)
-    name = entry.name or node.name
-    near = lens.number("znear", low=0)
-    if kind == _PERSPECTIVE:
-        fov = lens.number("yfov", 0, math.pi)
-        if not 0 < fov < math.pi or near == 0:
-            raise lens.fault("yfov must lie between 0 and pi and znear above 0")
-        return lens.apply(Camera, np.eye(4), vertical_fov=fov, near=near, name=name, **_aperture(entry))
-    far = lens.number("zfar", low=near, default=_ORTHOGRAPHIC_FAR)
-    height = 2 * abs(lens.number("ymag"))
-    if height == 0 or far == near:
-        raise lens.fault("ymag must not be 0 and zfar must lie beyond znear")
-    return lens.apply(Camera, np.eye(4), near=near, far=far, orthographic_height=height, name=name, **_aperture(entry))
-
-
-def _aperture(camera: Element) -> dict[str, Any]:
-    """What the camera's extras tell of its lens (docs/guide/gltf.md)."""
-    extras = camera.pica
-    lens: dict[str, Any] = {key: extras.number(key) for key in _LENS if key in extras}
-    if "aperture_blades" in extras:
-        lens["aperture_blades"] = extras.integer("aperture_blades")
-    if any(value <= 0 for key, value in lens.items() if key in _LENS):
-        raise extras.fault("f_number, focus_distance and sensor_height must be above 0")
-    if "f_number" in lens and "focus_distance" not in lens:
-        raise extras.fault("f_number needs a focus_distance")
-    return lens

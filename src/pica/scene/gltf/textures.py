@@ -11,7 +11,7 @@ from pica.images.ktx2 import UnsupportedPictureError
 from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
-from pica.scene.material import Image, Sampler, Texture, Wrap
+from pica.scene.material import Encoding, Image, Sampler, Texture, Wrap
 
 _WRAPS = {33071: Wrap.CLAMP_TO_EDGE, 33648: Wrap.MIRRORED_REPEAT, 10497: Wrap.REPEAT}
 _MAG_FILTERS = {9728: False, 9729: True}
@@ -21,9 +21,10 @@ _DDS = "MSFT_texture_dds"
 """After it: block compressed colours, made of it, have no advantage once they are pixels."""
 
 UV_SETS = 2
-_PLACING = {"texCoord", "extensions"}
+_PLACING = {"texCoord", "extensions", "extras"}
 """Keys of texture infos for texture coordinates."""
 _DEFAULT_SAMPLER = Sampler()
+_ENCODINGS: dict[str, Encoding] = {"srgb": "srgb", "linear": "linear"}
 _NO_FILE = PurePosixPath()
 _plain_texture = unchecked_constructor(Texture)
 
@@ -35,7 +36,7 @@ class Textures:
         self._document = document
         self._images: dict[Element, Image | None] = {}
         self._samplers: dict[Element, Sampler] = {}
-        self._by_content: dict[bytes, Image] = {}
+        self._by_content: dict[tuple[bytes, Encoding | None], Image] = {}
 
     def get(self, owner: Element, key: str) -> Texture | None:
         """The texture of the texture info under `key`; None, with a warning, where its format cannot be read."""
@@ -53,7 +54,8 @@ class Textures:
             return None
         if image is None:
             return None
-        return info.apply(Texture, image, self._sampler(entry), uv_set, _matrix(transform))
+        matrix = info.pica.numbers("transform", 6) if "transform" in info.pica else _matrix(transform)
+        return info.apply(Texture, image, self._sampler(entry), uv_set, matrix)
 
     def _sampler(self, texture: Element) -> Sampler:
         if "sampler" not in texture:
@@ -93,7 +95,8 @@ class Textures:
             content = memoryview(self._document.resource(entry))
         else:
             raise entry.fault("has neither a uri nor a buffer view")
-        digest = sha256(content).digest()
+        encoding = entry.pica.choice("encoding", _ENCODINGS) if "encoding" in entry.pica else None
+        digest = sha256(content).digest(), encoding
         if digest not in self._by_content:
             label = f"{entry.place('uri')}: {shown(uri)}" if file.name else entry.place()
             try:
@@ -101,16 +104,22 @@ class Textures:
             except UnsupportedPictureError as error:
                 self._document.warn(f"{error}; left out")
                 return None
-            self._by_content[digest] = entry.apply(Image, pixels, entry.name or file.stem)
+            self._by_content[digest] = entry.apply(Image, pixels, entry.name or file.stem, encoding)
         return self._by_content[digest]
 
 
 def _matrix(transform: Element) -> tuple[float, float, float, float, float, float]:
     """Rows of the matrix that moves texture coordinates, of a KHR_texture_transform."""
-    # KHR_texture_transform: translation * rotation * scale. The rotation is counter-clockwise as seen with v
-    # down, which is what the extension's example and Khronos' TextureTransformTest show.
     shift_u, shift_v = transform.numbers("offset", 2, default=(0.0, 0.0))
     scale_u, scale_v = transform.numbers("scale", 2, default=(1.0, 1.0))
-    angle = transform.number("rotation", default=0.0)
+    return transform_matrix(shift_u, shift_v, transform.number("rotation", default=0.0), scale_u, scale_v)
+
+
+def transform_matrix(
+    shift_u: float, shift_v: float, angle: float, scale_u: float, scale_v: float
+) -> tuple[float, float, float, float, float, float]:
+    """Rows of the matrix of a KHR_texture_transform."""
+    # KHR_texture_transform: translation * rotation * scale. The rotation is counter-clockwise as seen with v
+    # down, which is what the extension's example and Khronos' TextureTransformTest show.
     cosine, sine = math.cos(angle), math.sin(angle)
     return (cosine * scale_u, sine * scale_v, shift_u, -sine * scale_u, cosine * scale_v, shift_v)

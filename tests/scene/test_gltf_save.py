@@ -1,0 +1,413 @@
+"""Scene.save: what is loaded again is the same scene, and is saved as the same bytes."""
+
+import json
+import math
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pica
+from pica.errors import PicaError, SceneError
+from pica.scene.animation import Animation, Channel, Pose
+from pica.scene.anisotropy import Anisotropy
+from pica.scene.camera import Camera
+from pica.scene.coat import Coat
+from pica.scene.dynamic_vertices import DynamicVertices
+from pica.scene.environment import Environment
+from pica.scene.iridescence import Iridescence
+from pica.scene.light import (
+    DirectionalLight,
+    DiskLight,
+    Light,
+    PointLight,
+    RectangleLight,
+    SphereLight,
+    SpotLight,
+    TubeLight,
+)
+from pica.scene.loading import load
+from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
+from pica.scene.mesh import Mesh, Section
+from pica.scene.model import Scene
+from pica.scene.node import Node
+from pica.scene.primitives import spheres
+from pica.scene.sheen import Sheen
+from pica.scene.skin import Skin
+from tests.assets import ASSETS, needs_assets
+from tests.scene.scene_fields import assert_same, fields_of_scene
+from tests.unprivileged import needs_unprivileged, unprivileged
+
+SUN = DirectionalLight(illuminance=3.0)
+BUILT_IN: dict[str, Callable[[], Scene]] = {
+    "cornell": pica.scenes.cornell,
+    "court": pica.scenes.court,
+    "rooms": pica.scenes.rooms,
+    "sphere_grid": pica.scenes.sphere_grid,
+    "corridor": pica.scenes.corridor,
+    "machine_world": lambda: pica.scenes.machine_world(glass=True),
+}
+FILES = (
+    "Fox.glb", "SimpleSkin.gltf", "BoxAnimated.gltf", "AnisotropyBarnLamp.gltf", "MixedLightingExample.gltf",
+    "glass-table.gl*", "morph-stress-test.gl*", "AnimatedMorphCube.gltf", "TextureTransformTest.gltf", "Cameras.gltf",
+    "ClearCoatTest.gltf",
+)  # fmt: skip
+SUFFIXES = (".glb", ".gltf")
+
+
+def triangle(material: Material | None = None, **given: Any) -> Section:
+    return Section.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], material=material, **given)
+
+
+def shown(node: Node) -> Scene:
+    """A scene with a light, which needs no sky, and the node."""
+    scene = Scene("one node")
+    scene.add(Node("sun", light=SUN))
+    scene.add(node)
+    return scene
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def saved(scene: Scene, folder: Path, suffix: str = ".glb") -> Scene:
+    """The scene as loaded from a file that was saved; saving that again gives the same bytes."""
+    first, second = folder / "first" / f"model{suffix}", folder / "second" / f"model{suffix}"
+    for path in (first, second):
+        path.parent.mkdir(exist_ok=True)
+    scene.save(first)
+    loaded = load(first)
+    loaded.save(second)
+    assert content(first.parent) == content(second.parent)
+    return loaded
+
+
+def check_same(scene: Scene, folder: Path, suffix: str = ".glb") -> Scene:
+    loaded = saved(scene, folder, suffix)
+    assert_same(fields_of_scene(scene), fields_of_scene(loaded))
+    return loaded
+
+
+def check_node(node: Node, folder: Path) -> Node:
+    """Saves the node; returns it as loaded."""
+    return check_same(shown(node), folder).roots[1]
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_built_in_scenes(name: str, tmp_path: Path) -> None:
+    check_same(BUILT_IN[name](), tmp_path)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_textures_in_either_kind_of_file(suffix: str, tmp_path: Path) -> None:
+    pixels = np.arange(4 * 3 * 4, dtype=np.uint8).reshape(4, 3, 4)
+    texture = Texture(Image(pixels, "four by three"))
+    check_same(shown(Node(mesh=Mesh([triangle(Material(base_color_texture=texture))]))), tmp_path, suffix)
+    names = set(content(tmp_path / "first"))
+    assert names == ({"model.glb"} if suffix == ".glb" else {"model.gltf", "model.bin", "model-0.png"})
+
+
+@needs_assets
+@pytest.mark.filterwarnings("ignore:.*(neutral sky|variants)")
+@pytest.mark.parametrize("name", FILES)
+def test_files(name: str, tmp_path: Path) -> None:
+    found = sorted(ASSETS.rglob(name))
+    if not found:
+        pytest.skip(f"there is no {name}")
+    check_same(load(found[0]), tmp_path)
+
+
+def test_transforms_that_mirror_shear_and_turn(tmp_path: Path) -> None:
+    sheared = np.array([[1, 0.5, 0, 0.1], [0, 2, 0.25, 0.2], [0, 0, -1, 1 / 3], [0, 0, 0, 1]])
+    scene = Scene("tree", Environment(np.full((2, 4, 3), 0.7), strength=2.0, rotation=0.5, name="grey"))
+    top = scene.add(Node("top", extras={"class": "rock", "size": [1, 2.5]}))
+    top.transform = sheared
+    turned = top.add(
+        Node("turned", pose=Pose(np.array([1, 2, 3.0]), np.array([0.5, 0.5, 0.5, 0.5]), np.array([1, -1, 3.0])))
+    )
+    mesh = Mesh([triangle()], "shared")
+    turned.add(Node("left", mesh=mesh))
+    top.add(Node("right", mesh=mesh, visible_to_camera=False, casts_shadows=False, lighting_channels=frozenset({1, 4})))
+    scene.add(Node("last", mesh=mesh, visible_to_reflections=False))
+    loaded = check_same(scene, tmp_path)
+    assert loaded.roots[0].children[1].mesh is loaded.roots[1].mesh
+    assert loaded.roots[0].pose is None and loaded.roots[0].children[0].pose is not None
+
+
+def test_attributes_of_vertices(tmp_path: Path) -> None:
+    random = np.random.default_rng(1)
+    material = Material(normal_texture=Texture.from_array(np.full((2, 2, 3), 128, np.uint8), encoding="linear"))
+    whole = triangle(
+        material,
+        normals=random.normal(size=(3, 3)),
+        tangents=np.column_stack([random.normal(size=(3, 3)), [1, -1, 1]]),
+        uv=random.random((3, 2)),
+        uv1=random.random((3, 2)),
+        colors=random.random((3, 4)),
+    )
+    own_tangents = triangle(normals=random.normal(size=(3, 3)), tangents=random.normal(size=(3, 4)))
+    node = check_node(Node(mesh=Mesh([whole, own_tangents, triangle(smooth=False)])), tmp_path)
+    assert node.mesh is not None
+    assert [section.flat for section in node.mesh.sections] == [False, False, True]
+    assert node.mesh.sections[0].material.normal_texture is not None
+
+
+def test_vertices_and_triangles_that_show_nothing_are_left_out(tmp_path: Path) -> None:
+    positions = [[9, 9, 9], [0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    section = Section.from_arrays(positions, [[1, 2, 3], [1, 1, 2]], normals=[[0, 0, 1]] * 4)
+    empty = Section.from_arrays(positions, np.zeros((0, 3), int))
+    loaded = saved(shown(Node(mesh=Mesh([section, empty]))), tmp_path)
+    assert loaded.roots[1].mesh is not None
+    (only,) = loaded.roots[1].mesh.sections
+    np.testing.assert_array_equal(only.positions, positions[1:])
+
+
+def textures() -> dict[str, Texture]:
+    names = [name for name in vars(Material) if name.endswith("_texture")]
+    made = {}
+    for number, name in enumerate(names):
+        pixels = np.full((2, 2, 4), number + 1, np.uint8)
+        made[name] = Texture(Image(pixels, name), uv_set=number % 2)
+    return made
+
+
+MATERIALS = {
+    "all at once": lambda: Material(
+        "all", base_color=(0.1, 0.2, 0.3, 0.4), metallic=0.3, roughness=0.7, emission=(3.3, 0.1, 700.1),
+        normal_scale=-0.3,
+        occlusion_strength=0.4, alpha_mode=AlphaMode.MASK, alpha_cutoff=0.3, double_sided=True, ior=1.7, specular=0.3,
+        specular_color=(1.1, 2.2, 0.3), transmission=0.9, thin_walled=False, absorption=(0.1, 2.3, 0.7), dispersion=0.6,
+        diffuse_transmission=0.35, diffuse_transmission_color=(0.1, 0.5, 0.9), scattering=(0.0, 12.3, 1.7),
+        scatter_anisotropy=-0.3, coats=[Coat(0.3, 0.1, air_below=True)], coat_normal_scale=0.7,
+        iridescence=Iridescence(0.7, 1.4, 120.0, 410.0), anisotropy=Anisotropy(0.7, 0.3),
+        sheen=Sheen((0.1, 0.2, 0.9), 0.3), extras={"class": "glass"}, **textures(),
+    ),
+    "as it is": Material,
+    "dark emission": lambda: Material(emission=(0.1, 0.7, 1.0)),
+    "blended": lambda: Material(alpha_mode=AlphaMode.BLEND, base_color=(1.0, 1.0, 1.0, 0.3), ior=0.0),
+    "unlit": lambda: Material(unlit=True, metallic=0.0),
+    "three coats": lambda: Material(
+        coats=[Coat(0.0, 0.1), Coat(0.5, 0.3, 1.33, (1.0, 2.0, 3.3), 0.001), Coat()],
+        coat_texture=textures()["coat_texture"]
+    ),
+    "coat with the ior of others": lambda: Material(coats=[Coat(1.0, 0.2)]),
+    "absorbing pane": lambda: Material(transmission=1.0, absorption=(0.0, 0.3, 0.0), scattering=(0.1, 0.0, 0.0)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_materials(name: str, tmp_path: Path) -> None:
+    section = triangle(MATERIALS[name](), normals=[[0, 0, 1]] * 3)
+    check_node(Node(mesh=Mesh([section, triangle()])), tmp_path)
+
+
+def test_every_texture_of_a_material_is_compared() -> None:
+    assert len(textures()) == 18
+
+
+TEXTURES = {
+    "sampler": {"sampler": Sampler(Wrap.CLAMP_TO_EDGE, Wrap.MIRRORED_REPEAT, linear=False)},
+    "shift and scale": {"transform": (2.0, 0.0, 0.1, 0.0, -0.3, 0.7)},
+    "turn": {"transform": (math.cos(0.3), math.sin(0.3), 0.0, -math.sin(0.3), math.cos(0.3), 0.0)},
+    "shear": {"transform": (1.0, 0.3, 0.0, 0.2, 1.5, 0.1), "uv_set": 1},
+}
+
+
+@pytest.mark.parametrize("name", TEXTURES)
+def test_uses_of_textures(name: str, tmp_path: Path) -> None:
+    image = Image(np.arange(16, dtype=np.uint8).reshape(2, 2, 4), "tiny")
+    material = Material(base_color_texture=Texture(image), emissive_texture=Texture(image, **TEXTURES[name]))
+    loaded = check_node(Node(mesh=Mesh([triangle(material)])), tmp_path).mesh
+    assert loaded is not None
+    kept = loaded.sections[0].material
+    assert kept.base_color_texture is not None and kept.emissive_texture is not None
+    assert kept.base_color_texture.image is kept.emissive_texture.image
+
+
+def test_texture_transforms_are_those_of_the_extension(tmp_path: Path) -> None:
+    turn = (2 * math.cos(0.3), -3 * math.sin(0.3), 0.0, -2 * math.sin(0.3), -3 * math.cos(0.3), 0.0)
+    material = Material(base_color_texture=Texture(Image(np.zeros((1, 1, 4), np.uint8)), transform=turn))
+    shown(Node(mesh=Mesh([triangle(material)]))).save(tmp_path / "model.gltf")
+    root = json.loads((tmp_path / "model.gltf").read_text())
+    info = root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+    assert info["extensions"]["KHR_texture_transform"]["rotation"] == pytest.approx(0.3)
+    assert info["extensions"]["KHR_texture_transform"]["scale"] == pytest.approx([2, -3])
+    assert "KHR_texture_transform" in root["extensionsUsed"]
+
+
+def test_pictures_are_written_once_and_encodings_kept(tmp_path: Path) -> None:
+    pixels = np.full((2, 2, 4), 200, np.uint8)
+    images = [Image(pixels), Image(pixels.copy()), Image(pixels, encoding="linear")]
+    sections = [triangle(Material(base_color_texture=Texture(image))) for image in images]
+    loaded = saved(shown(Node(mesh=Mesh(sections))), tmp_path, ".gltf").roots[1].mesh
+    assert loaded is not None
+    kept = [section.material.base_color_texture for section in loaded.sections]
+    assert [texture.image.encoding for texture in kept if texture] == [None, None, "linear"]
+    assert sum(name.endswith(".png") for name in content(tmp_path / "first")) == 2
+
+
+LIGHTS: list[Light] = [
+    DirectionalLight((1.0, 0.9, 0.1), 3.0, 0.0093, "sun", shadow_denoiser="off"),
+    PointLight((0.1, 0.2, 1.3), 7.7, 0.1, 12.0, lighting_channels=frozenset({2})),
+    SpotLight(inner_cone_angle=0.1, outer_cone_angle=0.7, radius=0.2, range=3.0),
+    RectangleLight((0.1, 0.2, 0.3), 5.0, 2.0, 0.3, "panel", shadow_denoiser="svgf"),
+    DiskLight(radiance=0.1, radius=2.3),
+    SphereLight(radius=0.3, lighting_channels=frozenset({0, 5})),
+    TubeLight(length=2.2, radius=0.01, name="tube"),
+]
+
+
+@pytest.mark.parametrize("light", LIGHTS, ids=lambda light: type(light).__name__)
+@pytest.mark.parametrize("channels", [frozenset(range(6)), frozenset({1})], ids=["all", "one"])
+def test_lights(light: Light, channels: frozenset[int], tmp_path: Path) -> None:
+    check_node(Node("lamp", light=light, lighting_channels=channels, extras={"own": {"x": 1}}), tmp_path)
+
+
+CAMERAS = [
+    Camera(np.eye(4), vertical_fov=0.7, near=0.1, name="a"),
+    Camera(np.eye(4), vertical_fov=1.1, principal_point=(0.4, 0.7), pixel_aspect=1.2),
+    Camera(np.eye(4), orthographic_height=3.3, near=0.0, far=70.0, pixel_aspect=0.9),
+]
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=["plain", "calibrated", "orthographic"])
+def test_cameras(camera: Camera, tmp_path: Path) -> None:
+    check_node(Node("eye", camera=camera), tmp_path)
+
+
+def test_skins_morph_targets_and_animations(tmp_path: Path) -> None:
+    random = np.random.default_rng(2)
+    section = triangle()
+    section.joints = random.integers(0, 2, (3, 5)).astype(np.uint16)
+    weights = random.random((3, 5)).astype(np.float32)
+    section.weights = weights / weights.sum(axis=1, keepdims=True)
+    for name in ("morph_positions", "morph_normals", "morph_tangents"):
+        setattr(section, name, random.normal(size=(2, 3, 3)).astype(np.float32))
+    root = Node("root", pose=Pose())
+    joints = [root.add(Node(f"joint {number}", pose=Pose(np.full(3, float(number))))) for number in range(2)]
+    body = root.add(Node("body", mesh=Mesh([section], "body")))
+    body.weights = np.array([0.3, 0.7])
+    scene = shown(root)
+    body.skin = Skin(joints, random.normal(size=(2, 4, 4)) * [[1], [1], [1], [0]] + np.diag([0, 0, 0, 1.0]), "bones")
+    times = np.array([0.0, 0.1, 2.0])
+    turns = random.normal(size=(3, 3, 4))
+    scene.animations = [
+        Animation(
+            [
+                Channel(joints[0], "translation", times, random.normal(size=(3, 3)), "STEP"),
+                Channel(joints[1], "rotation", times, turns, "CUBICSPLINE"),
+                Channel(body, "weights", times, random.random((3, 3, 2)), "CUBICSPLINE"),
+                Channel(root, "scale", times, random.random((3, 3))),
+            ],
+            "walk",
+            duration=7.5,
+        ),
+        Animation([Channel(joints[0], "scale", times[:1], random.random((1, 3)))], "pose"),
+    ]
+    check_same(scene, tmp_path)
+
+
+def matrices(*, shear: bool) -> np.ndarray:
+    random = np.random.default_rng(3)
+    made = np.tile(np.eye(4), (50, 1, 1))
+    made[:, :3, :3] = np.linalg.qr(random.normal(size=(50, 3, 3)))[0] * random.uniform(0.1, 3, (50, 1, 3))
+    made[:3, :3, :3] = [np.eye(3), np.diag([-1, -1, 1.0]), [[0, 0, 1], [1, 0, 0], [0, 1, 0.0]]]
+    made[:, :3, 3] = random.normal(size=(50, 3))
+    made[:, 0, 1] += shear
+    return made
+
+
+@pytest.mark.parametrize("shear", [False, True])
+def test_copies(shear: bool, tmp_path: Path) -> None:
+    copies = matrices(shear=shear)
+    node = saved(shown(Node(mesh=Mesh([triangle()]), instances=copies)), tmp_path, ".gltf").roots[1]
+    assert node.instances is not None
+    np.testing.assert_allclose(node.instances, copies, atol=1e-6)
+    used = json.loads((tmp_path / "first" / "model.gltf").read_text()).get("extensionsUsed", [])
+    assert ("EXT_mesh_gpu_instancing" in used) is not shear
+
+
+def test_what_has_no_place_is_named_once_for_each_kind(tmp_path: Path) -> None:
+    scene = Scene("mixed")
+    scene.add(Node("sun", light=SUN))
+    ball = scene.add(
+        Node("ball", mesh=Mesh([triangle()], primitives=[spheres([[0, 0, 0], [1, 0, 0]], 0.1, Material())]))
+    )
+    ball.extras["array"] = object()
+    cloth = scene.add(Node("cloth", mesh=Mesh([triangle()])))
+    moved = [[0, 0, 5], [1, 0, 5], [0, 1, 5]]
+    DynamicVertices(cloth).set(moved)
+    scene.add(Node("own", mesh=Mesh([triangle(Material(type="mine"))])))
+    scene.animations = [Animation([], "by code", drivers=[lambda time: None])]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene.save(tmp_path / "mixed.glb")
+    lines = [str(warning.message) for warning in caught]
+    for kind in ("primitives that are not triangles (2)", "extras", "deformations", "material types", "animations by"):
+        (line,) = [line for line in lines if kind in line]
+        assert line.startswith(f"{tmp_path / 'mixed.glb'}: left out ") and "\n" not in line
+    assert len(lines) == 5
+    loaded = {node.name: node for node in load(tmp_path / "mixed.glb").nodes()}
+    assert loaded["cloth"].mesh is not None and loaded["ball"].mesh is not None
+    np.testing.assert_array_equal(loaded["cloth"].mesh.sections[0].positions, moved)
+
+
+@pytest.mark.filterwarnings("ignore:.*left out")
+def test_particles_and_landscapes_are_left_out_and_the_rest_loads(tmp_path: Path) -> None:
+    scene = pica.scenes.landscape(plants=50)
+    loaded = saved(scene, tmp_path)
+    assert [node.name for node in loaded.nodes()] == [node.name for node in scene.nodes()]
+
+
+def test_binary_files_are_whole_and_aligned(tmp_path: Path) -> None:
+    pica.scenes.cornell().save(str(tmp_path / "box.GLB"))
+    content = (tmp_path / "box.GLB").read_bytes()
+    length, text = (int.from_bytes(content[at : at + 4], "little") for at in (8, 12))
+    assert content[:4] == b"glTF" and length == len(content) and text % 4 == 0
+    root = json.loads(content[20 : 20 + text])
+    for view in root["bufferViews"]:
+        assert view["byteOffset"] % 4 == 0
+    position = root["accessors"][root["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]
+    assert len(position["min"]) == 3 and position["min"] != position["max"]
+
+
+@pytest.mark.parametrize("name", ["x.obj", "x", "x.glb.zip"])
+def test_another_suffix(name: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"must end in \.glb or \.gltf$"):
+        pica.scenes.cornell().save(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_no_path() -> None:
+    with pytest.raises(SceneError, match=r"save: 5 is not the path of a file"):
+        pica.scenes.cornell().save(5)  # type: ignore[arg-type]
+
+
+def test_an_existing_file_is_replaced_and_a_folder_is_not(tmp_path: Path) -> None:
+    (tmp_path / "box.glb").write_text("old")
+    pica.scenes.cornell().save(tmp_path / "box.glb")
+    assert load(tmp_path / "box.glb").triangle_count() == 36
+    (tmp_path / "folder.glb").mkdir()
+    for path in (tmp_path / "folder.glb", tmp_path / "missing" / "box.glb"):
+        with pytest.raises(PicaError) as caught:
+            pica.scenes.cornell().save(path)
+        assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+    assert [path.name for path in sorted(tmp_path.iterdir())] == ["box.glb", "folder.glb"]
+
+
+@needs_unprivileged
+def test_a_read_only_folder(tmp_path: Path) -> None:
+    tmp_path.chmod(0o555)
+    program = f"import pica; pica.scenes.cornell().save({str(tmp_path / 'box.glb')!r})"
+    run = subprocess.run(unprivileged([sys.executable, "-c", program]), capture_output=True, text=True, timeout=120)
+    tmp_path.chmod(0o755)
+    assert run.stderr.splitlines()[-1].endswith(
+        f"PicaError: {tmp_path / 'box.glb'}: cannot be written (Permission denied)"
+    )
+    assert not list(tmp_path.iterdir())
