@@ -263,6 +263,7 @@ LIGHTS: list[Light] = [
 ]
 
 
+@pytest.mark.filterwarnings("ignore:.*shows nothing")
 @pytest.mark.parametrize("light", LIGHTS, ids=lambda light: type(light).__name__)
 @pytest.mark.parametrize("channels", [frozenset(range(6)), frozenset({1})], ids=["all", "one"])
 def test_lights(light: Light, channels: frozenset[int], tmp_path: Path) -> None:
@@ -276,6 +277,7 @@ CAMERAS = [
 ]
 
 
+@pytest.mark.filterwarnings("ignore:.*shows nothing")
 @pytest.mark.parametrize("camera", CAMERAS, ids=["plain", "calibrated", "orthographic"])
 def test_cameras(camera: Camera, tmp_path: Path) -> None:
     check_node(Node("eye", camera=camera), tmp_path)
@@ -411,3 +413,47 @@ def test_a_read_only_folder(tmp_path: Path) -> None:
         f"PicaError: {tmp_path / 'box.glb'}: cannot be written (Permission denied)"
     )
     assert not list(tmp_path.iterdir())
+
+
+def edited(folder: Path, **pica_keys: Any) -> Path:
+    """A saved scene whose JSON has other values in extras.pica, by the place: array, or the first entry of one."""
+    texture = Texture(Image(np.zeros((1, 1, 4), np.uint8), encoding="linear"), transform=(1.0, 0.1, 0.0, 0.0, 1.0, 0.0))
+    scene = Scene("all", Environment(np.ones((2, 4, 3))))
+    scene.add(Node(mesh=Mesh([triangle(Material(base_color_texture=texture))]), camera=CAMERAS[1], light=LIGHTS[0]))
+    path = folder / "model.gltf"
+    scene.save(path)
+    root = json.loads(path.read_text())
+    for array, values in pica_keys.items():
+        root[array][0].setdefault("extras", {}).setdefault("pica", {}).update(values)
+    path.write_text(json.dumps(root))
+    return path
+
+
+FAULTS: dict[str, tuple[str, dict[str, Any], str]] = {
+    "row of the environment": ("scenes", {"environment": {"radiance": 0, "width": 5}}, "are no rows of 5"),
+    "environment without pixels": ("scenes", {"environment": {"width": 4}}, "radiance: is missing"),
+    "coat": ("materials", {"coats": [{"ior": 0.5}]}, r"coats\[0\].ior: 0.5"),
+    "coats": ("materials", {"coats": [{}] * 4}, "4 coats are more than 3"),
+    "coefficient": ("materials", {"absorption": [1, -1, 0]}, "absorption"),
+    "encoding": ("images", {"encoding": "gamma"}, "encoding: 'gamma' is not one of srgb, linear"),
+    "width of pixels": ("cameras", {"pixel_aspect": 0}, "pixel_aspect"),
+    "copies": ("nodes", {"instances": 99}, "instances: 99 is out of range"),
+    "channel": ("nodes", {"light_channels": [6]}, "light_channels"),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_faults_in_keys_of_extras(name: str, tmp_path: Path) -> None:
+    array, values, fault = FAULTS[name]
+    path = edited(tmp_path, **{array: values})
+    with pytest.raises(SceneError, match=fault) as caught:
+        load(path)
+    assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
+
+
+def test_the_environment_of_a_file_counts_against_the_limits_and_another_one_replaces_it(tmp_path: Path) -> None:
+    path = edited(tmp_path)
+    with pytest.raises(SceneError, match=r"extras\.pica\.environment"):
+        load(path, limits=pica.Limits(pixels=7))
+    other = Environment(np.zeros((1, 2, 3)))
+    assert load(path, environment=other).environment is other

@@ -37,7 +37,8 @@ def load(
 
     A .png or .jpg is accepted too, as sRGB: its radiance is 0 to 1 nit, so a sun in it is no brighter than white paper.
 
-    A scene without any light, or with nearly none from its materials, gets a neutral sky, and a warning.
+    A scene without any light, or with nearly none from its materials, gets a neutral sky, and a warning. One of
+    Scene.save has its own environment.
     `allow_outside`: read buffers and pictures from files outside the asset's folder too, such as textures in "../".
     `limits`: of loading, with the environment; pica.Limits() by default. `up`: "z" for files whose Z axis
     points up, contrary to glTF; the scene is rotated to +Y up. `variant`: the name of a variant of the file's materials
