@@ -207,6 +207,21 @@ def test_materials(name: str, tmp_path: Path) -> None:
     check_node(Node(mesh=Mesh([section, triangle()])), tmp_path)
 
 
+def test_other_programs_see_the_same_medium(tmp_path: Path) -> None:
+    """The colours of the extensions, without the extras, which only pica reads."""
+    material = Material(transmission=1.0, thin_walled=False, absorption=(0.1, 0.0, 2.0), scattering=(0.3, 5.0, 0.0))
+    path = tmp_path / "model.gltf"
+    shown(Node(mesh=Mesh([triangle(material)]))).save(path)
+    root = json.loads(path.read_text())
+    del root["materials"][0]["extras"]
+    path.write_text(json.dumps(root))
+    mesh = load(path).roots[1].mesh
+    assert mesh is not None
+    loaded = mesh.sections[0].material
+    np.testing.assert_allclose(loaded.absorption, material.absorption, rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(loaded.scattering, material.scattering, rtol=1e-3, atol=1e-3)
+
+
 def test_every_texture_of_a_material_is_compared() -> None:
     assert len(textures()) == 18
 
@@ -285,12 +300,13 @@ def test_cameras(camera: Camera, tmp_path: Path) -> None:
 
 def test_skins_morph_targets_and_animations(tmp_path: Path) -> None:
     random = np.random.default_rng(2)
-    section = triangle()
-    section.joints = random.integers(0, 2, (3, 5)).astype(np.uint16)
-    weights = random.random((3, 5)).astype(np.float32)
+    corners = np.arange(300).reshape(-1, 3)
+    section = Section.from_arrays(random.normal(size=(300, 3)), corners)
+    section.joints = random.integers(0, 2, (300, 5)).astype(np.uint16)
+    weights = random.random((300, 5)).astype(np.float32)
     section.weights = weights / weights.sum(axis=1, keepdims=True)
     for name in ("morph_positions", "morph_normals", "morph_tangents"):
-        setattr(section, name, random.normal(size=(2, 3, 3)).astype(np.float32))
+        setattr(section, name, random.normal(size=(2, 300, 3)).astype(np.float32))
     root = Node("root", pose=Pose())
     joints = [root.add(Node(f"joint {number}", pose=Pose(np.full(3, float(number))))) for number in range(2)]
     body = root.add(Node("body", mesh=Mesh([section], "body")))

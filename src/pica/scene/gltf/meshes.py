@@ -108,7 +108,8 @@ class Meshes:
         if not len(triangles):
             return None
         section = self._complete(primitive, triangles, used, vertex_count)
-        section.flat = section.flat or primitive.pica.flag("flat", default=False)
+        if "extras" in primitive and primitive.pica.flag("flat", default=False):
+            section.flat = True
         return section
 
     def _complete(
