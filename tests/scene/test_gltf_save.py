@@ -289,11 +289,12 @@ CAMERAS = [
     Camera(np.eye(4), vertical_fov=0.7, near=0.1, name="a"),
     Camera(np.eye(4), vertical_fov=1.1, principal_point=(0.4, 0.7), pixel_aspect=1.2),
     Camera(np.eye(4), orthographic_height=3.3, near=0.0, far=70.0, pixel_aspect=0.9),
+    Camera(np.eye(4), f_number=2.8, focus_distance=3.0, sensor_height=0.0157, aperture_blades=6),
 ]
 
 
 @pytest.mark.filterwarnings("ignore:.*shows nothing")
-@pytest.mark.parametrize("camera", CAMERAS, ids=["plain", "calibrated", "orthographic"])
+@pytest.mark.parametrize("camera", CAMERAS, ids=["plain", "calibrated", "orthographic", "aperture"])
 def test_cameras(camera: Camera, tmp_path: Path) -> None:
     check_node(Node("eye", camera=camera), tmp_path)
 

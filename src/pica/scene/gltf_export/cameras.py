@@ -19,6 +19,11 @@ def add_camera(asset: Asset, node: Node) -> int | None:
         lens = {"xmag": half * camera.pixel_aspect, "ymag": half, "znear": camera.near, "zfar": camera.far}
         entry |= {"type": "orthographic", "orthographic": lens}
     lens_extras = differing(
-        principal_point=(camera.principal_point, (0.5, 0.5)), pixel_aspect=(camera.pixel_aspect, 1.0)
+        principal_point=(camera.principal_point, (0.5, 0.5)),
+        pixel_aspect=(camera.pixel_aspect, 1.0),
+        f_number=(camera.f_number, None),
+        focus_distance=(camera.focus_distance, None),
+        sensor_height=(camera.sensor_height, 0.024),
+        aperture_blades=(camera.aperture_blades, 0),
     )
     return asset.add_once("cameras", entry | {"extras": asset.extras({}, lens_extras)})
