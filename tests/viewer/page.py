@@ -28,7 +28,6 @@ class Page:
         """Ids of the panel's inputs, by label."""
         self.texts: dict[str, Any] = {}
         """Newest contents and values of the panel, by id."""
-        self.messages: list[dict[str, Any]] = []
 
     def close(self) -> None:
         self.socket.close()
@@ -82,6 +81,16 @@ class Page:
                 if found := wanted(message):
                     return found
         raise TimeoutError("nothing like that has come")
+
+    def picture_and(self, other, wanted, seconds: float = SECONDS) -> None:
+        """Wait for a picture and another message, in either order: viser sends them from two buffers."""
+        left = [other, lambda message: _accepted(message, wanted)]
+
+        def come(message: dict[str, Any]) -> bool:
+            left[:] = [each for each in left if not each(message)]
+            return not left
+
+        self.wait(come, seconds)
 
     def picture(self, wanted=lambda pixels: True, seconds: float = SECONDS) -> np.ndarray:
         """(height, width, 3) the next picture for which `wanted` is true."""

@@ -143,9 +143,8 @@ def test_the_animation_plays_and_is_scrubbed(web, page):
     until(lambda: web.viewer.playback.playing)
     until(lambda: not web.viewer.playback.playing)
     ended = {"uuid": page.inputs["Play"], "updates": {"value": False}, "type": "GuiUpdateMessage"}
-    page.wait(lambda message: message == ended)
+    page.picture_and(lambda message: message == ended, lambda pixels: is_whole(pixels) and redness(pixels).mean() < 50)
     assert web.viewer.playback.time == 0.0 and not web.viewer.playback.playing
-    page.picture(lambda pixels: is_whole(pixels) and redness(pixels).mean() < 50)
 
 
 def test_buttons_move_the_camera_of_their_page_alone(web, page):
