@@ -5,11 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.errors import PicaError
+from pica.frame.context import FrameSequence
 from pica.gpu_scene.view import SceneView
-from pica.renderer.pick_ray import PickedPoint
+from pica.renderer.pick_ray import PickedPoint, PickRay
+from pica.rhi.device import Device
 from pica.scene.material import Material
 from pica.scene.mesh import Mesh
 from pica.scene.model import Node
+from pica.tracing.ray_buffers import Tracer
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +45,7 @@ class Picked:
         return f"<pica.Picked of node {what}, at ({x:.4g}, {y:.4g}, {z:.4g}), {self.distance:.4g} m away>"
 
 
-def picked(view: SceneView, point: PickedPoint) -> Picked:
+def _picked(view: SceneView, point: PickedPoint) -> Picked:
     """The objects of the scene behind the ids of a point."""
     source = view.source_of(point.record)
     return Picked(
@@ -56,3 +60,23 @@ def picked(view: SceneView, point: PickedPoint) -> Picked:
         normal=point.normal,
         distance=point.distance,
     )
+
+
+class Picker:
+    """Rays through points of a renderer's picture."""
+
+    def __init__(self, device: Device, tracer: Tracer | None) -> None:
+        self._device, self._tracer = device, tracer
+        self._ray: PickRay | None = None
+
+    def __call__(
+        self, frames: FrameSequence, view: SceneView, pixel: tuple[int, int], through_glass: bool
+    ) -> Picked | None:
+        """What the pixel shows with the camera of the newest frame. Raises PicaError before there is one."""
+        if not frames.has_camera:
+            raise PicaError("pick: there is no frame yet; call render or advance")
+        if self._ray is None:  # the first one compiles it
+            self._ray = PickRay(self._device, self._tracer)
+        x, y = pixel
+        point = self._ray(frames.block, view, (x + 0.5, y + 0.5), through_glass)
+        return None if point is None else _picked(view, point)

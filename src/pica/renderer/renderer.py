@@ -22,8 +22,7 @@ from pica.light_map.light_map import LightMap
 from pica.programs.preparation import expect as expect_programs
 from pica.renderer.frame_plan import FramePlan
 from pica.renderer.insertion import Declare, Insertion, checked_insertion
-from pica.renderer.pick_ray import PickRay
-from pica.renderer.picking import Picked, picked
+from pica.renderer.picking import Picked, Picker
 from pica.renderer.stages import EVERY_GROUP, Stages
 from pica.rendering.arguments import (
     Progress,
@@ -93,7 +92,7 @@ class Renderer(Closing):
         self.captured: dict[str, Lazy] = {}
         """Functions that fetch the captures of the newest `advance`, by name."""
         self._running = False
-        self._pick_ray: PickRay | None = None
+        self._picker = Picker(self.device, self.tracer)
         self._relighting = Relighting()
         self._black_pictures = BlackPictures()
 
@@ -214,7 +213,7 @@ class Renderer(Closing):
                 self._frames = self._make_frames()
             self._frame_plan.memory.reset(self._stages.follow(settings, changed))
             if "rays" in changed:
-                self._pick_ray = None  # its tracer is another
+                self._picker = Picker(self.device, self.tracer)
             self._frame_plan.outdate()
         if changed & {"seed", "rays", "visibility", "antialiasing"}:
             self.reset()  # the history of the G-buffer or the camera is invalid
@@ -291,7 +290,8 @@ class Renderer(Closing):
         seconds: float | None = None,
         select: Callable[[Plan], frozenset[str]] = lambda plan: frozenset(),
     ) -> dict[str, spy.Texture]:
-        """`wanted` selects captures from the frame's offers."""
+        """One frame. `last`: `denoiser` finishes its picture. `continues`: it is one more of the same picture.
+        `seconds`: as in `render`. `select`: the frame's captures, of what it offers."""
         frame = self._begin(camera, wait, jittered)
         frame.continues = continues
         frame.seconds = 0.0 if continues and seconds is not None else seconds
@@ -370,15 +370,7 @@ class Renderer(Closing):
         for done in range(first, frames + 1):
             with self.device.lock:
                 last, continues = done == frames, done > first
-                self._advance(
-                    camera,
-                    wait=True,
-                    denoiser=denoiser,
-                    last=last,
-                    continues=continues,
-                    seconds=elapsed,
-                    select=capture,
-                )
+                self._advance(camera, True, True, denoiser, last, continues, elapsed, capture)
                 images |= self.captured
                 if done == first and images.keys() & NUMBERED:
                     labels = self.view.name_labels()
@@ -431,15 +423,10 @@ class Renderer(Closing):
         Raises PicaError before the first frame, after `resize` until the next one, and for a pixel outside of the
         picture; DeviceError if nothing traces rays on the device.
         """
-        x, y = checked_pixel("pick", (x, y), self.size)
+        pixel = checked_pixel("pick", (x, y), self.size)
         passes = checked("pick: through_glass", flag, through_glass, PicaError)
-        if not self._frames.has_camera:
-            raise PicaError("pick: there is no frame yet; call render or advance")
         with self.device.lock:
-            if self._pick_ray is None:
-                self._pick_ray = PickRay(self.device, self.tracer)
-            point = self._pick_ray(self._frames.block, self.view, (x + 0.5, y + 0.5), passes)
-            return None if point is None else picked(self.view, point)
+            return self._picker(self._frames, self.view, pixel, passes)
 
     def _requested(self, aovs: Any) -> frozenset[str] | None:
         """The requested AOVs of `render`; None for all. Debug AOVs and those of
