@@ -112,7 +112,6 @@ class Post(Effect):
             "tableLow": spy.float3(*low),
             "tableHigh": spy.float3(*high),
             "dithers": int(settings.dither),
-            "seed": 0,
         }
 
     @cached_property
