@@ -49,6 +49,7 @@ class Stages:
     ) -> None:
         self._device, self._view, self._light_map, self._lut = device, view, light_map, lut
         self._cache: str | None = None
+        self._glass_layers = -1
         self.reprojection = Reprojection(device)
         self.light_sampler = LightSampler(device)
         self.stochastic_light = StochasticLightDenoiser(device)
@@ -69,8 +70,9 @@ class Stages:
         before = self.effects if changed != EVERY_GROUP else []
         if "rays" in changed:
             self.tracer = choose_tracer(device.memory_scope(), settings.rays, self._view)
-        if changed & {"rays", "visibility", "transparency"}:
-            layers = Transparency.glass_layers(settings.transparency)
+        layers = Transparency.glass_layers(settings.transparency)
+        if changed & {"rays", "visibility"} or layers != self._glass_layers:
+            self._glass_layers = layers
             self.gbuffer = GBufferEffect(device.memory_scope(), settings.visibility.primary, self.tracer, layers)
         if changed & {"shadows", "shadow_maps", "lighting", "reflections", "debug"}:
             self.slots = LightSlots(device.memory_scope(), settings)
