@@ -94,6 +94,7 @@ def test_a_frame_without_rays_is_that_of_the_raster_preset(device, raster_only, 
         "translucency.mode is off",
         "transparency.mode is screen_space",
         "global_illumination.mode is light_map",
+        "no indirect light",
     ]
     assert renderer.settings.shadows.method == "maps"
     _, expected = two_frames(pica.Settings.preset("raster").with_values({"ambient_occlusion.mode": "off"}), device)

@@ -40,7 +40,12 @@ def count(text: str, least: int = 1) -> Any:
 Size = Annotated[str, typer.Option("--size", metavar="WxH", help="Size of the picture in pixels.")]
 Frames = Annotated[int, count("Frames to accumulate.")]
 Preset = Annotated[
-    str, typer.Option(metavar="NAME", help="Named settings: performance, balanced, quality, cinematic or raster.")
+    str,
+    typer.Option(
+        metavar="NAME",
+        help="Named settings: performance, balanced, quality, cinematic or raster; frames of publications: pica_pica,"
+        " ue4_reflections, ue4_speed_of_light.",
+    ),
 ]
 Values = Annotated[
     list[str] | None, typer.Option("--set", metavar="GROUP.NAME=VALUE", help="One setting; may be repeated.")

@@ -27,6 +27,7 @@ from pica.light_sampling.light_sampler import LightSampler
 from pica.light_sampling.light_slots import LightSlots
 from pica.rhi.device import Device
 from pica.settings import Settings
+from pica.tracing.fallbacks import say_once
 from pica.tracing.tracers import choose_tracer
 
 _OPTIONAL: tuple[type[Effect], ...] = (
@@ -86,7 +87,10 @@ class Stages:
             )
         if changed & {"rays", "global_illumination", "debug"}:
             indirect, light_map = settings.global_illumination, self._light_map
-            off = indirect.mode == "off" or (indirect.mode == "light_map" and light_map is None)
+            lacks_map = indirect.mode == "light_map" and light_map is None
+            if lacks_map:
+                say_once(device, "global_illumination.mode is light_map without a light map: no indirect light")
+            off = indirect.mode == "off" or lacks_map
             inputs = indirect, self.tracer, light_map, filters
             self.global_illumination = None if off else GlobalIllumination(device.memory_scope(), *inputs)
         cache = self.global_illumination.cache if self.global_illumination else None

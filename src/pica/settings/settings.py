@@ -174,7 +174,42 @@ PRESETS = {
             "global_illumination.mode": "light_map",
         },
     ),
+    "pica_pica": Level(
+        "The frame of RTG 25, PICA PICA: surfels with occlusion in screen space, sun shadows by SVGF, one reflection"
+        " for four pixels, glass in texture space.",
+        {
+            "shadows.denoiser": "svgf",
+            "ambient_occlusion.mode": "ground_truth",
+            "reflections.rays": "quarter",
+            "reflections.bounces": 1,
+            "transparency.texture_space": "all",
+            "global_illumination.mode": "surfels",
+        },
+    ),
+    "ue4_reflections": Level(
+        "The frame of RTG 19's demo Reflections: filtered shadows of area lights as a ratio, mirror rays of two"
+        " bounces, indirect rays that end in a light map, translucency in screen space.",
+        {
+            "shadows": "high",
+            "lighting.area_shadows": "ratio_estimator",
+            "reflections.reconstruction": "mirror_rays",
+            "translucency.mode": "screen_space",
+            "transparency.texture_space": "off",
+        },
+    ),
+    "ue4_speed_of_light": Level(
+        "The frame of RTG 19's demo Speed of Light: area lights met by reflection rays, two bounces of indirect light.",
+        {
+            "shadows": "high",
+            "reflections.area_lights": True,
+            "reflections.reconstruction": "mirror_rays",
+            "translucency.mode": "screen_space",
+            "transparency.texture_space": "off",
+            "global_illumination.bounces": 2,
+        },
+    ),
 }
+"""What `Settings.preset` knows. The last three are frames of publications (docs/how-it-works/stages.md)."""
 
 
 def _value(group: type[Group], path: str, name: str, value: Any) -> Any:
