@@ -61,6 +61,12 @@ class FakeRenderer:
     def reset(self):
         pass
 
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
     def render(self, frames=16, *, camera=None, progress=None, denoise=False, aovs=None, seconds=None):
         return self._answer(camera, progress, frames, frames=frames, denoise=denoise)
 

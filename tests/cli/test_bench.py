@@ -1,5 +1,6 @@
 import json
 import math
+from xml.etree import ElementTree
 
 import pytest
 
@@ -92,3 +93,59 @@ def test_progress_on_stderr_and_json_alone_on_stdout(run):
     sample = result["path_traced"]
     assert sample["samples"] == 3 and {"progress": "Path tracing", "done": 5, "total": 5} in said
     assert sample["frame_over_sample"] == pytest.approx(moving["gpu_ms"]["frame"] / sample["sample_ms"])
+
+
+def effects_of(way):
+    """What a benchmark measured, with effects."""
+    return {
+        "gpu_ms": {"gbuffer": 1.0, "rays": way, "frame": 1.0 + way},
+        "effect_ms": {"gbuffer": 1.0, "global_illumination": way, "off": 0.0},
+        "effect_rays": {"global_illumination": 1000},
+        "effect_bytes": {"gbuffer": 3_000_000, "shared": 1_000_000, "off": 0},
+    }
+
+
+@pytest.fixture
+def effects(monkeypatch):
+    def measured(renderer, camera, frames, warm_up, progress, play):
+        progress(1, 1)
+        return effects_of(0.5 if play is None else 2.0)
+
+    monkeypatch.setattr("pica.quality.benchmark.benchmark", measured)
+
+
+def test_the_table_has_a_row_for_each_effect_beside_what_is_published(run, calls, effects, tmp_path):
+    code, out, _ = run("bench", "m.glb", "--size", "8x4", "--table", "-o", tmp_path / "bars.svg")
+    rows = [line.split("  ") for line in out.splitlines()[-5:]]
+    rows = [[cell.strip() for cell in row if cell.strip()] for row in rows]
+    assert code == 0 and rows[0] == ["effect", "ms moving", "ms at rest", "rays", "MB", "published", "source"]
+    assert rows[1] == ["gbuffer", "1.000", "1.000", "0", "3.0"]
+    assert rows[2][:5] == ["global_illumination", "2.000", "0.500", "1,000", "0.0"] and rows[2][6] == "RTG 25, 25.2.6"
+    assert rows[3] == ["shared", "0.000", "0.000", "0", "1.0"]
+    assert rows[4][:5] == ["frame", "3.000", "1.500", "1,000", "4.0"]
+    picture = ElementTree.parse(tmp_path / "bars.svg").getroot()
+    told = [part.text for part in picture.iter("{http://www.w3.org/2000/svg}title")]
+    assert told[1] == "global_illumination: 2 ms" and "global_illumination: 0.5 ms" in told
+    table = json.loads(run("bench", "m.glb", "--size", "8x4", "--table", "--json")[1])["table"]
+    assert [row["effect"] for row in table] == ["gbuffer", "global_illumination", "shared", "frame"]
+
+
+def test_a_sweep_measures_each_of_its_steps(run, calls, effects, tmp_path):
+    code, out, _ = run("bench", "m.glb", "--size", "30x12", "--sweep", "size", "-o", tmp_path / "sizes.svg")
+    lines = [line.split() for line in out.splitlines()]
+    assert code == 0 and ["10x4", "20x8", "30x12", "40x16", "60x24"] in lines
+    assert ["global_illumination", *["2"] * 5] in lines and ["frame", *["3"] * 5] in lines
+    assert "60x24" in (tmp_path / "sizes.svg").read_text()
+    result = json.loads(run("bench", "m.glb", "--size", "30x12", "--sweep", "size", "--json")[1])
+    assert list(result["steps"]) == ["10x4", "20x8", "30x12", "40x16", "60x24"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "says"),
+    [
+        (["--sweep", "time"], "pica: sweep 'time' is not one of size, triangles, lights, rays\n"),
+        (["-o", "bars.png"], "pica: cannot write bars.png: the name must end in .svg\n"),
+    ],
+)
+def test_wrong_requests_are_one_line_before_anything_is_loaded(run, calls, asked, says):
+    assert run("bench", "m.glb", *asked) == (2, "", says) and not calls

@@ -22,7 +22,7 @@ class Renderer:
 
         passes = [SimpleNamespace(name="shadow_rays", effect="shadows")]
         passes += [SimpleNamespace(name=f"{name}_rays", effect="reflections") for name in ("reflection", "more")]
-        self.graph = SimpleNamespace(passes=passes)
+        self.graph = SimpleNamespace(passes=passes, memory={"shadows": 64})
         self.cameras = []
 
     def advance(self, camera):
@@ -55,6 +55,7 @@ def test_fewer_frames_on_the_processor_and_each_is_told(is_software, asked, fram
     assert told == [(done + 1, frames + warm_up) for done in range(frames + warm_up)]
     assert result["rays"] == {"shadow_rays": 32, "reflection_rays": 8, "more_rays": 2}
     assert result["effect_rays"] == {"shadows": 32, "reflections": 10}
+    assert result["effect_bytes"] == {"shadows": 64}
 
 
 def test_times_by_effect_are_medians_of_the_measured_frames():

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pica.graph.description import GraphDescription, PassInfo, ResourceInfo
 
 _PALETTE = "4269d0e0822e2f9e6ed1495b8a5fbf2a9db5a0703cc65b9b7a8b1f5b6b7ab8860b3d7a3d9b3d3d3d5a9b"
-_COLORS = [f"#{_PALETTE[first : first + 6]}" for first in range(0, len(_PALETTE), 6)]
+COLORS = [f"#{_PALETTE[first : first + 6]}" for first in range(0, len(_PALETTE), 6)]
 _ROW, _COLUMN, _GAP = 19, 15, 7
 _LEFT, _TOP, _FOOT = 404, 182, 74
 _TIME_LEFT, _TIME_WIDTH = 280, 64
@@ -40,7 +40,7 @@ class _Chart:
         effects = dict.fromkeys(
             [*(node.effect for node in graph.passes), *(resource.effect for resource in graph.resources)]
         )
-        self._colors = {name: _COLORS[number % len(_COLORS)] for number, name in enumerate(effects)}
+        self._colors = {name: COLORS[number % len(COLORS)] for number, name in enumerate(effects)}
         resources = sorted((info for info in graph.resources if info.key in used), key=lambda info: info.lane)
         self._lanes = [list(group) for _, group in groupby(resources, key=lambda resource: resource.lane)]
         self._lanes.sort(key=lambda lane: (min(resource.first for resource in lane), lane[0].lane))
@@ -74,19 +74,19 @@ class _Chart:
 
     def _head(self) -> Iterator[str]:
         whole, total = sum(self._graph.memory.values()), sum(self._graph.milliseconds.values())
-        yield _text(16, 30, self._title, "h")
+        yield text(16, 30, self._title, "h")
         counts = f"{len(self._rows)} passes, {len(self._x)} resources"
-        yield _text(16, 50, f"{counts}, {total:.2f} ms, {_megabytes(whole)}")
+        yield text(16, 50, f"{counts}, {total:.2f} ms, {_megabytes(whole)}")
         marks = {"write": "writes anew", "update": "reads and writes", "read": "reads", "previous": "frame before"}
         for number, (kind, meaning) in enumerate(marks.items()):
             yield _mark(kind, 22, 74 + 16 * number, "#57606a")
-            yield _text(34, 78 + 16 * number, meaning, "s")
+            yield text(34, 78 + 16 * number, meaning, "s")
         yield '<path d="M146 66h14v46h-14z" fill="#f0f2f4" stroke="#c4ccd4"/>'
-        yield _text(168, 92, "one memory, several resources", "s")
+        yield text(168, 92, "one memory, several resources", "s")
         yield '<path d="M153 118v16" stroke="#57606a" stroke-dasharray="2 2"/>'
-        yield _text(168, 130, "lasts beyond the frame: kept, or a history", "s")
-        yield _text(146, 148, "name", "g") + _text(180, 148, "not in every frame", "s")
-        yield _text(_TIME_LEFT + _TIME_WIDTH, _TOP - 8, "ms", "s n")
+        yield text(168, 130, "lasts beyond the frame: kept, or a history", "s")
+        yield text(146, 148, "name", "g") + text(180, 148, "not in every frame", "s")
+        yield text(_TIME_LEFT + _TIME_WIDTH, _TOP - 8, "ms", "s n")
 
     def _passes(self) -> Iterator[str]:
         slowest = max((node.milliseconds or 0 for node in self._graph.passes), default=0) or 1
@@ -94,19 +94,19 @@ class _Chart:
         for effect, group in groupby(passes, key=lambda item: item[1].effect):
             rows = [row for row, _ in group]
             top, color = _TOP + rows[0] * _ROW, self._colors[effect]
-            yield _box(0, top, self._width, len(rows) * _ROW, color, 0.06)
-            yield _box(0, top, 5, len(rows) * _ROW, color)
-            yield _text(12, top + 13, effect.replace("_", " "), "e", color)
+            yield box(0, top, self._width, len(rows) * _ROW, color, 0.06)
+            yield box(0, top, 5, len(rows) * _ROW, color)
+            yield text(12, top + 13, effect.replace("_", " "), "e", color)
         for row, node in passes:
             y = _TOP + row * _ROW
             yield f'<path d="M0 {y}H{self._width:.0f}" stroke="#d8dee4" stroke-width=".5"/>'
             note = f"{node.name} of {node.effect}, {node.where}" + (", not in every frame" if node.conditional else "")
-            name = _text(142, y + 13, _short(node.name, 23), "g" if node.conditional else "")
+            name = text(142, y + 13, _short(node.name, 23), "g" if node.conditional else "")
             yield f"<g><title>{_plain(note)}</title>{name}</g>"
             if node.milliseconds is not None:
                 wide = _TIME_WIDTH * node.milliseconds / slowest
-                yield _box(_TIME_LEFT + 4 + _TIME_WIDTH, y + 5, max(wide, 1) * 0.6, 9, self._colors[node.effect], 0.75)
-                yield _text(_TIME_LEFT + _TIME_WIDTH, y + 13, f"{node.milliseconds:.2f}", "s n")
+                yield box(_TIME_LEFT + 4 + _TIME_WIDTH, y + 5, max(wide, 1) * 0.6, 9, self._colors[node.effect], 0.75)
+                yield text(_TIME_LEFT + _TIME_WIDTH, y + 13, f"{node.milliseconds:.2f}", "s n")
 
     def _resources(self) -> Iterator[str]:
         for lane in self._lanes:
@@ -128,7 +128,7 @@ class _Chart:
         if resource.lifetime != "frame":
             whole = f"M{x} {_TOP}V{self._bottom}"
             yield f'<path d="{whole}" stroke="{color}" stroke-dasharray="2 3" stroke-opacity=".6"/>'
-        yield _box(x - 4, top, 8, bottom - top, color, 0.35)
+        yield box(x - 4, top, 8, bottom - top, color, 0.35)
         yield _turned(x + 3, _TOP - 9, -60, _short(resource.name, 30), color) + "</g>"
 
     def _tip(self, resource: "ResourceInfo") -> str:
@@ -152,12 +152,12 @@ class _Chart:
 
     def _sums(self) -> Iterator[str]:
         top = self._bottom + _FOOT
-        yield _text(16, top, "By effect", "e")
+        yield text(16, top, "By effect", "e")
         for number, (name, milliseconds, size) in enumerate(self._effect_rows()):
             x, y = 16 + 220 * (number % 4), top + 20 + 16 * (number // 4)
-            yield _box(x, y - 9, 10, 10, self._colors.get(name, "#c4ccd4"))
+            yield box(x, y - 9, 10, 10, self._colors.get(name, "#c4ccd4"))
             said = [f"{milliseconds:.2f} ms"] * bool(milliseconds) + [_megabytes(size)] * bool(size)
-            yield _text(x + 15, y, f"{name.replace('_', ' ')}: {', '.join(said) or 'nothing'}", "s")
+            yield text(x + 15, y, f"{name.replace('_', ' ')}: {', '.join(said) or 'nothing'}", "s")
 
 
 def _uses(node: "PassInfo") -> Mapping[str, str]:
@@ -175,12 +175,14 @@ def _mark(kind: str, x: float, y: float, color: str) -> str:
     return f'<rect x="{x - 4}" y="{y - 4}" width="8" height="8" rx="1" fill="{color}"/>{inner}'
 
 
-def _box(x: float, y: float, width: float, height: float, color: str, opacity: float = 1) -> str:
+def box(x: float, y: float, width: float, height: float, color: str, opacity: float = 1) -> str:
+    """A filled rectangle of an SVG."""
     place = f'x="{x:g}" y="{y:g}" width="{width:.5g}" height="{height:g}"'
     return f'<rect {place} fill="{color}" fill-opacity="{opacity:g}"/>'
 
 
-def _text(x: float, y: float, text: str, kind: str = "", color: str = "") -> str:
+def text(x: float, y: float, text: str, kind: str = "", color: str = "") -> str:
+    """A line of text of an SVG, of a class of its style sheet."""
     style = f' style="fill:{color}"' if color else ""
     return f'<text x="{x:g}" y="{y:g}" class="{kind}"{style}>{_plain(text)}</text>'
 

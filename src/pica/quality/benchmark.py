@@ -30,8 +30,8 @@ def benchmark(
     None: 200 frames after 50, on a software device 20 after 3. `progress(done, warm_up + frames)` is called after each.
     frames, warm_up: how many; gpu_ms: milliseconds by pass, and "frame" for their sum; effect_ms: by effect, "scene"
     for its updates; host_ms: to record and submit a frame; rays: paths started in one more frame, by pass; further
-    bounces and shadow rays at hits are not counted; effect_rays: their sums by effect; rays_per_second: by pass;
-    peak_gpu_memory: bytes.
+    bounces and shadow rays at hits are not counted; effect_rays: their sums by effect; effect_bytes: device memory by
+    effect, "shared" for what they use one after the other; rays_per_second: by pass; peak_gpu_memory: bytes.
     """
     if play is None:
         still = camera or renderer.scene.default_camera(renderer.size[0] / renderer.size[1])
@@ -68,6 +68,7 @@ def benchmark(
         "host_ms": median(host),
         "rays": rays,
         "effect_rays": effect_rays,
+        "effect_bytes": dict(renderer.graph.memory),
         "rays_per_second": {name: count / (gpu[name] * 1e-3) for name, count in rays.items() if gpu.get(name)},
         "peak_gpu_memory": renderer.device.peak_memory,
     }
