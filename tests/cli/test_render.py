@@ -141,7 +141,7 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--focus-distance", "2"], "--focus-distance needs --f-number"),
         (["--f-number", "0"], "f_number: 0.0 is not above 0"),
         (["--preset", "best"], "preset 'best'"),
-        (["--preset", "qualty"], "balanced, quality, cinematic, raster; did you mean 'quality'?"),
+        (["--preset", "qualty"], "pica_pica, ue4_reflections, ue4_speed_of_light; did you mean 'quality'?"),
         (["--set", "shadow.mode=hard"], "setting 'shadow.mode' does not exist; did you mean 'shadows.mode'"),
         (["--aov", "nromal"], "no AOV 'nromal' in this frame; there are depth, normal; did you mean 'normal'?"),
         (["--path-traced", "--frames", "4"], "--frames is for the hybrid renderer; with --path-traced, use --samples"),

@@ -20,7 +20,21 @@ HEARD = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)
 
 @pytest.mark.device
 def test_it_prints_its_address_and_ends_with_ctrl_c():
-    command = ["view", "cornell", "--preset", "raster", "--size", "64x36", "--frames", "2", "--port", "0", "--json"]
+    command = [
+        "view",
+        "cornell",
+        "--preset",
+        "raster",
+        "--set",
+        "global_illumination.mode=off",
+        "--size",
+        "64x36",
+        "--frames",
+        "2",
+        "--port",
+        "0",
+        "--json",
+    ]
     code = f"{HEARD}import sys; sys.argv = ['pica', *{command}]; from pica.cli.main import main; sys.exit(main())"
     started = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
