@@ -1,11 +1,10 @@
-"""Every setting of the renderer. docs/guide/settings.md lists them; a new one is declared in `groups`."""
+"""Every setting of the renderer. docs/guide/settings.md lists them; a new one is declared in `groups`,
+`indirect_groups` or `picture_groups`."""
 
 from pica.settings.groups import (
     AmbientOcclusionSettings,
-    AntialiasingSettings,
     DebugSettings,
     LightingSettings,
-    PostSettings,
     RaysSettings,
     ShadowMapsSettings,
     ShadowsSettings,
@@ -17,6 +16,7 @@ from pica.settings.indirect_groups import (
     TranslucencySettings,
     TransparencySettings,
 )
+from pica.settings.picture_groups import AntialiasingSettings, PostSettings
 from pica.settings.settings import PRESETS, Settings
 
 __all__ = [

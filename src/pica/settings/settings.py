@@ -8,10 +8,8 @@ from pica.errors import SettingsError, plain, shown
 from pica.names import checked_names, did_you_mean
 from pica.settings.groups import (
     AmbientOcclusionSettings,
-    AntialiasingSettings,
     DebugSettings,
     LightingSettings,
-    PostSettings,
     RaysSettings,
     ShadowMapsSettings,
     ShadowsSettings,
@@ -23,6 +21,7 @@ from pica.settings.indirect_groups import (
     TranslucencySettings,
     TransparencySettings,
 )
+from pica.settings.picture_groups import AntialiasingSettings, PostSettings
 from pica.settings.setting import Group, Level, Value, declared, dotted, number
 
 

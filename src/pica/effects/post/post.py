@@ -7,6 +7,7 @@ import numpy as np
 import slangpy as spy
 
 from pica.effects.post.bloom import Bloom
+from pica.effects.post.glare import Glare
 from pica.effects.post.white_balance import NEUTRAL, balance
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect, rgb
@@ -37,6 +38,9 @@ class Post(Effect):
         self._histogram = device.compute("effects/post/histogram.slang")
         self._expose = device.compute("effects/post/exposure.slang")
         self._bloom = Bloom(device, settings.bloom) if settings.bloom > 0 else None
+        self._glare = Glare(device, settings.glare) if settings.glare > 0 else None
+        edge = spy.TextureAddressingMode.clamp_to_edge
+        self._linear = device.sampler(address_u=edge, address_v=edge)
         self._tone_map = device.compute("effects/post/tone_map.slang")
 
     def exposure(self, graph: FrameGraph) -> Buffer:
@@ -77,6 +81,9 @@ class Post(Effect):
             if self._bloom is not None:
                 radiance = self._bloom(graph, radiance)
                 graph.offer("debug.post.bloom", (radiance,), rgb)
+            if self._glare is not None:
+                radiance = self._glare(graph, radiance)
+                graph.offer("debug.post.glare", (radiance,), rgb)
             display = graph.texture("display", spy.Format.rgba8_unorm, graph.output_size, lifetime=Lifetime.KEPT)
             outputs = {"exposure": exposure, "display": write(display)}
             graph.add(self._tone_map, graph.output_grid, radiance=radiance, size=size, **self._look(graph), **outputs)
@@ -106,7 +113,11 @@ class Post(Effect):
             "curve": _CURVES.index(settings.tone_map),
             "balances": int(settings.white_balance != NEUTRAL),
             "balance": [spy.float3(*row) for row in balance(settings.white_balance).tolist()],
+            "linearSampler": self._linear,
+            "aberration": settings.chromatic_aberration,
             "vignette": settings.vignette,
+            "grain": settings.grain,
+            "frameIndex": lambda frame: frame.index,
             "table": graph.buffer("look-up table", data=rows),
             "tableSize": len(lut.table),
             "tableLow": spy.float3(*low),
