@@ -44,6 +44,7 @@ BUILT_IN: dict[str, Callable[[], Scene]] = {
     "rooms": pica.scenes.rooms,
     "sphere_grid": pica.scenes.sphere_grid,
     "corridor": pica.scenes.corridor,
+    "showroom": pica.scenes.showroom,
     "machine_world": lambda: pica.scenes.machine_world(glass=True),
 }
 FILES = (

@@ -27,6 +27,7 @@ BUILT_IN = {
     "sphere_sweep": "sphere_sweep",
     "rooms": "rooms",
     "court": "court",
+    "showroom": "showroom",
 }
 LIMITS = ("bytes", "vertices", "instances", "pixels", "expansion")
 """The names in pica.Limits, which is not imported for a help text."""

@@ -8,16 +8,16 @@ import numpy as np
 
 from pica.scene.animation import Animation, Channel
 from pica.scene.camera import Camera
-from pica.scene.light import Color, RectangleLight
-from pica.scene.material import Material
+from pica.scene.light import Color
 from pica.scene.model import Node, Scene
 from pica.scenes.basic_meshes import box, cylinder, pipe, plane, ring
 from pica.scenes.figure_motion import stand, walk
 from pica.scenes.figures import Armour, figure
 from pica.scenes.lane import Lane
+from pica.scenes.lit_panel import lit_panel
 from pica.scenes.motion import LOOP, follow
 from pica.scenes.palette import lamp, metal, plastic
-from pica.scenes.placing import Matrix, at, mesh, move, place, rotate
+from pica.scenes.placing import at, mesh, move, place, rotate
 
 WIDTH, HEIGHT, DEPTH = 5.0, 3.0, 9.0
 """Metres inside, along X, Y and Z; the lift is at the end towards -Z."""
@@ -121,15 +121,15 @@ def _panels(room: Node) -> None:
 def _lights(room: Node) -> None:
     for i, z in enumerate((-3.0, 0.0, 3.0)):
         down = move(0, HEIGHT - 0.05, z) @ rotate("x", -90)
-        _lit_panel(room, f"ceiling light {i}", (1.7, 0.6), COOL, 7.0, down)
+        lit_panel(room, f"ceiling light {i}", (1.7, 0.6), COOL, 7.0, down)
     for name, side in (("left", -1), ("right", 1)):
         for i, z in enumerate((-1.5, 1.5)):
             inwards = move(side * (WIDTH / 2 - 0.05), 1.6, z) @ rotate("y", side * 90)
-            _lit_panel(room, f"{name} light {i}", (0.22, 2.0), COOL, 6.0, inwards)
+            lit_panel(room, f"{name} light {i}", (0.22, 2.0), COOL, 6.0, inwards)
     for side in (-1, 1):
         back = move(side * 1.5, 1.6, DEPTH / 2 - 0.05)
-        _lit_panel(room, f"near light {side}", (0.5, 1.9), WARM, 4.0, back)
-    _lit_panel(
+        lit_panel(room, f"near light {side}", (0.5, 1.9), WARM, 4.0, back)
+    lit_panel(
         room,
         "lift light",
         (1.2, 0.9),
@@ -137,23 +137,6 @@ def _lights(room: Node) -> None:
         9.0,
         move(0, DOOR_HEIGHT + 0.05, -DEPTH / 2 - WALL - 0.85) @ rotate("x", -90),
     )
-
-
-def _lit_panel(
-    room: Node, name: str, size: tuple[float, float], color: Color, radiance: float, transform: Matrix
-) -> None:
-    """A rectangle light in a dark frame, with a plate that shows the camera where it is."""
-    width, height = size
-    light = RectangleLight(color=color, radiance=radiance, width=width, height=height, name=name)
-    node = place(room, name, light, transform)
-    shine = Material(f"{name} plate", base_color=(0.0, 0.0, 0.0, 1.0), metallic=0.0, roughness=1.0, specular=0.0)
-    shine.emission = (color[0] * radiance, color[1] * radiance, color[2] * radiance)
-    plate = place(
-        node, f"{name} plate", mesh("plate", [plane(width, height, shine)]), move(0, 0, 0.001) @ rotate("x", -90)
-    )
-    plate.visible_to_reflections = plate.casts_shadows = False
-    frame = box((width + 0.08, height + 0.08, 0.04), plastic("lamp frame", "#26292e", 0.35), 0.015)
-    place(node, f"{name} frame", mesh("lamp frame", [frame]), move(0, 0, 0.023))
 
 
 def _lift(room: Node) -> list[Node]:
