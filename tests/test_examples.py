@@ -112,6 +112,7 @@ def test_the_notebook_is_one_without_outputs():
 
 
 def test_the_notebook_runs(device, monkeypatch, tmp_path):
+    pytest.importorskip("viser", reason="the extra pica[view] is not installed")
     monkeypatch.chdir(tmp_path)
     names = {}
     for cell in cells("code"):

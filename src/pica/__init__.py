@@ -102,6 +102,7 @@ if TYPE_CHECKING:  # for type checkers and editors; a test compares it with _HOM
     from pica.settings import TranslucencySettings as TranslucencySettings
     from pica.settings import TransparencySettings as TransparencySettings
     from pica.settings import VisibilitySettings as VisibilitySettings
+    from pica.viewer.live import view as view
 
 __version__ = "0.1.0"
 
@@ -174,6 +175,7 @@ _PUBLIC = {
         "TransparencySettings",
         "VisibilitySettings",
     ),
+    "pica.viewer.live": ("view",),
 }
 _HOME = {name: module for module, names in _PUBLIC.items() for name in names}
 __all__ = sorted([*_HOME, *_MODULES, "__version__"])

@@ -1,5 +1,7 @@
+import base64
 import io
 import pickle
+import re
 import subprocess
 import sys
 
@@ -193,6 +195,31 @@ def test_a_frame_shows_itself(frame, arrays, fetched):
     picture = Image.open(io.BytesIO(frame._repr_png_()))
     assert picture.format == "PNG"
     np.testing.assert_array_equal(np.asarray(picture), arrays["display"])
+
+
+def test_a_notebook_has_the_aovs_under_a_line_to_click(frame, arrays, fetched):
+    html = frame._repr_html_()
+    picture, shut = html.split("<details>")
+    np.testing.assert_array_equal(inline(picture)[0], arrays["display"])
+    assert shut.count("<figcaption>") == len(frame.aov_names) and "<figcaption>shadows</figcaption>" in shut
+    assert all(each.shape == (3, 5, 3) for each in inline(shut))
+    frame.aov("depth")
+    assert fetched.count("depth") == 2, "what is only looked at is not kept"
+
+
+def test_a_notebook_shows_large_aovs_small_and_names_as_they_are():
+    ids = np.repeat(np.arange(2), 500)[None].repeat(300, 0).astype(np.uint32)
+    html = Frame((1000, 300), None, None, {"<b>": lambda: ids}, {})._repr_html_()
+    assert "<details open>" in html and "&lt;b&gt;" in html and "<b>" not in html
+    [small] = inline(html)
+    assert small.shape == (60, 200, 3)
+    assert np.abs(small[30, 50].astype(int) - preview("x", ids[:1, :1])[0, 0]).max() < 6
+
+
+def inline(html):
+    """The pictures in HTML, as arrays."""
+    found = re.findall(r"data:image/(?:png|jpeg);base64,([^\"]+)", html)
+    return [np.asarray(Image.open(io.BytesIO(base64.b64decode(each)))) for each in found]
 
 
 def test_what_previews_show():

@@ -1,15 +1,17 @@
 """The page in a real browser, where there is one: dragging orbits, a click picks, a setting changes the picture."""
 
+import io
 import shutil
 import threading
 import time
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import pica
 from pica.viewer.viewer import Viewer
-from tests.viewer.test_web import CAMERA, scene, until
+from tests.viewer.scenes import CAMERA, redness, scene, until
 
 pytest.importorskip("viser", reason="the extra pica[view] is not installed")
 sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright, which drives a browser")
@@ -21,7 +23,16 @@ pytestmark = [
 SOFTWARE = ["--no-sandbox", "--use-gl=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 
 
-def test_a_page_is_looked_at_and_used(device):
+@pytest.fixture
+def open_browser():
+    """Opens an empty page of a size."""
+    with sync_api.sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=BROWSER, args=SOFTWARE)
+        yield lambda viewport: browser.new_page(viewport=viewport)
+        browser.close()
+
+
+def test_a_page_is_looked_at_and_used(device, open_browser):
     from pica.viewer.web.server import WebViewer
 
     viewer = Viewer(scene(), settings=pica.Settings.preset("raster"), device=device, frames=2)
@@ -29,30 +40,45 @@ def test_a_page_is_looked_at_and_used(device):
     thread = threading.Thread(target=web.run, daemon=True)
     thread.start()
     try:
-        with sync_api.sync_playwright() as play:
-            browser = play.chromium.launch(executable_path=BROWSER, args=SOFTWARE)
-            page = browser.new_page(viewport={"width": 1000, "height": 640})
-            page.goto(web.address)
-            page.get_by_text("2 frames").wait_for(timeout=60_000)
-            [client] = web._clients.values()
-            before = client.view.control.camera
-            np.testing.assert_allclose(before.transform, CAMERA.transform, atol=1e-6)
-            page.mouse.move(200, 400)
-            page.mouse.down()
-            page.mouse.move(320, 400, steps=10)
-            page.mouse.up()
-            until(lambda: abs(client.view.control.camera.transform[0, 3]) > 1)
-            after, pivot = client.view.control.camera.transform[:3, 3], client.view.control.pivot
-            distance = np.linalg.norm(CAMERA.transform[:3, 3] - pivot)
-            assert np.linalg.norm(after - pivot) == pytest.approx(distance, rel=1e-3), "an orbit"
-            time.sleep(1.0)
-            page.mouse.click(500, 320)
-            page.get_by_text("section 0").wait_for(timeout=10_000)
-            assert viewer.selected.node.name == "cube"
-            page.get_by_text("Post", exact=True).click()
-            page.get_by_label("Auto exposure").click()
-            until(lambda: not viewer.settings.post.auto_exposure)
-            browser.close()
+        page = open_browser({"width": 1000, "height": 640})
+        page.goto(web.address)
+        page.get_by_text("2 frames").wait_for(timeout=60_000)
+        [client] = web._clients.values()
+        before = client.view.control.camera
+        np.testing.assert_allclose(before.transform, CAMERA.transform, atol=1e-6)
+        page.mouse.move(200, 400)
+        page.mouse.down()
+        page.mouse.move(320, 400, steps=10)
+        page.mouse.up()
+        until(lambda: abs(client.view.control.camera.transform[0, 3]) > 1)
+        after, pivot = client.view.control.camera.transform[:3, 3], client.view.control.pivot
+        distance = np.linalg.norm(CAMERA.transform[:3, 3] - pivot)
+        assert np.linalg.norm(after - pivot) == pytest.approx(distance, rel=1e-3), "an orbit"
+        time.sleep(1.0)
+        page.mouse.click(500, 320)
+        page.get_by_text("section 0").wait_for(timeout=10_000)
+        assert viewer.selected.node.name == "cube"
+        page.get_by_text("Post", exact=True).click()
+        page.get_by_label("Auto exposure").click()
+        until(lambda: not viewer.settings.post.auto_exposure)
     finally:
         web.stop()
         thread.join(30)
+
+
+def test_a_notebook_s_cell_shows_the_page(device, open_browser):
+    raster = pica.Settings.preset("raster")
+    with pica.view(scene(), size=(480, 540), camera=CAMERA, settings=raster, device=device, frames=2) as shown:
+        cell = open_browser({"width": 1000, "height": 640})
+        cell.set_content(f"<p>Out[1]:</p>{shown._repr_html_()}")
+        frame = cell.frame_locator("iframe")
+        frame.get_by_text("2 frames").wait_for(timeout=60_000)
+        time.sleep(1.0)
+        cube = screenshot(cell)[:, 330:690]  # beside viser's note and the panel
+        columns, rows = redness(cube), redness(cube.transpose(1, 0, 2))
+        assert 0.8 < np.ptp(columns) / np.ptp(rows) < 1.25 and len(columns) > 3000, "the cube, as wide as high"
+
+
+def screenshot(page) -> np.ndarray:
+    """(height, width, 3) of what the browser shows."""
+    return np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))

@@ -2,19 +2,13 @@
 
 import socket
 import threading
-import time
 
 import numpy as np
 import pytest
 
 import pica
-from pica.scene.animation import Animation, Channel, Pose
-from pica.scene.mesh import Mesh
-from pica.scene.model import Node
-from pica.scenes.basic_meshes import box, plane
-from pica.scenes.placing import move
 from pica.viewer.viewer import Viewer
-from tests.building import lambert, placed, scene_of, uniform
+from tests.viewer.scenes import CAMERA, CANVAS, is_whole, redness, scene, until
 
 viser = pytest.importorskip("viser", reason="the extra pica[view] is not installed")
 
@@ -22,18 +16,6 @@ from pica.viewer.web.client_camera import ClientPose, rotation_of, up_of  # noqa
 from pica.viewer.web.panel import described  # noqa: E402
 from pica.viewer.web.server import WebViewer, fitted  # noqa: E402
 from tests.viewer.page import Page, quaternion  # noqa: E402
-
-CANVAS = (96, 64)
-CAMERA = pica.Camera.look_at((0, 1.5, 4), (0, 0.5, 0))
-
-
-def scene() -> pica.Scene:
-    cube = Node("cube", mesh=Mesh([box(1.0, lambert(0.8, 0.1, 0.1, name="red|paint"))], "cube"), pose=Pose())
-    made = scene_of(placed(plane(20, 20, lambert(0.4)), name="floor"), cube, environment=uniform(1, 1, 1))
-    times, places = np.array([0.0, 2.0]), np.array([[0, 0.5, 0], [2, 0.5, 0]])
-    cube.transform = move(0, 0.5, 0)
-    made.animations.append(Animation([Channel(cube, "translation", times, places)], name="slide"))
-    return made
 
 
 @pytest.fixture(scope="module")
@@ -54,23 +36,6 @@ def page(web):
     made.look(CAMERA, CANVAS)
     yield made
     made.close()
-
-
-def is_whole(pixels: np.ndarray) -> bool:
-    return pixels.shape == (64, 96, 3)
-
-
-def redness(pixels: np.ndarray) -> np.ndarray:
-    """(columns,) of red pixels, where the cube is."""
-    red, green, blue = np.moveaxis(pixels.astype(int), -1, 0)
-    return np.nonzero(red > 1.5 * np.maximum(green, blue) + 10)[1]
-
-
-def until(condition, seconds: float = 30.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.001)
 
 
 def test_a_page_gets_pictures_up_to_the_whole_one(page):

@@ -11,6 +11,7 @@ from pica.color import srgb_encode
 from pica.errors import PicaError, shown
 from pica.images import pictures
 from pica.images.aov_table import AOVS, AovInfo, aov_info
+from pica.images.frame_html import THUMBNAIL, frame_html
 from pica.images.labels import BACKGROUND, Labels, MaterialLabel, NodeLabel, Semantic
 from pica.names import did_you_mean
 
@@ -174,6 +175,17 @@ class Frame:
 
     def _repr_png_(self) -> bytes | None:
         return pictures.encoded_png(self.display) if self._has("/display") else None
+
+    def _repr_html_(self) -> str:
+        display = self.display if self._has("/display") else None
+        return frame_html(display, ((name, self._thumbnail(name)) for name in self._aov_names))
+
+    def _thumbnail(self, name: str) -> NDArray[np.uint8]:
+        """A small picture of an AOV, which is fetched again if nobody has asked for it before: kept for all AOVs, it
+        would fill the memory of a notebook."""
+        array = self._arrays[name] if name in self._arrays else self._sources[name]()
+        step = -(-max(self.size) // THUMBNAIL)
+        return preview(name, array[step // 2 :: step, step // 2 :: step])
 
     def __getstate__(self) -> dict[str, Any]:
         for name in self._sources:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pica.compiling import listening
 from pica.errors import PicaError, shown
 from pica.images.pictures import encoded_png
+from pica.rhi.fair_lock import FairLock
 from pica.scene.camera import Camera
 from pica.settings import Settings
 from pica.viewer.camera_control import CameraControl
@@ -31,6 +32,8 @@ _TEXTS_EVERY = 0.5
 """Seconds between two updates of the panel's texts."""
 _STEP = 1 / 60
 """Seconds to wait for what plays when there is nothing else to render."""
+_POLL = 0.1
+"""Seconds between two looks for what the program has changed in the scene."""
 _LONGEST = 4096
 """Pixels of a picture, each way."""
 
@@ -69,7 +72,9 @@ class WebViewer:
         Raises PicaError if viser is not installed, or the address cannot be listened on."""
         viser = import_viser()
         _check_free(host, port)
-        self.viewer, self._size = viewer, size
+        self.viewer, self.size = viewer, size
+        self.lock = FairLock(lambda: None)
+        """For `with`: nothing of the viewer or its scene changes, and no picture is rendered."""
         self._first = CameraControl(viewer.scene, size[0] / size[1], camera)
         self._clients: dict[int, _Client] = {}
         self._due: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
@@ -96,7 +101,8 @@ class WebViewer:
             warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a page that has just gone
             while not self._stopped.is_set():
                 now = time.perf_counter()
-                with self._errors_shown():
+                client = None
+                with self.lock, self._errors_shown():
                     self._do_due()
                     self._play(now - before)
                     client = self._next()
@@ -104,7 +110,7 @@ class WebViewer:
                         self._show(client)
                 if client is None:
                     playing = self.viewer.playback.playing
-                    self._wake.wait(_STEP if playing else None)
+                    self._wake.wait(_STEP if playing else _POLL)
                     self._wake.clear()
                     now = now if playing else time.perf_counter()  # no time has passed for what stood still
                 before = now
@@ -161,7 +167,7 @@ class WebViewer:
             pose, client.pose = client.pose, None
             if pose is not None:
                 pose.place(client.view.control)
-                client.view.resize(fitted(pose.canvas, self._size))
+                client.view.resize(fitted(pose.canvas, self.size))
                 client.failed = False
         if self._due.empty():
             return
@@ -229,7 +235,7 @@ class WebViewer:
     def _connect(self, handle: "viser.ClientHandle") -> None:
         def connect() -> None:
             pose = ClientPose.of(handle.camera)
-            size = self._size if pose is None else fitted(pose.canvas, self._size)
+            size = self.size if pose is None else fitted(pose.canvas, self.size)
             client = _Client(handle, self.viewer.view(size, self._first.camera))
             client.pose, client.active_at = pose, time.perf_counter()
             self._clients[handle.client_id] = client
