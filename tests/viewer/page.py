@@ -68,7 +68,7 @@ class Page:
         for message in window["messages"]:
             props, uuid = message.get("props") or {}, message.get("uuid")
             if uuid is not None and "label" in props:
-                self.inputs.setdefault(props["label"], uuid)
+                self.inputs[props["label"]] = uuid
             if message["type"] == "GuiUpdateMessage":
                 self.texts[uuid] = message["updates"]
         return window["messages"]
@@ -96,6 +96,10 @@ class Page:
         """(height, width, 3) the next picture for which `wanted` is true."""
         [pixels] = self.wait(lambda message: _accepted(message, wanted), seconds)
         return pixels
+
+    def input(self, label: str, seconds: float = SECONDS) -> None:
+        """Wait for an input that comes when something is selected."""
+        self.wait(lambda message: (message.get("props") or {}).get("label") == label, seconds)
 
     def text(self, part: str, seconds: float = SECONDS) -> str:
         """The next text of the panel, or note, that contains `part`."""

@@ -57,7 +57,8 @@ def test_a_page_is_looked_at_and_used(device, open_browser):
         time.sleep(1.0)
         page.mouse.click(500, 320)
         page.get_by_text("section 0").wait_for(timeout=10_000)
-        assert viewer.selected.node.name == "cube"
+        assert viewer.node.name == "cube"
+        page.get_by_role("tab", name="Settings").click()
         page.get_by_text("Post", exact=True).click()
         page.get_by_label("Auto exposure").click()
         until(lambda: not viewer.settings.post.auto_exposure)

@@ -117,9 +117,9 @@ def test_views_have_pictures_of_their_own(viewer, view):
 def test_picks_are_of_the_view_that_asks(viewer, view):
     other = viewer.view(SIZE, pica.Camera.look_at((0, 5, 0.1), (30, 0, 0)))
     settled(viewer, other)
-    assert viewer.pick(view, 0.5, 0.5).node.name == "cube" and viewer.selected.node.name == "cube"
+    assert viewer.pick(view, 0.5, 0.5).node.name == "cube" and viewer.node.name == "cube"
     assert viewer.pick(other, 0.5, 0.9).node.name == "floor"
-    assert viewer.pick(view, 0.5, 0.0) is None and viewer.selected is None
+    assert viewer.pick(view, 0.5, 0.0) is None and viewer.node is None
     assert viewer.pick(view, 1.0, 1.0).node.name == "floor", "the last pixel"
 
 
@@ -138,3 +138,48 @@ def test_settings_that_do_not_exist_change_nothing(viewer, view):
     with pytest.raises(pica.SettingsError):
         viewer.set("post.exposure", 1e9)
     assert viewer.settings == before
+
+
+ORANGE = np.array((255, 140, 0))
+
+
+def orange(pixels: np.ndarray) -> np.ndarray:
+    """(count, 2) rows and columns of the outline."""
+    return np.argwhere((pixels == ORANGE).all(axis=-1))
+
+
+def test_what_is_selected_has_an_outline(viewer, view):
+    viewer.select(None)
+    assert not len(orange(settled(viewer, view).pixels))
+    [cube] = [node for node in viewer.scene.nodes() if node.name == "cube"]
+    viewer.select(cube)
+    assert not viewer.is_complete(view) and viewer.materials == (cube.mesh.sections[0].material,)
+    line = orange(settled(viewer, view, 10.0).pixels)
+    assert 60 < len(line) < 300 and abs(line[:, 1].mean() - 47.5) < 3, "around the cube in the middle"
+    assert not len(orange(viewer.render_full(view).pixels)), "pictures that are saved have none"
+    viewer.show("instance")
+    assert len(orange(settled(viewer, view, 20.0).pixels))
+    viewer.show("display")
+    np.testing.assert_allclose(viewer.focus, (0, 0.5, 0), atol=1e-6)
+    viewer.select(None)
+    assert viewer.focus is None
+
+
+def test_a_removed_node_is_no_longer_selected(viewer, view):
+    extra = viewer.scene.add(placed(box(0.2, lambert()), move(1, 0.5, 0), "extra"))
+    viewer.select(extra)
+    settled(viewer, view)
+    viewer.scene.remove(extra)
+    settled(viewer, view, 50.0)
+    assert viewer.node is None
+
+
+def test_edits_are_in_the_next_picture_and_undone(viewer, view):
+    viewer.select(None)
+    before = settled(viewer, view).pixels.astype(int)
+    [cube] = [node for node in viewer.scene.nodes() if node.name == "cube"]
+    viewer.edits.apply(viewer.visibility.changes(cube, False))
+    hidden = settled(viewer, view, 10.0).pixels.astype(int)
+    assert np.abs(hidden - before).mean() > 3 and np.ptp(hidden[32]) < np.ptp(before[32])
+    viewer.edits.undo()
+    assert np.abs(settled(viewer, view, 20.0).pixels - before).mean() < 2

@@ -91,7 +91,7 @@ def test_clicks_pick(web, page):
     text = page.text("cube")
     assert "section 0" in text and "red&#124;paint" in text, "names have no meaning in Markdown"
     page.click(0.5, 0.0)
-    assert "Nothing is picked" in page.text("picked")
+    assert page.text("Click a surface")
     page.click(float("nan"), 5.0)
     page.click(0.5, 0.99)
     assert "floor" in page.text("floor")
@@ -201,4 +201,37 @@ def test_pictures_fit_the_page():
 
 
 def test_what_is_picked_is_described_without_a_surface():
-    assert "Nothing" in described(None)
+    assert "Click" in described(None)
+
+
+def test_the_tree_selects_and_properties_change_the_scene(web, page):
+    page.picture(is_whole)
+    page.set("Node", "cube")
+    page.input("Emitted radiance")
+    page.set("Translation", (-1.0, 0.5, 0.0))
+    page.picture(lambda pixels: is_whole(pixels) and redness(pixels).mean() < 40)
+    page.set("Base colour", (30, 30, 250))
+    page.picture(lambda pixels: is_whole(pixels) and pixels[32, 24, 2] / 2 > pixels[32, 24, 0])
+    page.set("Visible", False)
+    page.wait(lambda message: message["type"] == "BackgroundImageMessage")
+    cube = web.viewer.node
+    until(lambda: not cube.visible_to_camera)
+    for _ in range(3):
+        page.set("Changes", "Undo")
+    page.picture(lambda pixels: is_whole(pixels) and len(redness(pixels)) and abs(redness(pixels).mean() - 47.5) < 2)
+    assert cube.visible_to_camera and not web.viewer.edits.can_undo
+    page.set("Node", "(nothing)")
+    until(lambda: web.viewer.node is None)
+
+
+def test_values_that_no_page_sends_are_ignored(web, page):
+    page.picture(is_whole)
+    page.set("Node", "no such node")
+    page.set("Shown", "no such picture")
+    page.set("Node", "floor")
+    page.input("Emitted radiance")
+    for label, value in [("Translation", (1.0,)), ("Base colour", (1, 2, 3, 4)), ("Scale", (float("nan"), 0.0, 1.0))]:
+        page.set(label, value)
+    page.set("Node", "(nothing)")
+    until(lambda: web.viewer.node is None)
+    assert not web.viewer.edits.can_undo

@@ -1,5 +1,6 @@
 """A view of a scene: the scene's copy on the device, and the data that depends on the view."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from weakref import finalize
 
@@ -188,6 +189,11 @@ class SceneView:
     def name_labels(self) -> Labels:
         """The names behind the numbers of `labels`, as they are now."""
         return snapshot(self.source, self.scene.arrivals.numbers, self.scene.materials.numbered())
+
+    def numbers_of(self, nodes: Iterable[Node]) -> list[int]:
+        """The numbers of nodes in `labels`, of those that are on the device."""
+        numbers = self.scene.arrivals.numbers
+        return [numbers[node] for node in nodes if node in numbers]
 
     def source_of(self, record: int) -> RecordSource:
         """What a record is made of, as it is now on the device."""

@@ -7,18 +7,25 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.errors import PicaError, shown
+from pica.errors import PicaError, SceneError, shown
+from pica.frame.aovs import at_size
 from pica.images.output import preview
 from pica.light_map.light_map import LightMap
 from pica.renderer import Picked, Renderer
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
+from pica.scene.extents import whole_box
+from pica.scene.material import Material
 from pica.scene.model import Scene
+from pica.scene.node import Node
 from pica.settings import Settings
 from pica.settings.setting import Value
 from pica.viewer.camera_control import CameraControl
+from pica.viewer.edits import Edits
+from pica.viewer.outline import outlined
 from pica.viewer.playback import Playback
 from pica.viewer.resolution import Resolution, Size
+from pica.viewer.visibility import Visibility
 
 DISPLAY = "display"
 """What is shown unless told: the picture."""
@@ -94,7 +101,15 @@ class Viewer:
         self.device = open_device(device)
         self.frames = frames
         self.playback = Playback(scene, start, animation)
-        self.selected: Picked | None = None
+        self.edits = Edits()
+        """Changes of the scene by hand."""
+        self.visibility = Visibility()
+        self.picked: Picked | None = None
+        """What the newest `pick` has found."""
+        self.node: Node | None = None
+        """What is selected."""
+        self.materials: tuple[Material, ...] = ()
+        """Of what is selected: of the node's mesh, or of the section that was picked."""
         self._settings = settings or Settings()
         self._light_map = light_map
         self._renderer: Renderer | None = None
@@ -142,6 +157,26 @@ class Viewer:
         self._shown = name
         self._revision += 1
 
+    def select(self, node: Node | None) -> None:
+        """Select a node, or nothing: pictures have its outline."""
+        parts = () if node is None or node.mesh is None else node.mesh.parts
+        self._select(node, tuple(dict.fromkeys(part.material for part in parts)))
+        self.picked = None
+
+    @property
+    def focus(self) -> NDArray[np.float64] | None:
+        """(3,) metres: the point that was picked, or the middle of the selected node; None: nothing is selected."""
+        if self.picked is not None:
+            return self.picked.position
+        if self.node is None:
+            return None
+        try:
+            nodes = list(self.node.walk())
+            low, high = whole_box(nodes)
+            return (low + high) / 2 if any(node.mesh is not None for node in nodes) else self.node.world[:3, 3]
+        except SceneError:
+            return None
+
     def view(self, size: Size, camera: Camera | None = None) -> View:
         """A new view, of (width, height) in pixels. `camera`: where it begins; None: as the scene has it."""
         return View(CameraControl(self.scene, size[0] / size[1], camera), size)
@@ -178,7 +213,7 @@ class Viewer:
         while not view.resolution.is_full:
             view.resolution.rest()
             view.frames = 0
-        return self._next(view)
+        return self._next(view, has_outline=False)
 
     def pick(self, view: View, x: float, y: float, *, through_glass: bool = False) -> Picked | None:
         """Select what a view shows at (x, y), 0 to 1 from the upper left to the lower right corner; None: nothing."""
@@ -188,26 +223,36 @@ class Viewer:
         assert self._renderer is not None
         width, height = self._renderer.size
         column, row = (min(max(int(at * length), 0), length - 1) for at, length in ((x, width), (y, height)))
-        self.selected = self._renderer.pick(column, row, through_glass=through_glass)
-        return self.selected
+        found = self.picked = self._renderer.pick(column, row, through_glass=through_glass)
+        self._select(None if found is None else found.node, () if found is None else (found.material,))
+        return found
 
     def close(self) -> None:
         """Release the renderer's device memory."""
         if self._renderer is not None:
             self._renderer.close()
 
-    def _next(self, view: View) -> Picture:
+    def _select(self, node: Node | None, materials: tuple[Material, ...]) -> None:
+        if node is not self.node:
+            self._revision += 1
+        self.node, self.materials = node, materials
+
+    def _next(self, view: View, has_outline: bool = True) -> Picture:
         """The picture of a view's current size and state."""
         size, began = view.resolution.size, time.perf_counter()
         renderer = self._prepared(view, size)
-        # With some settings there is no such AOV.
-        renderer.advance(
-            view.control.camera,
-            jittered=self._shown == DISPLAY,
-            capture=lambda: (self._shown if self._shown in self.showable else DISPLAY,),
-        )
-        [(name, fetch)] = renderer.captured.items()
-        pixels = fetch() if name == DISPLAY else preview(name, fetch())
+        outline = has_outline and self.node is not None
+
+        def capture() -> set[str]:
+            # With some settings there is no such AOV.
+            return {self._shown if self._shown in self.showable else DISPLAY, *(["instance"] if outline else ())}
+
+        renderer.advance(view.control.camera, jittered=self._shown == DISPLAY, capture=capture)
+        name = self._shown if self._shown in renderer.captured else DISPLAY
+        values = renderer.captured[name]()
+        pixels = values if name == DISPLAY else preview(name, values)
+        if outline:
+            pixels = self._outlined(renderer, pixels)
         view.frames += 1
         self._last = view, view.state, size
         seconds = time.perf_counter() - began
@@ -215,6 +260,12 @@ class Viewer:
             view.resolution.measure(seconds)
         self._compiles = False
         return Picture(pixels, view.resolution.is_full, view.frames, seconds)
+
+    def _outlined(self, renderer: Renderer, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        assert self.node is not None
+        height, width = pixels.shape[:2]
+        ids = at_size((width, height), {"instance": renderer.captured["instance"]})["instance"]()
+        return outlined(pixels, np.isin(ids, renderer.view.numbers_of(self.node.walk())))
 
     def _prepared(self, view: View, size: Size) -> Renderer:
         """The renderer, at this size, with no history of another view."""
@@ -231,5 +282,7 @@ class Viewer:
         return view.control.camera, view.resolution.full, self._revision
 
     def _note_changes(self) -> None:
-        if any(vars(self._changes.take()).values()):
+        if self._changes.take().any():
             self._revision += 1
+            if self.node is not None and self.node not in self.scene:
+                self.select(None)

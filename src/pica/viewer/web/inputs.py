@@ -16,10 +16,17 @@ class Input:
         self._shown: Any = handle.value
 
         async def on_update(event: "viser.GuiEvent[Any]") -> None:
-            if event.client is not None:  # else `show` has set it
+            if event.client is not None and self._accepts(event.target.value):  # else `show` has set it
                 changed(event.target.value)
 
         handle.on_update(on_update)
+
+    def _accepts(self, value: Any) -> bool:
+        """Whether a client may set this: viser checks neither options nor lengths."""
+        options = getattr(self.handle, "options", None)
+        if options is not None:
+            return value in options
+        return not isinstance(value, tuple) or len(value) == len(self._shown)
 
     def show(self, value: Any, again: bool = False) -> None:
         """Show a value of the viewer, if it is another than before: what a client has set meanwhile is still on its

@@ -1,4 +1,4 @@
-"""The panel of the page: what is shown, cameras, time, what was picked, costs; settings have a panel of their own."""
+"""The panel of the page, in tabs: the view with cameras, time, what was picked and costs; the scene; settings."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -9,6 +9,7 @@ from pica.scene.node import Node
 from pica.settings import Settings
 from pica.viewer.viewer import DISPLAY, Picture, Viewer
 from pica.viewer.web.inputs import Input
+from pica.viewer.web.scene_panel import ScenePanel
 from pica.viewer.web.settings_panel import SettingsPanel
 
 if TYPE_CHECKING:
@@ -41,21 +42,14 @@ class Panel:
     def __init__(self, gui: "viser.GuiApi", viewer: Viewer, actions: Actions) -> None:
         self._gui, self._viewer, self._actions = gui, viewer, actions
         self._status = gui.add_markdown("Starting")
-        shown = gui.add_dropdown("Shown", (DISPLAY,), initial_value=DISPLAY, hint="The picture, or an AOV")
-        self._shown = self._listening(shown, viewer.show)
-        self._add_camera()
+        tabs = gui.add_tab_group()
         self._playing: Input | None = None
         self._time: Input | None = None
-        if viewer.scene.animations:
-            self._add_time()
-        with gui.add_folder("Picked"):
-            self.through_glass = gui.add_checkbox(
-                "Through glass", False, hint="Whether clicks find what lies behind transmissive and blended surfaces"
-            )
-            self._picked = gui.add_markdown("Click a surface.")
-        with gui.add_folder("Time of the device", expand_by_default=False):
-            self._times = gui.add_markdown("")
-        with gui.add_folder("Settings"):
+        with tabs.add_tab("View"):
+            self._add_view()
+        with tabs.add_tab("Scene"):
+            self._scene = ScenePanel(gui, viewer, actions.change)
+        with tabs.add_tab("Settings"):
             self._settings = SettingsPanel(gui, viewer.settings, actions.choose_settings)
 
     def say(self, text: str) -> None:
@@ -69,7 +63,8 @@ class Panel:
             self._shown.handle.options = tuple(viewer.showable)
         self._shown.show(viewer.shown, again)
         self._settings.refresh(viewer.settings, again)
-        self._picked.content = described(viewer.selected)
+        self._scene.refresh(again)
+        self._picked.content = described(viewer.picked)
         if self._playing is not None:
             self._playing.show(viewer.playback.playing, again)
         self.show_time()
@@ -88,6 +83,21 @@ class Panel:
         total = f"| all | {sum(milliseconds.values()):.2f} |"
         self._times.content = "\n".join(["| effect | ms |", "|---|---:|", *lines, total])
 
+    def _add_view(self) -> None:
+        gui, viewer = self._gui, self._viewer
+        shown = gui.add_dropdown("Shown", (DISPLAY,), initial_value=DISPLAY, hint="The picture, or an AOV")
+        self._shown = self._listening(shown, viewer.show)
+        self._add_camera()
+        if viewer.scene.animations:
+            self._add_time()
+        with gui.add_folder("Picked"):
+            self.through_glass = gui.add_checkbox(
+                "Through glass", False, hint="Whether clicks find what lies behind transmissive and blended surfaces"
+            )
+            self._picked = gui.add_markdown("")
+        with gui.add_folder("Time of the device", expand_by_default=False):
+            self._times = gui.add_markdown("")
+
     def _add_camera(self) -> None:
         gui = self._gui
         cameras = self._viewer.scene.cameras()
@@ -99,7 +109,7 @@ class Panel:
             for label, act in (
                 ("Home", lambda control: control.home()),
                 ("Frame all", lambda control: control.frame_all()),
-                ("Focus what is picked", self._focus),
+                ("Focus what is selected", self._focus),
             ):
                 gui.add_button(label).on_click(partial(self._move, act=act))
             gui.add_button("Save picture").on_click(self._save)
@@ -120,8 +130,8 @@ class Panel:
         self._listening(which, lambda name: playback.choose(None if name == _ALL else playback.names.index(name)))
 
     def _focus(self, control: Any) -> None:
-        if self._viewer.selected is not None:
-            control.focus(self._viewer.selected.position)
+        if (point := self._viewer.focus) is not None:
+            control.focus(point)
 
     def _listening(self, handle: Any, change: Callable[[Any], object]) -> Input:
         """Call `change` between two pictures, with each value that a client sets."""
@@ -142,7 +152,7 @@ class Panel:
 def described(picked: Picked | None) -> str:
     """What was picked, as Markdown; names are shown as they are."""
     if picked is None:
-        return "Nothing is picked. Click a surface."
+        return "Click a surface."
     part = f"section {picked.section}" if picked.section is not None else f"primitives {picked.primitives}"
     rows = {
         "node": _path(picked.node) + (f", instance {picked.instance}" if picked.node.instances is not None else ""),
