@@ -6,7 +6,8 @@ import pytest
 import pica
 from pica.scenes.basic_meshes import box, plane
 from pica.scenes.placing import move
-from pica.viewer.viewer import View, Viewer
+from pica.viewer.view import View
+from pica.viewer.viewer import Viewer
 from tests.building import lambert, placed, scene_of, uniform
 
 SIZE = (96, 64)
@@ -183,3 +184,71 @@ def test_edits_are_in_the_next_picture_and_undone(viewer, view):
     assert np.abs(hidden - before).mean() > 3 and np.ptp(hidden[32]) < np.ptp(before[32])
     viewer.edits.undo()
     assert np.abs(settled(viewer, view, 20.0).pixels - before).mean() < 2
+
+
+@pytest.fixture
+def comparing(viewer):
+    """Compares with a name, until the test ends."""
+    viewer.select(None)
+    yield viewer.compare
+    viewer.compare(None)
+    viewer.split = 0.5
+
+
+def test_a_preset_is_beside_the_picture(viewer, view, comparing):
+    alone = settled(viewer, view).pixels.astype(int)
+    viewer.set("ambient_occlusion.mode", "off")
+    viewer.set("post.exposure", 1.0)
+    comparing("raster")
+    viewer.split = 0.25
+    first = viewer.render(view, 10.0)
+    assert not first.is_full and (first.pixels[:, round(first.pixels.shape[1] * 0.25)] == 255).all(), "in motion too"
+    both = settled(viewer, view, 11.0).pixels.astype(int)
+    assert (both[:, 24] == 255).all()
+    assert np.abs(both[:, 26:] - alone[:, 26:]).mean() < 2 < 10 < np.abs(both[:, :23] - alone[:, :23]).mean()
+    viewer.configure(pica.Settings.preset("raster"))
+
+
+def test_the_place_of_the_split_needs_no_other_picture(viewer, view, comparing):
+    comparing("raster")
+    viewer.set("post.exposure", 1.0)
+    settled(viewer, view)
+    viewer.split = 1.0
+    assert not viewer.is_complete(view)
+    left = viewer.render(view, 30.0)
+    assert viewer.is_complete(view) and left.is_full and left.seconds == 0
+    viewer.split = 0.0
+    right = viewer.render(view, 31.0)
+    assert left.pixels[:, 1:].mean() > 1.2 * right.pixels[:, 1:].mean()
+    assert viewer.pick(view, 0.5, 0.5).node.name == "cube"
+    viewer.set("post.exposure", 0.0)
+
+
+def test_the_path_tracer_is_beside_whole_pictures(viewer, view, comparing):
+    comparing("path_traced")
+    assert viewer.compared_with == "path_traced"
+    small = viewer.render(view, 0.0)
+    assert not small.is_full and not (small.pixels[:, small.pixels.shape[1] // 2] == 255).all()
+    both = settled(viewer, view, 1.0).pixels
+    expected = pica.PathTracer(viewer.scene, size=SIZE, settings=viewer.settings, device=viewer.device)
+    np.testing.assert_array_equal(both[:, 49:], expected.render(3, camera=CAMERA).display[:, 49:])
+    viewer.show("normal")
+    assert not (settled(viewer, view, 30.0).pixels[:, 48] == 255).all(), "AOVs are alone"
+    viewer.show("display")
+
+
+def test_input_interrupts_the_path_tracer(viewer, view, comparing):
+    comparing("path_traced")
+    asked = []
+    viewer.interrupted = lambda: asked.append(1) or True
+    for now in range(10):
+        viewer.render(view, float(now))
+    assert asked and not viewer.is_complete(view)
+    viewer.interrupted = lambda: False
+    settled(viewer, view, 20.0)
+
+
+def test_only_what_there_is_is_compared_with(viewer):
+    with pytest.raises(pica.PicaError, match="compare: 'fast' is not one of path_traced, "):
+        viewer.compare("fast")
+    assert viewer.compared_with is None

@@ -32,6 +32,8 @@ def web(device):
 
 @pytest.fixture
 def page(web):
+    web.change(lambda: web.viewer.select(None))  # so that inputs of what is selected come with the selection
+    until(lambda: web.viewer.node is None)
     made = Page(web.address)
     made.look(CAMERA, CANVAS)
     yield made
@@ -235,3 +237,17 @@ def test_values_that_no_page_sends_are_ignored(web, page):
     page.set("Node", "(nothing)")
     until(lambda: web.viewer.node is None)
     assert not web.viewer.edits.can_undo
+
+
+def test_a_preset_is_compared_with_at_a_place_that_moves(web, page):
+    page.picture(is_whole)
+    page.set("Exposure", 2.0)
+    page.picture(lambda pixels: is_whole(pixels) and pixels[60, 80].mean() > 180)
+    page.set("Beside it", "raster")
+    page.picture(lambda pixels: is_whole(pixels) and pixels[60, 10].mean() > 180 > pixels[60, 80].mean())
+    page.set("Split", 0.9)
+    page.picture(lambda pixels: is_whole(pixels) and pixels[60, 80].mean() > 180 > pixels[60, 92].mean())
+    page.set("Beside it", "(none)")
+    page.picture(lambda pixels: is_whole(pixels) and pixels[60, 92].mean() > 180)
+    page.set("Exposure", 0.0)
+    until(lambda: web.viewer.settings == pica.Settings.preset("raster"))

@@ -1,6 +1,7 @@
 """The viewer: one scene and one renderer, looked at by any number of views."""
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +12,7 @@ from pica.errors import PicaError, SceneError, shown
 from pica.frame.aovs import at_size
 from pica.images.output import preview
 from pica.light_map.light_map import LightMap
-from pica.renderer import Picked, Renderer
+from pica.renderer import Picked
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.extents import whole_box
@@ -21,16 +22,17 @@ from pica.scene.node import Node
 from pica.settings import Settings
 from pica.settings.setting import Value
 from pica.viewer.camera_control import CameraControl
+from pica.viewer.comparison import Comparison, SplitPicture, compared
 from pica.viewer.edits import Edits
 from pica.viewer.outline import outlined
 from pica.viewer.playback import Playback
-from pica.viewer.resolution import Resolution, Size
+from pica.viewer.resolution import Size
+from pica.viewer.view import View
+from pica.viewer.view_renderer import Lazy, ViewRenderer
 from pica.viewer.visibility import Visibility
 
 DISPLAY = "display"
 """What is shown unless told: the picture."""
-_REST = 0.3
-"""Seconds without any change after which nothing moves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,35 +47,6 @@ class Picture:
     """How many frames of this size it is the mean of."""
     seconds: float
     """That it took."""
-
-
-class View:
-    """One camera, the size of its pictures, and how far the picture of the current state is."""
-
-    def __init__(self, control: CameraControl, size: Size) -> None:
-        self.control = control
-        self.resolution = Resolution(size)
-        self.frames = 0
-        """Of the current picture, so far."""
-        self.state: object = None
-        """Everything that the newest picture depends on."""
-        self._changed_at = float("-inf")
-
-    def resize(self, size: Size) -> None:
-        """Pictures of another (width, height) in pixels."""
-        self.resolution.full = size
-        self.control.aspect = size[0] / size[1]
-
-    def follow(self, state: object, now: float) -> None:
-        """Choose the size of the next picture, at `now` seconds: that of one in motion after a change of `state`, and
-        finer ones at rest. What moves again waits for the picture under way: so each is to take less time than the rest
-        has lasted."""
-        if state != self.state:
-            self.state, self._changed_at, self.frames = state, now, 0
-            self.resolution.move()
-        elif not self.resolution.is_full and now - self._changed_at > max(_REST, self.resolution.finer_seconds):
-            self.resolution.rest()
-            self.frames = 0
 
 
 class Viewer:
@@ -110,22 +83,25 @@ class Viewer:
         """What is selected."""
         self.materials: tuple[Material, ...] = ()
         """Of what is selected: of the node's mesh, or of the section that was picked."""
-        self._settings = settings or Settings()
-        self._light_map = light_map
-        self._renderer: Renderer | None = None
+        self.split = 0.5
+        """Where the picture of a comparison begins, as a fraction of the width."""
+        self.interrupted: Callable[[], bool] = lambda: False
+        """Whether a picture of the path tracer should be given up, as something is to change."""
+        self._renderer = ViewRenderer(scene, settings or Settings(), self.device, light_map)
+        self._comparison: Comparison | None = None
         self._shown = DISPLAY
         self._changes = scene.subscribe()
         self._revision = 0
         """Counts changes of everything but cameras."""
-        self._last: tuple[View, object, Size] | None = None
-        """View, state and size of the renderer's newest frame."""
+        self._last: tuple[View, object] | None = None
+        """View and state of the renderer's newest frame."""
         self._compiles = True
         """Whether the next picture may have to wait for shaders, which says nothing of its cost."""
 
     @property
     def settings(self) -> Settings:
         """As they run on the device, once there is a picture."""
-        return self._settings if self._renderer is None else self._renderer.settings
+        return self._renderer.settings
 
     @property
     def shown(self) -> str:
@@ -135,10 +111,7 @@ class Viewer:
     @property
     def showable(self) -> list[str]:
         """What can be shown with these settings, once there is a picture: the display, AOVs and debug AOVs."""
-        if self._renderer is None:
-            return [DISPLAY]
-        effects = [name for effect in self._renderer.effects for name in effect.aov_names]
-        return [*dict.fromkeys((DISPLAY, *effects, *self._renderer.debug_aovs))]
+        return [*dict.fromkeys((DISPLAY, *self._renderer.aov_names))]
 
     @property
     def is_new(self) -> bool:
@@ -148,7 +121,7 @@ class Viewer:
     @property
     def milliseconds(self) -> dict[str, float]:
         """Of the device for the newest frame, by effect; empty before."""
-        return {} if self._last is None or self._renderer is None else self._renderer.graph.milliseconds
+        return {} if self._last is None else self._renderer.milliseconds
 
     def show(self, name: str) -> None:
         """Show the display, an AOV, or a debug AOV. Raises PicaError for any other name."""
@@ -183,26 +156,43 @@ class Viewer:
 
     def configure(self, settings: Settings) -> None:
         """Render with other settings from the next picture on."""
-        if self._renderer is not None:
-            self._renderer.configure(settings)
-        self._settings = settings
-        self._revision += 1
-        self._compiles = True
+        self._renderer.configure(settings)
+        self._begin_again()
 
     def set(self, path: str, value: Value) -> None:
         """Change one setting, by its dotted name, or a group to a level. Raises SettingsError."""
         self.configure(self.settings.with_values({path: value}))
 
+    @property
+    def compared_with(self) -> str | None:
+        """What the right part of the picture shows: "path_traced" or a preset; None: there is no comparison."""
+        return None if self._comparison is None else self._comparison.name
+
+    def compare(self, name: str | None) -> None:
+        """Show the path tracer ("path_traced") or a preset beside the picture, from `split` on; None: nothing. Raises
+        PicaError for another name, DeviceError where nothing traces the paths."""
+        made = None if name is None else compared(name, self.scene, self.device, self.frames)
+        if self._comparison is not None:
+            self._comparison.close()
+        self._comparison = made
+        self._begin_again()
+
     def is_complete(self, view: View) -> bool:
         """Whether `render` would only give the same picture again."""
+        return self._is_gathered(view) and (view.parts is None or view.parts.split == self.split)
+
+    def _is_gathered(self, view: View) -> bool:
+        """Whether a view has all of its frames, at whatever place it is split."""
         self._note_changes()
         is_whole = view.resolution.is_full and view.frames >= self.frames
-        return is_whole and view.state == self._state_of(view)
+        is_still = is_whole and view.state == self._state_of(view)
+        return is_still and (not self._compares or self._comparison is None or self._comparison.is_complete(view))
 
     def render(self, view: View, now: float | None = None) -> Picture:
         """The next picture of a view: a small one if something has changed, else a finer one, or one frame more. Waits
         for the device. `now`: seconds of any clock, None for that of the system."""
-        self._note_changes()
+        if view.parts is not None and self._is_gathered(view):
+            return self._picture(view, view.parts.at(self.split), 0.0)
         view.follow(self._state_of(view), time.perf_counter() if now is None else now)
         return self._next(view)
 
@@ -218,19 +208,21 @@ class Viewer:
     def pick(self, view: View, x: float, y: float, *, through_glass: bool = False) -> Picked | None:
         """Select what a view shows at (x, y), 0 to 1 from the upper left to the lower right corner; None: nothing."""
         self._note_changes()
-        if self._last is None or self._last[:2] != (view, self._state_of(view)):
-            self.render(view)
-        assert self._renderer is not None
-        width, height = self._renderer.size
+        if self._last != (view, self._state_of(view)):
+            view.follow(self._state_of(view), time.perf_counter())
+            self._next(view)
+        renderer = self._renderer.newest
+        width, height = renderer.size
         column, row = (min(max(int(at * length), 0), length - 1) for at, length in ((x, width), (y, height)))
-        found = self.picked = self._renderer.pick(column, row, through_glass=through_glass)
+        found = self.picked = renderer.pick(column, row, through_glass=through_glass)
         self._select(None if found is None else found.node, () if found is None else (found.material,))
         return found
 
     def close(self) -> None:
-        """Release the renderer's device memory."""
-        if self._renderer is not None:
-            self._renderer.close()
+        """Release the renderers' device memory."""
+        self._renderer.close()
+        if self._comparison is not None:
+            self._comparison.close()
 
     def _select(self, node: Node | None, materials: tuple[Material, ...]) -> None:
         if node is not self.node:
@@ -239,44 +231,53 @@ class Viewer:
 
     def _next(self, view: View, has_outline: bool = True) -> Picture:
         """The picture of a view's current size and state."""
-        size, began = view.resolution.size, time.perf_counter()
-        renderer = self._prepared(view, size)
+        began = time.perf_counter()
         outline = has_outline and self.node is not None
 
         def capture() -> set[str]:
             # With some settings there is no such AOV.
             return {self._shown if self._shown in self.showable else DISPLAY, *(["instance"] if outline else ())}
 
-        renderer.advance(view.control.camera, jittered=self._shown == DISPLAY, capture=capture)
-        name = self._shown if self._shown in renderer.captured else DISPLAY
-        values = renderer.captured[name]()
+        captured = self._renderer.advance(view, self._shown == DISPLAY, capture)
+        self._last = view, view.state
+        name = self._shown if self._shown in captured else DISPLAY
+        values = captured[name]()
         pixels = values if name == DISPLAY else preview(name, values)
-        if outline:
-            pixels = self._outlined(renderer, pixels)
         view.frames += 1
-        self._last = view, view.state, size
+        selected = self._selected_pixels(pixels, captured["instance"]) if outline else None
+        other = None
+        if self._compares and self._comparison is not None:
+            other = self._comparison.picture(view, self.settings, self.interrupted)
+        view.parts = None if other is None else SplitPicture(pixels, other, selected)
+        if view.parts is not None:
+            pixels = view.parts.at(self.split)
+        elif selected is not None:
+            pixels = outlined(pixels, selected)
         seconds = time.perf_counter() - began
-        if not self._compiles:
+        if not self._compiles and (other is None or view.frames == 1):  # at rest the path tracer takes more
             view.resolution.measure(seconds)
         self._compiles = False
+        return self._picture(view, pixels, seconds)
+
+    @property
+    def _compares(self) -> bool:
+        """Whether pictures have two parts: AOVs have one."""
+        return self._comparison is not None and self._shown == DISPLAY
+
+    def _picture(self, view: View, pixels: NDArray[np.uint8], seconds: float) -> Picture:
         return Picture(pixels, view.resolution.is_full, view.frames, seconds)
 
-    def _outlined(self, renderer: Renderer, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def _selected_pixels(self, pixels: NDArray[np.uint8], fetch: Lazy) -> NDArray[np.bool_]:
+        """(height, width) where what is selected shows. `fetch`: the AOV "instance"."""
         assert self.node is not None
         height, width = pixels.shape[:2]
-        ids = at_size((width, height), {"instance": renderer.captured["instance"]})["instance"]()
-        return outlined(pixels, np.isin(ids, renderer.view.numbers_of(self.node.walk())))
+        ids = at_size((width, height), {"instance": fetch})["instance"]()
+        return np.isin(ids, self._renderer.newest.view.numbers_of(self.node.walk()))
 
-    def _prepared(self, view: View, size: Size) -> Renderer:
-        """The renderer, at this size, with no history of another view."""
-        if self._renderer is None:
-            settings, light_map = self._settings, self._light_map
-            self._renderer = Renderer(self.scene, size=size, settings=settings, device=self.device, light_map=light_map)
-        if self._renderer.size != size:
-            self._renderer.resize(size)
-        elif self._last is not None and self._last[0] is not view:
-            self._renderer.reset()
-        return self._renderer
+    def _begin_again(self) -> None:
+        """After a change that may compile programs."""
+        self._revision += 1
+        self._compiles = True
 
     def _state_of(self, view: View) -> object:
         return view.control.camera, view.resolution.full, self._revision

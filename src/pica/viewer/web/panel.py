@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pica.renderer import Picked
 from pica.scene.node import Node
 from pica.settings import Settings
+from pica.viewer.comparison import PATH_TRACED
+from pica.viewer.setting_controls import presets
 from pica.viewer.viewer import DISPLAY, Picture, Viewer
 from pica.viewer.web.inputs import Input
 from pica.viewer.web.scene_panel import ScenePanel
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     import viser
 
 _ALL = "(all together)"
+_NONE = "(none)"
 _FASTEST = 8.0
 """Times the speed of the animation."""
 
@@ -62,6 +65,7 @@ class Panel:
         if tuple(viewer.showable) != self._shown.handle.options:
             self._shown.handle.options = tuple(viewer.showable)
         self._shown.show(viewer.shown, again)
+        self._compared.show(viewer.compared_with or _NONE, again)
         self._settings.refresh(viewer.settings, again)
         self._scene.refresh(again)
         self._picked.content = described(viewer.picked)
@@ -90,6 +94,8 @@ class Panel:
         self._add_camera()
         if viewer.scene.animations:
             self._add_time()
+        with gui.add_folder("Comparison", expand_by_default=False):
+            self._add_comparison()
         with gui.add_folder("Picked"):
             self.through_glass = gui.add_checkbox(
                 "Through glass", False, hint="Whether clicks find what lies behind transmissive and blended surfaces"
@@ -97,6 +103,14 @@ class Panel:
             self._picked = gui.add_markdown("")
         with gui.add_folder("Time of the device", expand_by_default=False):
             self._times = gui.add_markdown("")
+
+    def _add_comparison(self) -> None:
+        gui, viewer = self._gui, self._viewer
+        hint = "The path tracer shows whole pictures, with ever more samples; presets show all pictures."
+        other = gui.add_dropdown("Beside it", (_NONE, PATH_TRACED, *presets()), initial_value=_NONE, hint=hint)
+        self._compared = self._listening(other, lambda name: viewer.compare(None if name == _NONE else name))
+        split = gui.add_slider("Split", 0.0, 1.0, 0.005, viewer.split, hint="Where the other picture begins")
+        self._listening(split, lambda value: setattr(viewer, "split", value))
 
     def _add_camera(self) -> None:
         gui = self._gui

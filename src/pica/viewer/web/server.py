@@ -19,7 +19,8 @@ from pica.scene.camera import Camera
 from pica.settings import Settings
 from pica.viewer.camera_control import CameraControl
 from pica.viewer.resolution import Size
-from pica.viewer.viewer import Picture, View, Viewer
+from pica.viewer.view import View
+from pica.viewer.viewer import Picture, Viewer
 from pica.viewer.web.client_camera import ClientPose, show
 from pica.viewer.web.panel import Panel
 
@@ -80,6 +81,7 @@ class WebViewer:
         self._due: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
         self._wake, self._stopped = threading.Event(), threading.Event()
         self._told_at = float("-inf")
+        viewer.interrupted = self._has_input
         logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # faults of clients are no concern of users
         with contextlib.redirect_stdout(io.StringIO()):
             self._server = viser.ViserServer(host=host, port=port, label="pica", verbose=False)
@@ -103,6 +105,8 @@ class WebViewer:
                 now = time.perf_counter()
                 client = None
                 with self.lock, self._errors_shown():
+                    if self._stopped.is_set():
+                        break
                     self._do_due()
                     self._play(now - before)
                     client = self._next()
@@ -119,7 +123,7 @@ class WebViewer:
         """End `run`, and the connections."""
         self._stopped.set()
         self._wake.set()
-        with contextlib.redirect_stdout(io.StringIO()):
+        with self.lock, contextlib.redirect_stdout(io.StringIO()):  # after the picture under way
             self._server.stop()
 
     def change(self, act: Callable[[], object]) -> None:
@@ -160,6 +164,11 @@ class WebViewer:
                 act(found)
 
         self.change(do)
+
+    def _has_input(self) -> bool:
+        """Whether a client waits for something."""
+        moved = any(client.pose is not None for client in list(self._clients.values()))
+        return moved or self._stopped.is_set() or not self._due.empty()
 
     def _do_due(self) -> None:
         """Move cameras to where clients have moved theirs, and do what was asked for."""

@@ -1,0 +1,77 @@
+"""A renderer that views use in turns."""
+
+from collections.abc import Callable, Collection
+from typing import Any
+from weakref import ref
+
+from numpy.typing import NDArray
+
+from pica.light_map.light_map import LightMap
+from pica.renderer import Renderer
+from pica.rhi.device import Device
+from pica.scene.model import Scene
+from pica.settings import Settings
+from pica.viewer.view import View
+
+Lazy = Callable[[], NDArray[Any]]
+
+
+class ViewRenderer:
+    """Renders frames of views: each begins without the history of the others. Made with the first frame."""
+
+    def __init__(self, scene: Scene, settings: Settings, device: Device, light_map: LightMap | None = None) -> None:
+        self._scene, self._settings, self._device, self._light_map = scene, settings, device, light_map
+        self._renderer: Renderer | None = None
+        self._view: Callable[[], View | None] = lambda: None
+        """Of the newest frame."""
+
+    @property
+    def newest(self) -> Renderer:
+        """The renderer, after the first frame."""
+        assert self._renderer is not None
+        return self._renderer
+
+    @property
+    def settings(self) -> Settings:
+        """As they run on the device, once there is a frame."""
+        return self._settings if self._renderer is None else self._renderer.settings
+
+    @property
+    def aov_names(self) -> list[str]:
+        """AOVs and debug AOVs with these settings, once there is a frame."""
+        if self._renderer is None:
+            return []
+        effects = [name for effect in self._renderer.effects for name in effect.aov_names]
+        return [*effects, *self._renderer.debug_aovs]
+
+    @property
+    def milliseconds(self) -> dict[str, float]:
+        """Of the device for the newest frame, by effect."""
+        return self.newest.graph.milliseconds
+
+    def configure(self, settings: Settings) -> None:
+        """Render with other settings from the next frame on."""
+        if self._renderer is not None:
+            self._renderer.configure(settings)
+        self._settings = settings
+
+    def advance(self, view: View, jittered: bool, capture: Callable[[], Collection[str]]) -> dict[str, Lazy]:
+        """The next frame of a view, at its current size: functions that fetch what is captured."""
+        size = view.resolution.size
+        if self._renderer is None:
+            settings, light_map = self._settings, self._light_map
+            self._renderer = Renderer(
+                self._scene, size=size, settings=settings, device=self._device, light_map=light_map
+            )
+        if self._renderer.size != size:
+            self._renderer.resize(size)
+        elif self._view() is not view:
+            self._renderer.reset()
+        self._view = ref(view)
+        self._renderer.advance(view.control.camera, jittered=jittered, capture=capture)
+        return self._renderer.captured
+
+    def close(self) -> None:
+        """Release its device memory."""
+        if self._renderer is not None:
+            self._renderer.close()
