@@ -27,6 +27,7 @@ from pica.viewer.edits import Edits
 from pica.viewer.outline import outlined
 from pica.viewer.playback import Playback
 from pica.viewer.resolution import Size
+from pica.viewer.scene_watch import SceneWatch
 from pica.viewer.view import View
 from pica.viewer.view_renderer import Lazy, ViewRenderer
 from pica.viewer.visibility import Visibility
@@ -90,7 +91,7 @@ class Viewer:
         self._renderer = ViewRenderer(scene, settings or Settings(), self.device, light_map)
         self._comparison: Comparison | None = None
         self._shown = DISPLAY
-        self._changes = scene.subscribe()
+        self._watch = SceneWatch(scene)
         self._revision = 0
         """Counts changes of everything but cameras."""
         self._last: tuple[View, object] | None = None
@@ -283,7 +284,7 @@ class Viewer:
         return view.control.camera, view.resolution.full, self._revision
 
     def _note_changes(self) -> None:
-        if self._changes.take().any():
+        if self._watch.take():
             self._revision += 1
             if self.node is not None and self.node not in self.scene:
                 self.select(None)
