@@ -3,6 +3,7 @@
 import io
 import time
 from typing import Any
+from uuid import uuid4
 
 import msgspec
 import numpy as np
@@ -59,6 +60,13 @@ class Page:
     def set(self, label: str, value: Any) -> None:
         """Change an input of the panel."""
         self.send(messages.GuiUpdateMessage(self.inputs[label], {"value": value}))
+
+    def upload(self, label: str, name: str, content: bytes) -> None:
+        """Send a file to an upload button."""
+        ids = {"source_component_uuid": self.inputs[label], "transfer_uuid": uuid4().hex}
+        parts = {"part_count": 1, "size_bytes": len(content)}
+        self.send(messages.FileTransferStartUpload(filename=name, mime_type="", **parts, **ids))
+        self.send(messages.FileTransferPart(part_index=0, content=content, **ids))
 
     def read(self, seconds: float) -> list[dict[str, Any]]:
         """The messages that arrive next, within so many seconds."""

@@ -67,6 +67,24 @@ def test_a_page_is_looked_at_and_used(device, open_browser):
         thread.join(30)
 
 
+def test_a_file_is_opened_from_the_page(device, open_browser, tmp_path):
+    green, path = scene(), tmp_path / "green.glb"
+    green.roots[1].mesh.sections[0].material.base_color = (0.1, 0.8, 0.1, 1.0)
+    green.save(path)
+    raster = pica.Settings.preset("raster")
+    with pica.view(scene(), size=(320, 200), camera=CAMERA, settings=raster, device=device, frames=2) as shown:
+        page = open_browser({"width": 1000, "height": 640})
+        page.goto(shown.address)
+        page.get_by_text("2 frames").wait_for(timeout=60_000)
+        until(lambda: len(redness(screenshot(page)[:, 330:600])) > 1000)
+        page.get_by_role("tab", name="Scene").click()
+        with page.expect_file_chooser() as chooser:
+            page.get_by_role("button", name="Open .glb").click()
+        chooser.value.set_files(path)
+        until(lambda: not len(redness(screenshot(page)[:, 330:600])))
+        page.get_by_text("2 frames").wait_for(timeout=60_000)
+
+
 def test_a_notebook_s_cell_shows_the_page(device, open_browser):
     raster = pica.Settings.preset("raster")
     with pica.view(scene(), size=(480, 540), camera=CAMERA, settings=raster, device=device, frames=2) as shown:

@@ -136,6 +136,19 @@ def test_a_picture_is_sent_as_a_file(page):
     assert start["filename"] == "display.png" and start["mime_type"] == "image/png"
 
 
+def test_a_path_is_recorded_and_sent(web, page):
+    page.picture(is_whole)
+    page.set("Path", "Add")
+    assert page.text("Cameras: 1")
+    page.set("Path", "Add")
+    assert page.text("Cameras: 2")
+    page.set("Path", "Save")
+    start = page.wait(lambda message: message["type"] == "FileTransferStartDownload" and message)
+    assert start["filename"] == "cameras.json" and start["size_bytes"] == len(web.viewer.path.file()) > 100
+    page.set("Path", "Clear")
+    until(lambda: not len(web.viewer.path))
+
+
 def test_bad_pages_stop_nobody(web, page):
     page.picture(is_whole)
     for data in (b"", b"\xc1garbage", "text", b"\x81\xa4type\xa4Nope"):

@@ -9,7 +9,7 @@ import typer
 from pica.cli import options
 from pica.cli.interrupts import cleaning_up_first
 from pica.cli.report import print_json, print_line
-from pica.cli.subject import View, find_animation, takes_view
+from pica.cli.subject import View, find_animation, parse_limits, takes_view
 
 
 @takes_view
@@ -46,7 +46,8 @@ def view(
         start=subject.start or 0.0,
         animation=find_animation(scene, subject.animation),
     )
-    web = WebViewer(viewer, size=pixels, host=host, port=port, camera=subject.camera_in(scene))
+    limits, camera = parse_limits(subject.limit), subject.camera_in(scene)
+    web = WebViewer(viewer, size=pixels, host=host, port=port, camera=camera, limits=limits)
     if json:
         print_json({"address": web.address})
     else:
@@ -57,4 +58,4 @@ def view(
             web.run()
         finally:
             web.stop()
-            viewer.close()
+            web.viewer.close()

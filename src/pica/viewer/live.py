@@ -29,13 +29,13 @@ class LiveView:
     It ends with `close`, with a `with` statement, with the next view of the same scene, and with the process.
     """
 
-    def __init__(self, viewer: Viewer, web: WebViewer) -> None:
+    def __init__(self, web: WebViewer) -> None:
         self.address = web.address
         """Of the page, for browsers on this machine."""
         self._web = web
         self._thread = threading.Thread(target=web.run, name="pica.view", daemon=True)
         self._thread.start()
-        self._close = finalize(self, _end, viewer, web, self._thread)
+        self._close = finalize(self, _end, web, self._thread)
 
     @contextmanager
     def paused(self) -> Iterator[None]:
@@ -93,7 +93,7 @@ def view(
     if (earlier := _OPEN.get(scene)) is not None:
         earlier.close()  # the cell runs again
     viewer = Viewer(scene, settings=settings, device=device, frames=frames)
-    shown = _OPEN[scene] = LiveView(viewer, WebViewer(viewer, size=size, port=0, camera=camera))
+    shown = _OPEN[scene] = LiveView(WebViewer(viewer, size=size, port=0, camera=camera))
     return shown
 
 
@@ -101,7 +101,7 @@ _OPEN: dict[Scene, LiveView] = {}
 """Views by scene: those that no variable holds stay, as a cell shows them."""
 
 
-def _end(viewer: Viewer, web: WebViewer, thread: threading.Thread) -> None:
+def _end(web: WebViewer, thread: threading.Thread) -> None:
     web.stop()
     thread.join(_SECONDS)
-    viewer.close()
+    web.viewer.close()

@@ -1,5 +1,6 @@
 """What can be changed of a node, its light and its materials, for inputs of any user interface."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -10,8 +11,10 @@ from numpy.typing import NDArray
 
 from pica.color import srgb_decode, srgb_encode
 from pica.scene.animation import Pose
+from pica.scene.environment import Environment
 from pica.scene.light import Light
 from pica.scene.material import Material
+from pica.scene.model import Scene
 from pica.scene.node import Node
 from pica.viewer.edits import Change
 from pica.viewer.euler import euler_of, pose_of, quaternion_of
@@ -30,8 +33,8 @@ class Property:
     """One value of the scene, and how it is changed."""
 
     label: str
-    kind: Literal["boolean", "number", "share", "vector", "color"]
-    """number: 0 or more; share: 0 to 1; vector: three numbers; color: `Rgb`."""
+    kind: Literal["boolean", "number", "share", "angle", "vector", "color"]
+    """number: 0 or more; share: 0 to 1; angle: -180 to 180 degrees; vector: three numbers; color: `Rgb`."""
     read: Callable[[], Any]
     """The value as it is now."""
     changes: Callable[[Any], list[Change]]
@@ -55,6 +58,33 @@ def property_groups(node: Node, materials: Sequence[Material], visibility: Visib
     for material in materials:
         groups.append(PropertyGroup(f"Material {material.name}".strip(), tuple(_material_properties(material))))
     return groups
+
+
+def environment_properties(scene: Scene) -> list[Property]:
+    """The properties of a scene's environment; none without one."""
+    if scene.environment is None:
+        return []
+
+    def environment() -> Environment:
+        assert scene.environment is not None
+        return scene.environment
+
+    return [
+        Property(
+            "Strength",
+            "number",
+            lambda: environment().strength,
+            lambda value: [(scene, "environment", replace(environment(), strength=float(value)))],
+            "Multiplies the radiance",
+        ),
+        Property(
+            "Turned by",
+            "angle",
+            lambda: round((math.degrees(environment().rotation) + 180) % 360 - 180, 3),
+            lambda value: [(scene, "environment", replace(environment(), rotation=math.radians(value)))],
+            "Degrees about the vertical axis, from +Z towards +X",
+        ),
+    ]
 
 
 def _node_properties(node: Node, visibility: Visibility) -> list[Property]:

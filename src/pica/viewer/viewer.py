@@ -22,6 +22,7 @@ from pica.scene.node import Node
 from pica.settings import Settings
 from pica.settings.setting import Value
 from pica.viewer.camera_control import CameraControl
+from pica.viewer.camera_path import RecordedPath
 from pica.viewer.comparison import Comparison, SplitPicture, compared
 from pica.viewer.edits import Edits
 from pica.viewer.outline import outlined
@@ -75,6 +76,8 @@ class Viewer:
         self.device = open_device(device)
         self.frames = frames
         self.playback = Playback(scene, start, animation)
+        self.path = RecordedPath()
+        """Cameras for a film."""
         self.edits = Edits()
         """Changes of the scene by hand."""
         self.visibility = Visibility()

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pica.renderer import Picked
 from pica.scene.node import Node
 from pica.settings import Settings
+from pica.viewer.camera_path import SECONDS
 from pica.viewer.comparison import PATH_TRACED
 from pica.viewer.setting_controls import presets
 from pica.viewer.viewer import DISPLAY, Picture, Viewer
 from pica.viewer.web.inputs import Input
-from pica.viewer.web.scene_panel import ScenePanel
+from pica.viewer.web.scene_panel import SceneActions, ScenePanel
 from pica.viewer.web.settings_panel import SettingsPanel
 
 if TYPE_CHECKING:
@@ -23,17 +24,17 @@ _FASTEST = 8.0
 """Times the speed of the animation."""
 
 
-class Actions(Protocol):
-    """What the panel asks the server for. The calls come from viser's threads, and return at once."""
-
-    def change(self, act: Callable[[], object]) -> None:
-        """Do something to the viewer, between two pictures."""
+class Actions(SceneActions, Protocol):
+    """What the panel asks the server for, as of SceneActions."""
 
     def move(self, client: int, act: Callable[[Any], object]) -> None:
         """Do something to the camera control of a client."""
 
     def save(self, client: int) -> None:
         """Send a client its picture as a file."""
+
+    def save_path(self, client: int) -> None:
+        """Send a client the recorded path as a file."""
 
     def choose_settings(self, change: Callable[[Settings], Settings]) -> None:
         """Render with other settings."""
@@ -51,7 +52,7 @@ class Panel:
         with tabs.add_tab("View"):
             self._add_view()
         with tabs.add_tab("Scene"):
-            self._scene = ScenePanel(gui, viewer, actions.change)
+            self._scene = ScenePanel(gui, viewer, actions)
         with tabs.add_tab("Settings"):
             self._settings = SettingsPanel(gui, viewer.settings, actions.choose_settings)
 
@@ -67,6 +68,7 @@ class Panel:
         self._shown.show(viewer.shown, again)
         self._compared.show(viewer.compared_with or _NONE, again)
         self._settings.refresh(viewer.settings, again)
+        self._recorded.content = f"Cameras: {len(viewer.path)}" if len(viewer.path) else ""
         self._scene.refresh(again)
         self._picked.content = described(viewer.picked)
         if self._playing is not None:
@@ -127,6 +129,10 @@ class Panel:
             ):
                 gui.add_button(label).on_click(partial(self._move, act=act))
             gui.add_button("Save picture").on_click(self._save)
+            hint = f"For pica render --camera-path: 'Add' after each move, 'Save' at the end; {SECONDS:g} s between two"
+            path = gui.add_button_group("Path", ("Add", "Save", "Clear"), hint=hint)
+            path.on_click(self._record)
+            self._recorded = gui.add_markdown("")
 
     def _add_time(self) -> None:
         gui, playback = self._gui, self._viewer.playback
@@ -157,6 +163,15 @@ class Panel:
     def _save(self, event: "viser.GuiEvent[Any]") -> None:
         if event.client is not None:
             self._actions.save(event.client.client_id)
+
+    async def _record(self, event: "viser.GuiEvent[Any]") -> None:
+        path = self._viewer.path
+        if event.target.value == "Add":
+            self._move(event, path.add)
+        elif event.target.value == "Clear":
+            self._actions.change(path.clear)
+        elif event.client is not None:
+            self._actions.save_path(event.client.client_id)
 
     def _move(self, event: "viser.GuiEvent[Any]", act: Callable[[Any], object]) -> None:
         if event.client is not None:

@@ -16,9 +16,12 @@ from pica.errors import PicaError, shown
 from pica.images.pictures import encoded_png
 from pica.rhi.fair_lock import FairLock
 from pica.scene.camera import Camera
+from pica.scene.limits import Limits
 from pica.settings import Settings
+from pica.text import printable
 from pica.viewer.camera_control import CameraControl
 from pica.viewer.resolution import Size
+from pica.viewer.uploads import uploaded_environment, uploaded_scene
 from pica.viewer.view import View
 from pica.viewer.viewer import Picture, Viewer
 from pica.viewer.web.client_camera import ClientPose, show
@@ -66,22 +69,21 @@ class WebViewer:
         host: str = "127.0.0.1",
         port: int = 8080,
         camera: Camera | None = None,
+        limits: Limits | None = None,
     ) -> None:
         """Listen on `host` and `port`, 0 for any free one. `size`: of pictures at most; their shape is the page's.
-        `camera`: where clients begin.
+        `camera`: where clients begin. `limits`: of files that pages send.
 
         Raises PicaError if viser is not installed, or the address cannot be listened on."""
         viser = import_viser()
         _check_free(host, port)
-        self.viewer, self.size = viewer, size
+        self.viewer, self.size, self._limits = viewer, size, limits
         self.lock = FairLock(lambda: None)
         """For `with`: nothing of the viewer or its scene changes, and no picture is rendered."""
-        self._first = CameraControl(viewer.scene, size[0] / size[1], camera)
         self._clients: dict[int, _Client] = {}
         self._due: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
         self._wake, self._stopped = threading.Event(), threading.Event()
         self._told_at = float("-inf")
-        viewer.interrupted = self._has_input
         logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # faults of clients are no concern of users
         with contextlib.redirect_stdout(io.StringIO()):
             self._server = viser.ViserServer(host=host, port=port, label="pica", verbose=False)
@@ -89,9 +91,8 @@ class WebViewer:
         self.address = f"http://{_in_url(host)}:{self._server.get_port()}"
         """Where the page is."""
         self._server.scene.set_up_direction("+y")
-        show(self._first, self._server.initial_camera, "up")
         self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
-        self._panel = Panel(self._server.gui, viewer, self)
+        self._begin(camera)
         self._server.on_client_connect(self._connect)
         self._server.on_client_disconnect(self._disconnect)
         self._server.scene.on_click()(self._clicked)
@@ -146,13 +147,60 @@ class WebViewer:
 
         def saved(found: _Client) -> None:
             png = encoded_png(self.viewer.render_full(found.view).pixels)
-            found.handle.send_file_download(f"{self.viewer.shown}.png", png, save_immediately=True)
+            _send(found, f"{self.viewer.shown}.png", png)
 
         self._for(client, saved)
+
+    def save_path(self, client: int) -> None:
+        """As Actions.save_path."""
+        self._for(client, lambda found: _send(found, "cameras.json", self.viewer.path.file()))
 
     def choose_settings(self, change: Callable[[Settings], Settings]) -> None:
         """As Actions.choose_settings."""
         self.change(lambda: self.viewer.configure(change(self.viewer.settings)))
+
+    def open_scene(self, name: str, content: bytes) -> None:
+        """As Actions.open_scene; settings stay as they are."""
+
+        def opened() -> None:
+            with self._loading(name):
+                scene, before = uploaded_scene(name, content, self._limits), self.viewer
+            self.viewer = Viewer(scene, settings=before.settings, device=before.device, frames=before.frames)
+            before.close()
+            self._server.gui.reset()
+            self._begin(None)
+            for client in self._clients.values():
+                client.pose, client.failed = None, False
+                client.view = self.viewer.view(client.view.resolution.full)
+                show(client.view.control, client.handle.camera, "up_direction")
+
+        self.change(opened)
+
+    def open_environment(self, name: str, content: bytes) -> None:
+        """As Actions.open_environment."""
+
+        def opened() -> None:
+            with self._loading(name):
+                environment = uploaded_environment(name, content, self._limits)
+            self.viewer.edits.apply([(self.viewer.scene, "environment", environment)])
+
+        self.change(opened)
+
+    @contextlib.contextmanager
+    def _loading(self, name: str) -> Iterator[None]:
+        self._panel.say(f"Loading {printable(name)}")
+        try:
+            yield
+        except PicaError:
+            self._panel.say("Not loaded")
+            raise
+
+    def _begin(self, camera: Camera | None) -> None:
+        """Show the viewer, from where clients begin."""
+        self._first = CameraControl(self.viewer.scene, self.size[0] / self.size[1], camera)
+        self.viewer.interrupted = self._has_input
+        show(self._first, self._server.initial_camera, "up")
+        self._panel = Panel(self._server.gui, self.viewer, self)
 
     def _for(self, client: int, act: Callable[[_Client], object]) -> None:
         """Between two pictures, do something for a client, unless it is gone by then."""
@@ -266,6 +314,11 @@ class WebViewer:
         through_glass = bool(self._panel.through_glass.value)
         if 0 <= x <= 1 and 0 <= y <= 1:
             self._for(event.client_id, lambda client: self.viewer.pick(client.view, x, y, through_glass=through_glass))
+
+
+def _send(client: _Client, name: str, content: bytes) -> None:
+    """Send a file, which the browser saves."""
+    client.handle.send_file_download(name, content, save_immediately=True)
 
 
 def fitted(canvas: Size, size: Size) -> Size:
