@@ -22,9 +22,10 @@ SECONDS = 30.0
 class Page:
     """A client of a WebViewer's address."""
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, cookie: str = "") -> None:
         ws = address.replace("http://", "ws://")
-        self.socket = connect(ws, subprotocols=[f"viser-v{viser.__version__}"], max_size=None, compression=None)
+        protocols, headers = [f"viser-v{viser.__version__}"], {"Cookie": cookie}
+        self.socket = connect(ws, subprotocols=protocols, max_size=None, compression=None, additional_headers=headers)
         self.inputs: dict[str, str] = {}
         """Ids of the panel's inputs, by label."""
         self.texts: dict[str, Any] = {}

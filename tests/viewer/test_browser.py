@@ -15,6 +15,9 @@ from tests.viewer.scenes import CAMERA, redness, scene, until
 
 pytest.importorskip("viser", reason="the extra pica[view] is not installed")
 sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright, which drives a browser")
+
+from pica.viewer.web.server import WebViewer  # noqa: E402
+
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 pytestmark = [
     pytest.mark.slow,
@@ -33,8 +36,6 @@ def open_browser():
 
 
 def test_a_page_is_looked_at_and_used(device, open_browser):
-    from pica.viewer.web.server import WebViewer
-
     viewer = Viewer(scene(), settings=pica.Settings.preset("raster"), device=device, frames=2)
     web = WebViewer(viewer, size=(320, 200), port=0, camera=CAMERA)
     thread = threading.Thread(target=web.run, daemon=True)
@@ -96,6 +97,27 @@ def test_a_notebook_s_cell_shows_the_page(device, open_browser):
         cube = screenshot(cell)[:, 330:690]  # beside viser's note and the panel
         columns, rows = redness(cube), redness(cube.transpose(1, 0, 2))
         assert 0.8 < np.ptp(columns) / np.ptp(rows) < 1.25 and len(columns) > 3000, "the cube, as wide as high"
+
+
+def test_a_browser_gets_in_with_the_token_once(device, open_browser):
+    viewer = Viewer(scene(), settings=pica.Settings.preset("raster"), device=device, frames=2)
+    web = WebViewer(viewer, size=(320, 200), host="0.0.0.0", port=0, camera=CAMERA)
+    thread = threading.Thread(target=web.run, daemon=True)
+    thread.start()
+    root, _, token = web.address.partition("/?")
+    root = f"http://127.0.0.1:{root.rpartition(':')[2]}"
+    try:
+        page = open_browser({"width": 1000, "height": 640})
+        assert page.goto(root).status == 403
+        assert page.get_by_text("Open the address").count() == 1
+        page.goto(f"{root}/?{token}")
+        page.get_by_text("2 frames").wait_for(timeout=60_000)
+        assert "token" not in page.url
+        page.reload()
+        until(lambda: len(redness(screenshot(page)[:, 330:600])) > 1000)
+    finally:
+        web.stop()
+        thread.join(30)
 
 
 def screenshot(page) -> np.ndarray:

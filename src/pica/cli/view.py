@@ -22,7 +22,11 @@ def view(
     ev: options.Ev = None,
     light_map: options.LightMapFile = None,
     host: Annotated[
-        str, typer.Option(metavar="ADDRESS", help="Address to listen on; 0.0.0.0 lets other machines look, too.")
+        str,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Address to listen on, 0.0.0.0 for other machines, too: they need the printed token.",
+        ),
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(metavar="N", help="Port to listen on; 0 takes any free one.")] = 8080,
     device: options.Device = None,

@@ -25,6 +25,7 @@ from pica.viewer.uploads import uploaded_environment, uploaded_scene
 from pica.viewer.view import View
 from pica.viewer.viewer import Picture, Viewer
 from pica.viewer.web.client_camera import ClientPose, show
+from pica.viewer.web.gate import Gate, is_loopback
 from pica.viewer.web.panel import Panel
 
 if TYPE_CHECKING:
@@ -71,8 +72,9 @@ class WebViewer:
         camera: Camera | None = None,
         limits: Limits | None = None,
     ) -> None:
-        """Listen on `host` and `port`, 0 for any free one. `size`: of pictures at most; their shape is the page's.
-        `camera`: where clients begin. `limits`: of files that pages send.
+        """Listen on `host` and `port`, 0 for any free one; clients of other machines need the token of `address`.
+        `size`: of pictures at most; their shape is the page's. `camera`: where clients begin. `limits`: of files that
+        pages send.
 
         Raises PicaError if viser is not installed, or the address cannot be listened on."""
         viser = import_viser()
@@ -86,10 +88,14 @@ class WebViewer:
         self._told_at = float("-inf")
         logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # faults of clients are no concern of users
         with contextlib.redirect_stdout(io.StringIO()):
-            self._server = viser.ViserServer(host=host, port=port, label="pica", verbose=False)
+            inner = (host, port) if is_loopback(host) else ("127.0.0.1", 0)
+            self._server = viser.ViserServer(host=inner[0], port=inner[1], label="pica", verbose=False)
         _share_nothing(self._server)
+        self._gate = None if is_loopback(host) else Gate(host, port, self._server.get_port())
         self.address = f"http://{_in_url(host)}:{self._server.get_port()}"
-        """Where the page is."""
+        """Of the page."""
+        if self._gate is not None:
+            self.address = f"http://{_in_url(host)}:{self._gate.port}/?token={self._gate.token}"
         self._server.scene.set_up_direction("+y")
         self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
         self._begin(camera)
@@ -125,6 +131,8 @@ class WebViewer:
         self._stopped.set()
         self._wake.set()
         with self.lock, contextlib.redirect_stdout(io.StringIO()):  # after the picture under way
+            if self._gate is not None:
+                self._gate.close()
             self._server.stop()
 
     def change(self, act: Callable[[], object]) -> None:
@@ -360,4 +368,7 @@ def _share_nothing(server: "viser.ViserServer") -> None:
 
 
 def _in_url(host: str) -> str:
+    """An address as others write it: this machine's name instead of all of its addresses."""
+    if host in ("0.0.0.0", "::"):
+        return socket.gethostname()
     return f"[{host}]" if ":" in host else host

@@ -1,0 +1,125 @@
+"""Other machines need the token: clients without it get nothing."""
+
+import contextlib
+import http.client
+import socket
+import threading
+from urllib.parse import urlsplit
+
+import pytest
+from websockets.exceptions import WebSocketException
+
+import pica
+from pica.viewer.viewer import Viewer
+from tests.viewer.scenes import CAMERA, CANVAS, is_whole, scene
+
+pytest.importorskip("viser", reason="the extra pica[view] is not installed")
+
+from pica.viewer.web.gate import Gate, is_loopback
+from pica.viewer.web.server import WebViewer
+from tests.viewer.page import Page
+
+
+@pytest.fixture(scope="module")
+def web(device):
+    viewer = Viewer(scene(), settings=pica.Settings.preset("raster"), device=device, frames=2)
+    served = WebViewer(viewer, size=CANVAS, host="0.0.0.0", port=0, camera=CAMERA)
+    thread = threading.Thread(target=served.run, daemon=True)
+    thread.start()
+    yield served
+    served.stop()
+    thread.join(30)
+
+
+@pytest.fixture
+def port(web) -> int:
+    return urlsplit(web.address).port
+
+
+def get(port: int, path: str, headers=()) -> tuple[int, dict[str, str], bytes]:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    connection.request("GET", path, headers=dict(headers))
+    answer = connection.getresponse()
+    return answer.status, dict(answer.getheaders()), answer.read()
+
+
+def test_the_address_has_the_token_and_the_name_of_the_machine(web):
+    parts = urlsplit(web.address)
+    assert parts.hostname == socket.gethostname().lower() and parts.query == f"token={web._gate.token}"
+    other = Gate("127.0.0.1", 0, 1)
+    assert len(web._gate.token) >= 20 and web._gate.token != other.token
+    other.close()
+    other.close()
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/index.html", "/?token=", "/?token=wrong", "/?token=%ff%fe", "/?tokens={token}", "/{token}"]
+)
+def test_without_the_token_there_is_nothing(web, port, path):
+    status, _, body = get(port, path.replace("{token}", web._gate.token))
+    assert (status, body) == (403, b"Open the address that pica view has printed, with its token.")
+
+
+def test_no_cookie_but_the_token_s_opens_the_socket(web, port):
+    for cookie in (
+        "",
+        f"pica-{port}=wrong",
+        f"other={web._gate.token}",
+        "\x7f;=;",
+        f"pica-{port + 1}={web._gate.token}",
+    ):
+        with pytest.raises(WebSocketException):
+            Page(f"http://127.0.0.1:{port}", cookie)
+
+
+def test_the_address_gives_the_cookie_that_gives_the_page(web, port):
+    status, headers, _ = get(port, f"/?{urlsplit(web.address).query}")
+    assert (status, headers["Location"]) == (303, "/") and "HttpOnly; SameSite=Lax" in headers["Set-Cookie"]
+    cookie = headers["Set-Cookie"].partition(";")[0]
+    status, _, body = get(port, "/", {"Cookie": f"theme=dark; {cookie}"})
+    assert status == 200 and b"<html" in body.lower()
+    page = Page(f"http://127.0.0.1:{port}", cookie)
+    page.look(CAMERA, CANVAS)
+    page.picture(is_whole)
+    page.close()
+
+
+def test_the_server_behind_listens_on_this_machine_alone(web):
+    assert web._server.get_host() == "127.0.0.1" != urlsplit(web.address).hostname
+
+
+def test_what_is_no_request_is_dropped(web, port):
+    for data in (b"\r\n\r\n", b"\x00" * 100 + b"\r\n\r\n", b"A" * 100_000, b"GET /\r\n\r\n", b""):
+        with socket.create_connection(("127.0.0.1", port), timeout=10) as raw:
+            try:
+                raw.sendall(data)
+                raw.shutdown(socket.SHUT_WR)
+                assert raw.recv(100) in (
+                    b"",
+                    b"HTTP/1.1 403 Forbidden\r\nContent-Length: 0\r\nConnection: close\r\n\r\n",
+                )
+            except ConnectionError:
+                pass
+    assert get(port, "/")[0] == 403
+
+
+def test_only_so_many_clients_are_let_wait(port, web):
+    waiting = [socket.create_connection(("127.0.0.1", port)) for _ in range(80)]
+    dropped = 0
+    for each in waiting:
+        each.settimeout(0.05)
+        with contextlib.suppress(TimeoutError):
+            dropped += each.recv(1) == b""
+        each.close()
+    assert dropped >= 16
+    assert get(port, "/")[0] == 403
+
+
+def test_loopback_addresses_need_none():
+    assert all(map(is_loopback, ("127.0.0.1", "127.1.2.3", "::1", "localhost")))
+    assert not any(map(is_loopback, ("0.0.0.0", "::", "192.168.1.2", "example.org", "")))
+
+
+def test_an_address_that_is_taken_is_an_error(port):
+    with pytest.raises(pica.PicaError, match=f"cannot listen on '0.0.0.0', port {port} "):
+        Gate("0.0.0.0", port, 1)
