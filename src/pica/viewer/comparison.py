@@ -52,7 +52,7 @@ class SplitPicture:
     def at(self, split: float) -> NDArray[np.uint8]:
         """(height, width, 3) sRGB, split there."""
         self.split = split
-        column = round(split * self.left.shape[1])
+        column = round(min(max(split, 0.0), 1.0) * self.left.shape[1])
         result = self.left.copy()
         result[:, column:] = self.right[:, column:]
         result[:, column : column + 1] = _LINE

@@ -48,7 +48,7 @@ class Picture:
     frames: int
     """How many frames of this size it is the mean of."""
     seconds: float
-    """That it took."""
+    """That it took, without the other one of a comparison."""
 
 
 class Viewer:
@@ -249,7 +249,7 @@ class Viewer:
         pixels = values if name == DISPLAY else preview(name, values)
         view.frames += 1
         selected = self._selected_pixels(pixels, captured["instance"]) if outline else None
-        other = None
+        own, other = time.perf_counter() - began, None
         if self._compares and self._comparison is not None:
             other = self._comparison.picture(view, self.settings, self.interrupted)
         view.parts = None if other is None else SplitPicture(pixels, other, selected)
@@ -257,11 +257,10 @@ class Viewer:
             pixels = view.parts.at(self.split)
         elif selected is not None:
             pixels = outlined(pixels, selected)
-        seconds = time.perf_counter() - began
         if not self._compiles and (other is None or view.frames == 1):  # at rest the path tracer takes more
-            view.resolution.measure(seconds)
+            view.resolution.measure(time.perf_counter() - began)
         self._compiles = False
-        return self._picture(view, pixels, seconds)
+        return self._picture(view, pixels, own)
 
     @property
     def _compares(self) -> bool:

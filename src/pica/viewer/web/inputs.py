@@ -1,5 +1,6 @@
 """Inputs of the panel: they show values of the viewer, and clients change them."""
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +23,9 @@ class Input:
         handle.on_update(on_update)
 
     def _accepts(self, value: Any) -> bool:
-        """Whether a client may set this: viser checks neither options nor lengths."""
+        """Whether a client may set this: viser checks neither options nor lengths, nor whether numbers are finite."""
+        if isinstance(value, float) and not math.isfinite(value):
+            return False
         options = getattr(self.handle, "options", None)
         if options is not None:
             return value in options
