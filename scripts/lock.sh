@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes requirements.lock and, for the extras, requirements-{cpu,denoise,docs,view,test}.lock from pyproject.toml.
+# Writes requirements.lock and, for the extras, requirements-{cpu,denoise,docs,view,meshes,usd,test}.lock from pyproject.toml.
 # Usage: lock.sh PYTHON
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -28,9 +28,11 @@ lock cpu plain
 lock denoise cpu
 lock docs denoise
 lock view docs
-# With what denoising, docs and the viewer need, which tests need too.
+lock meshes view
+lock usd meshes
+# With what denoising, docs, the viewer and file formats need, which tests need too.
 lock test cpu
 cp "$scratch/plain" requirements.lock
-for extra in cpu denoise docs view test; do
+for extra in cpu denoise docs view meshes usd test; do
     cp "$scratch/$extra" "requirements-$extra.lock"
 done

@@ -69,9 +69,9 @@ BINARY = triangle().binary()
 
 @pytest.mark.parametrize("content", [b"# Blender\nv 0 0 0\n", b"Kaydara FBX Binary \x00\xff"])
 def test_other_kinds_of_files_are_told_what_is_read(content: bytes, tmp_path: Path) -> None:
-    path = tmp_path / "model.obj"
+    path = tmp_path / "model.fbx"
     path.write_bytes(content)
-    with pytest.raises(SceneError, match=r"model.obj: not glTF, \.gltf or \.glb, which is all that is read; "):
+    with pytest.raises(SceneError, match=r"model.fbx: of no format that is read \(\.gltf, \.glb, \.obj, "):
         read(path)
 
 

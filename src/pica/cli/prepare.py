@@ -21,7 +21,7 @@ _SIZE = 64, 36
 
 def prepare(
     scene: Annotated[
-        str | None, typer.Argument(metavar="SCENE", help=f"A .gltf or .glb file, or one of {', '.join(BUILT_IN)}.")
+        str | None, typer.Argument(metavar="SCENE", help=f"A file, as for render, or one of {', '.join(BUILT_IN)}.")
     ] = None,
     everything: Annotated[
         bool, typer.Option("--all", help="All built-in scenes and all that materials and lights can have.")

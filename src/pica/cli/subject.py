@@ -13,6 +13,7 @@ import typer
 
 from pica.errors import PicaError
 from pica.names import did_you_mean
+from pica.scene.conversion.formats import SUFFIXES
 
 if TYPE_CHECKING:
     from pica import Camera, Environment, Limits, Node, Scene
@@ -46,7 +47,7 @@ class View:
     """The arguments of the command line for the subject; `takes_view` adds them to a command."""
 
     scene: Annotated[
-        str, typer.Argument(metavar="SCENE", help=f"A .gltf or .glb file, or one of {', '.join(BUILT_IN)}.")
+        str, typer.Argument(metavar="SCENE", help=f"A file ({', '.join(SUFFIXES)}), or one of {', '.join(BUILT_IN)}.")
     ]
     env: Annotated[
         Path | None,
@@ -61,8 +62,8 @@ class View:
         _option("ELEVATION,AZIMUTH", "A clear sky and its sun, degrees, north is -Z; or TIME@LATITUDE,LONGITUDE."),
     ] = None
     up: Annotated[
-        str, _option("y|z", "The axis that points up in the file: z for files that are not as glTF asks.")
-    ] = "y"
+        str | None, _option("y|z", "The axis that points up in the file, if it is not that of its format.")
+    ] = None
     variant: Annotated[str | None, _option("NAME", "A variant of the file's materials.")] = None
     camera: Annotated[str | None, _option("NAME", "A camera of the scene.")] = None
     eye: Annotated[str | None, _option("X,Y,Z", "Where to look from, in metres.")] = None
@@ -212,7 +213,7 @@ def _load(
     environment: "Path | Environment | None",
     allow_outside: bool,
     limits: "Limits",
-    up: str,
+    up: str | None,
     variant: str | None,
 ) -> "Scene":
     """A built-in scene by its word or a file, lit by an environment or a picture of one. Raises PicaError."""
@@ -221,7 +222,7 @@ def _load(
     from pica.scene.loading import read_environment
 
     if name in BUILT_IN and not Path(name).is_file():
-        if up != "y":
+        if up is not None:
             raise PicaError(f"--up {up}: is for files; in the built-in scenes, y points up")
         if variant is not None:
             raise PicaError(f"--variant {variant}: is for files; the built-in scenes have no variants")

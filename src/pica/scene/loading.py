@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from pica.errors import SceneError
 from pica.images import pictures
 from pica.scene import gltf, scene_gc
+from pica.scene.conversion import process
+from pica.scene.conversion.formats import format_of
 from pica.scene.environment import Environment
 from pica.scene.illumination import emitted_illuminance, has_lights
 from pica.scene.limits import Budget, Limits
@@ -30,30 +32,35 @@ def load(
     environment: str | Path | Environment | None = None,
     allow_outside: bool = False,
     limits: Limits | None = None,
-    up: str = "y",
+    up: str | None = None,
     variant: str | None = None,
 ) -> Scene:
-    """Load a .gltf or .glb file, lit from all around by `environment`: a .hdr or .exr file, or one in memory.
+    """Load a glTF file, or one of another format (docs/guide/files.md), lit from all around by `environment`: a .hdr or
+    .exr file, or one in memory.
 
     A .png or .jpg is accepted too, as sRGB: its radiance is 0 to 1 nit, so a sun in it is no brighter than white paper.
 
     A scene without any light, or with nearly none from its materials, gets a neutral sky, and a warning. One of
     Scene.save has its own environment.
     `allow_outside`: read buffers and pictures from files outside the asset's folder too, such as textures in "../".
-    `limits`: of loading, with the environment; pica.Limits() by default. `up`: "z" for files whose Z axis
-    points up, contrary to glTF; the scene is rotated to +Y up. `variant`: the name of a variant of the file's materials
-    (KHR_materials_variants), of those in `Scene.variants`. Raises SceneError, one line with the file and the fault;
-    warns about unsupported features of the file.
+    `limits`: of loading, with the environment; pica.Limits() by default. `up`: "y" or "z", the axis that points up in
+    the file, if it is not that of its format; the scene is rotated to +Y up. `variant`: the name of a variant of the
+    file's materials (KHR_materials_variants), of those in `Scene.variants`. Raises SceneError, one line with the file
+    and the fault; warns about unsupported features of the file.
     """
     checked("load: allow_outside", flag, allow_outside)
-    checked("load: up", choice("y", "z"), up)
+    checked("load: up", optional(choice("y", "z")), up)
     checked("load: variant", optional(text), variant)
     scene_gc.collect()
-    budget = Budget(limits)
+    budget, path = Budget(limits), _checked(path, "path")
+    kind = format_of(path)
     with scene_gc.paused():
-        scene = gltf.read(_checked(path, "path"), budget, allow_outside, variant)
+        if kind is None:
+            scene = gltf.read(path, budget, allow_outside, variant)
+        else:
+            scene = process.read(path, kind, budget, limits or Limits(), allow_outside, up, variant)
     scene_gc.watch(scene)
-    if up == "z":
+    if up == "z" and kind is None:
         _turn_upright(scene)
     if isinstance(environment, Environment):
         scene.environment = environment

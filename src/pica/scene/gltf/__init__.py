@@ -12,16 +12,20 @@ from pica.text import printable
 
 
 def read(
-    path: str | Path, budget: Budget | None = None, allow_outside: bool = False, variant: str | None = None
-) -> Scene:  # fmt: skip
+    path: str | Path,
+    budget: Budget | None = None,
+    allow_outside: bool = False,
+    variant: str | None = None,
+    content: bytes | None = None,
+) -> Scene:
     """Read a .gltf or .glb file with all files that it refers to, which must be in its folder unless `allow_outside`.
 
-    `variant`: a name of its KHR_materials_variants.
+    `variant`: a name of its KHR_materials_variants. `content`: that of a .glb, which is read instead of the file.
 
     Raises SceneError, one line with the file, the place in its JSON and the fault; warns about ignored content.
     """
     try:
-        with Document(Path(path), budget, allow_outside, variant) as document:
+        with Document(Path(path), budget, allow_outside, variant, content) as document:
             check_extensions(document)
             return build_scene(document)
     except SceneError as error:

@@ -12,6 +12,7 @@ from urllib.parse import unquote_to_bytes
 from numpy.typing import NDArray
 
 from pica.errors import SceneError, shown
+from pica.scene.conversion.formats import SUFFIXES
 from pica.scene.gltf.accessor_table import AccessorTable
 from pica.scene.gltf.asset_files import AssetFiles
 from pica.scene.gltf.draco import DracoDecoder
@@ -24,7 +25,7 @@ from pica.text import printable
 _GLB_MAGIC = b"glTF"
 _GLB_HEADER_BYTES, _CHUNK_HEADER_BYTES = 12, 8
 _MOST_WARNINGS = 20
-_NO_GLTF = "not glTF, .gltf or .glb, which is all that is read; convert it, in Blender for one; it is no JSON"
+_NO_GLTF = f"of no format that is read ({', '.join(SUFFIXES)}); convert it, in Blender for one; it is no JSON"
 
 _JSON_BYTES = {b"{": 256, b"[": 72, b",": 32, b'"': 20}
 """Bytes of parsed JSON per character of objects, arrays, further values and strings;
@@ -35,18 +36,24 @@ class Document:
     """An open glTF file. Its arrays and buffers are read at first use.
 
     The budget counts them and all that is made from them. `allow_outside`: whether it may name files
-    outside its folder. To be closed with `with`, which ends what decodes parts of it.
+    outside its folder. `content`: that of a .glb, instead of the file's. To be closed with `with`, which ends what
+    decodes parts of it.
     """
 
     def __init__(
-        self, path: Path, budget: Budget | None = None, allow_outside: bool = False, variant: str | None = None
-    ) -> None:  # fmt: skip
+        self,
+        path: Path,
+        budget: Budget | None = None,
+        allow_outside: bool = False,
+        variant: str | None = None,
+        content: bytes | None = None,
+    ) -> None:
         self._path = path
         self.variant = variant
         """The name of the one of KHR_materials_variants that is shown."""
         self.budget = Budget() if budget is None else budget
         self._files = AssetFiles(path, self.budget, allow_outside)
-        content = self._files.read_asset()
+        content = self._files.read_asset() if content is None else content
         self._binary_chunk: memoryview | None = None
         if content.startswith(_GLB_MAGIC):
             text, self._binary_chunk = _chunks(content)

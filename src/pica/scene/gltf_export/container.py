@@ -114,20 +114,23 @@ class Asset:
         self._files[f"{name}.png"] = png
         return {"uri": quote(f"{name}.png")}, name
 
-    def write(self) -> None:
-        """Write the file, after those that it refers to. Raises PicaError."""
+    def content(self) -> bytes:
+        """The file itself, without those that it refers to."""
         root = self._root | ({"extensionsUsed": sorted(self._used)} if self._used else {})
         if self._binary:
             own = {} if self.is_binary else {"uri": quote(f"{self._path.stem}.bin")}
             root["buffers"] = [{"byteLength": len(self._binary)} | own]
         text = _encoded(root).encode()
-        if self.is_binary:
-            text = self._in_chunks(text)
-        elif self._binary:
+        return self._in_chunks(text) if self.is_binary else text
+
+    def write(self) -> None:
+        """Write the file, after those that it refers to. Raises PicaError."""
+        content = self.content()
+        if self._binary and not self.is_binary:
             self._files[f"{self._path.stem}.bin"] = bytes(self._binary)
-        for name, content in self._files.items():
-            _write(self._path.with_name(name), content)
-        _write(self._path, text)
+        for name, other in self._files.items():
+            _write(self._path.with_name(name), other)
+        _write(self._path, content)
 
     def _in_chunks(self, text: bytes) -> bytes:
         """The content of a .glb (4.4)."""
