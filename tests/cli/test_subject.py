@@ -113,9 +113,9 @@ def test_what_loading_may_take_and_read(show, calls, command, monkeypatch):
     assert show(command)[0] == 0
     code, err = show(command, "--allow-outside", "--variant", "Red", "--limit", "bytes=2e9", "--limit", "pixels = inf")
     assert code == 0, err
-    assert asked[0] == {"allow_outside": False, "limits": pica.Limits(), "up": "y", "variant": None}
+    assert asked[0] == {"allow_outside": False, "limits": pica.Limits(), "up": None, "variant": None}
     limits = pica.Limits(bytes=2e9, pixels=math.inf)
-    assert asked[-1] == {"allow_outside": True, "limits": limits, "up": "y", "variant": "Red"}
+    assert asked[-1] == {"allow_outside": True, "limits": limits, "up": None, "variant": "Red"}
     assert show(command, "--up", "z")[0] == 0
     assert asked[-1]["up"] == "z"
 

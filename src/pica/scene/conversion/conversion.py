@@ -64,7 +64,7 @@ class Conversion:
 
     def __init__(self, path: Path, budget: Budget, allow_outside: bool, up: str | None) -> None:
         self.path, self.budget, self.allow_outside = path, budget, allow_outside
-        self._given_up = up
+        self.given_up = up
         self.custom_up = FORMATS[path.suffix.lower()].up
         """The axis that points up in such files by custom; None: they say it."""
         self.files = AssetFiles(path, budget, allow_outside)
@@ -87,7 +87,7 @@ class Conversion:
 
     def show(self, nodes: list[int], up: str, unit: float, extras: dict[str, Any] | None = None) -> None:
         """The scene: root nodes in a space of this up axis, a unit of which is `unit` metres."""
-        is_z_up = (self._given_up or up) == "z"
+        is_z_up = (self.given_up or up) == "z"
         matrix = (Z_UP if is_z_up else np.eye(4)) @ np.diag([unit, unit, unit, 1.0])
         if not np.array_equal(matrix, np.eye(4)):
             name = "z is up" if is_z_up else "unit"

@@ -60,6 +60,11 @@ class Pictures:
             self._images[key] = self._packed(channels, name)
         return self._images[key]
 
+    def encoded(self, image: int, encoding: str) -> int:
+        """An image of the same picture that is decoded as "srgb" or "linear" in every use."""
+        entry = self._conversion.asset.entry("images", image)
+        return self._conversion.asset.add_once("images", entry | {"extras": {"pica": {"encoding": encoding}}})
+
     def texture(self, image: int | None, sampler: dict[str, Any] | None = None, **more: Any) -> dict[str, Any] | None:
         """A texture info of an image, with more keys; None without one."""
         if image is None:

@@ -41,6 +41,21 @@ class AssetFiles:
         with self._open(name, what) as file:
             return self._content(file, length, what)
 
+    def read_relative(self, name: str, what: str) -> bytes:
+        """The content of a file, by its path relative to the asset's folder. Raises SceneError."""
+        with self._open(name, what) as file:
+            return self._content(file, -1, what)
+
+    def admit(self, name: str, what: str) -> None:
+        """Check and count a file, by its path relative to the asset's folder, that a library is going to read. Raises
+        SceneError."""
+        with self._open(name, what) as file:
+            status = os.fstat(file.fileno())
+            try:
+                self._budget.read_file((status.st_dev, status.st_ino), status.st_size)
+            except SceneError as error:
+                raise SceneError(f"{what}: {error}") from None
+
     def _open(self, name: str, what: str) -> BinaryIO:
         # A resolved path contains no links, so opening it without following any reaches the file that
         # was checked, even if the folder is changed in between.

@@ -57,6 +57,11 @@ class Asset:
             self._entries[key] = _append(entries, entry)
         return self._entries[key]
 
+    def entry(self, array: str, index: int) -> dict[str, Any]:
+        """An entry that was added."""
+        found: dict[str, Any] = self._root[array][index]
+        return found
+
     def extensions(self, **values: dict[str, Any] | None) -> dict[str, Any]:
         """The `extensions` of an object: those that are not None, which are used from now on."""
         given = {name: value for name, value in values.items() if value is not None}

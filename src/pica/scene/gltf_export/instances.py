@@ -35,10 +35,10 @@ def _decomposed(matrices: Floats) -> tuple[NDArray[np.float32], NDArray[np.float
     scale = np.linalg.norm(linear, axis=1)
     scale[:, 0] *= np.where(np.linalg.det(linear) < 0, -1, 1)
     turned = linear / np.where(scale == 0, 1, scale)[:, None]
-    return matrices[:, :3, 3].astype(np.float32), _stable(_quaternions(turned)), scale.astype(np.float32)
+    return matrices[:, :3, 3].astype(np.float32), _stable(quaternions(turned)), scale.astype(np.float32)
 
 
-def _quaternions(rotations: Floats) -> Floats:
+def quaternions(rotations: Floats) -> Floats:
     """(count, 4) x, y, z, w, the first of w, x, y, z that is not 0 above it."""
     # Shepperd 1978, "Quaternion from Rotation Matrix": the largest component is found without cancellation
     (a, b, c), (d, e, f), (g, h, i) = rotations.transpose(1, 2, 0)

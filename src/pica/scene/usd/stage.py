@@ -1,0 +1,89 @@
+"""The stage: its layers, and the files that it names, with the same rules as a glTF file's."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Ar, Sdf, Usd, UsdGeom
+
+from pica.errors import SceneError, shown
+from pica.scene.conversion.conversion import Conversion
+
+
+class Stage:
+    """An open stage at its first time code. Raises SceneError for layers outside the file's folder."""
+
+    def __init__(self, conversion: Conversion) -> None:
+        self.conversion = conversion
+        self._folder = conversion.path.parent.resolve()
+        self._layers = self._checked_layers()
+        self.usd: Usd.Stage = Usd.Stage.Open(self._layers[0], Usd.Stage.LoadAll)
+        self.start = self.usd.GetStartTimeCode() if self.usd.HasAuthoredTimeCodeRange() else 0.0
+        self.time = Usd.TimeCode(self.start)
+        self.codes_per_second = self.usd.GetTimeCodesPerSecond() or 24.0
+        own_up = "z" if UsdGeom.GetStageUpAxis(self.usd) == UsdGeom.Tokens.z else "y"
+        self.up = conversion.given_up or own_up
+        """The axis that points up, "y" or "z"."""
+        self._transforms = UsdGeom.XformCache(self.time)
+        for error in self.usd.GetCompositionErrors():
+            conversion.warn(f"composition: {str(error).splitlines()[0]}")
+
+    def world(self, prim: Usd.Prim) -> NDArray[np.float64]:
+        """(4, 4) a prim to the stage's space, for row vectors."""
+        return np.array(self._transforms.GetLocalToWorldTransform(prim))
+
+    def _checked_layers(self) -> list[Sdf.Layer]:
+        """The root layer and all that it refers to, each checked before it is opened."""
+        path = self._folder / self.conversion.path.name
+        self.conversion.files.admit(self.conversion.path.name, "the file")
+        root = Sdf.Layer.FindOrOpen(str(path))
+        if root is None:
+            raise SceneError("cannot be read as USD")
+        layers, known = [root], {root.identifier}
+        for layer in layers:
+            for name in layer.GetCompositionAssetDependencies():
+                found = layer.ComputeAbsolutePath(name)
+                if not name or found in known:
+                    continue
+                known.add(found)
+                other = self._layer(name, found)
+                if other is not None:
+                    layers.append(other)
+        return layers
+
+    def _layer(self, name: str, found: str) -> Sdf.Layer | None:
+        what = f"layer {shown(name)}"
+        if Path(name).is_absolute() or "://" in name:
+            raise SceneError(f"{what} is not a path relative to the file")
+        file = Ar.SplitPackageRelativePathOuter(found)[0] if Ar.IsPackageRelativePath(found) else found
+        if not os.path.lexists(file):
+            self.conversion.warn(f"{what}: no such file; left out")
+            return None
+        self.conversion.files.admit(os.path.relpath(file, self._folder), what)
+        return Sdf.Layer.FindOrOpen(found)
+
+    def file(self, asset: Sdf.AssetPath, what: str) -> bytes | None:
+        """The content of a file that an attribute names; None, with a warning, where it cannot be read."""
+        name, found = asset.path, asset.resolvedPath
+        if not name:
+            return None
+        what = f"{what}: {shown(name)}"
+        try:
+            if Path(name).is_absolute() or "://" in name:
+                raise SceneError(f"{what} is not a path relative to the file")
+            if not found:
+                tiles = " (tiles of UDIM are not read)" if "<UDIM>" in name else ""
+                raise SceneError(f"{what}: no such file{tiles}")
+            if not Ar.IsPackageRelativePath(found):
+                return self.conversion.files.read_relative(os.path.relpath(found, self._folder), what)
+            outer, _ = Ar.SplitPackageRelativePathOuter(found)
+            self.conversion.files.admit(os.path.relpath(outer, self._folder), what)
+            opened = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(found))
+            if opened is None:
+                raise SceneError(f"{what}: cannot be read")
+            self.conversion.budget.take(bytes=opened.GetSize())
+            return bytes(opened.GetBuffer())
+        except SceneError as error:
+            self.conversion.warn(f"{error}; left out")
+            return None
