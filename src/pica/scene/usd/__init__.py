@@ -22,5 +22,6 @@ def convert(conversion: Conversion) -> None:
 def described(error: Exception) -> str:
     """An error of the library, whose messages have places in its own source, in one line."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    said = re.sub(r"^Error in '.*?' at line \d+ in file \S+ : '(.*)'$", r"\1", lines[0]) if lines else ""
-    return re.sub(r"\w*Error: ", "", said) or type(error).__name__
+    said = re.sub(r"^Error in '.*?' at line \d+ in file \S+ : '", "", lines[0]) if lines else ""
+    said = re.sub(r" matching pxrInternal\S+|pxrInternal\w+::|\w*Error: ", "", said)
+    return said.rstrip("'") or type(error).__name__

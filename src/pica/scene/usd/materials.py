@@ -25,7 +25,7 @@ _BLACK: Color = (0.0, 0.0, 0.0)
 class BoundMaterial(NamedTuple):
     """A material of the file, and what it takes from meshes."""
 
-    index: int
+    number: int
     with_opacity: int | None
     """Another one, for geometry with displayOpacity."""
     uv_names: tuple[str, ...]

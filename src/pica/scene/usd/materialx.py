@@ -78,8 +78,8 @@ def _transmissive(surface: Surface, color: Color, depth: float, abbe: float) -> 
     if surface.transmission <= 0:
         return replace(surface, thin_walled=True)
     if depth > 0:
-        absorption = tuple(-math.log(min(max(each, 1e-6), 1.0)) / depth for each in color)
-        tint: Color = _WHITE
+        red, green, blue = (-math.log(min(max(each, 1e-6), 1.0)) / depth for each in color)
+        absorption, tint = (red, green, blue), _WHITE
     else:
         absorption, tint = (0.0, 0.0, 0.0), color
     return replace(
@@ -93,7 +93,8 @@ def _transmissive(surface: Surface, color: Color, depth: float, abbe: float) -> 
 def _scaled(color: Any, factor: float) -> Any:
     """A colour or a map times a factor."""
     if isinstance(color, Map):
-        return color._replace(scale=(*(each * factor for each in color.scale[:3]), color.scale[3]))
+        red, green, blue, alpha = color.scale
+        return color._replace(scale=(red * factor, green * factor, blue * factor, alpha))
     return _times(color, factor)
 
 

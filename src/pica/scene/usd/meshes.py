@@ -224,7 +224,7 @@ class Meshes:
             "indices": asset.accessor(made.triangles.reshape(-1), INDICES),
             "material": bound.with_opacity
             if "OPACITY" in made.attributes and bound.with_opacity is not None
-            else bound.index,
+            else bound.number,
         }
         if geometry.targets:
             primitive["targets"] = [

@@ -59,35 +59,38 @@ def _revolved(profile: NDArray[np.float64], axis: str, smooth: bool) -> Geometry
     edges = np.diff(profile, axis=0)
     slopes = np.stack([-edges[:, 1], edges[:, 0]], axis=1)  # outwards: to the left of an edge that goes down
     slopes /= np.maximum(np.linalg.norm(slopes, axis=1, keepdims=True), 1e-30)
+    is_pole = profile[:, 0] <= 1e-9 * np.abs(profile).max()
     rows = []
     for row, slope in enumerate(slopes):
         ends = (row, row + 1)
-        if smooth:  # of the profile's two edges at each point
+        each = [slope, slope]
+        if smooth:  # the mean of the profile's edges at each end, and along the axis at poles
             each = [slopes[max(end - 1, 0)] + slopes[min(end, len(slopes) - 1)] for end in ends]
             each = [normal / np.linalg.norm(normal) for normal in each]
-            each = [
-                np.array([0.0, math.copysign(1.0, profile[end, 1])])
-                if profile[end, 0] < 1e-9 * abs(profile[end, 1])
-                else normal
-                for end, normal in zip(ends, each, strict=True)
-            ]
-        else:
-            each = [slope, slope]
+            poles = [np.array([0.0, math.copysign(1.0, profile[end, 1])]) for end in ends]
+            each = [pole if is_pole[end] else normal for end, pole, normal in zip(ends, poles, each, strict=True)]
         rows.append((ends, each))
-    points, normals, uv, corners = [], [], [], []
+    points, normals, uv = [], [], []
+    corners: list[NDArray[np.intp]] = []
+    counts: list[NDArray[np.intp]] = []
     for ends, each in rows:
         for end, normal in zip(ends, each, strict=True):
             distance, height = profile[end]
             points.append(np.column_stack([distance * around, np.full(len(around), height)]))
             normals.append(np.column_stack([normal[0] * around, np.full(len(around), normal[1])]))
             uv.append(np.column_stack([turn / turn[-1], np.full(len(turn), 1 - end / (len(profile) - 1))]))
-        start = (len(points) - 2) * len(around)
-        first = start + np.arange(_SEGMENTS)
+        first = (len(points) - 2) * len(around) + np.arange(_SEGMENTS)
         below = first + len(around)
-        corners.append(np.stack([first, below, below + 1, first + 1], axis=1))
-    quads = np.concatenate(corners)
+        sides = [first, below, below + 1, first + 1]
+        if is_pole[ends[0]]:
+            sides.pop()
+        elif is_pole[ends[1]]:
+            sides.pop(2)
+        corners.append(np.stack(sides, axis=1).reshape(-1))
+        counts.append(np.full(_SEGMENTS, len(sides)))
     order = list(_TURNS[axis])
-    return _shape(np.concatenate(points)[:, order], quads, np.concatenate(normals)[:, order], np.concatenate(uv))
+    shape = [np.concatenate(each) for each in (points, counts, corners, normals, uv)]
+    return _shape(shape[0][:, order], shape[1], shape[2], shape[3][:, order], shape[4])
 
 
 def _cube(size: float) -> Geometry:
@@ -97,19 +100,24 @@ def _cube(size: float) -> Geometry:
     normals = np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0])
     normals = np.repeat(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30), 4, axis=0)
     uv = np.tile([[0.0, 0.0], [1, 0], [1, 1], [0, 1]], (6, 1))
-    return _shape(points, np.arange(24).reshape(6, 4), normals, uv)
+    return _shape(points, np.full(6, 4), np.arange(24), normals, uv)
 
 
 def _plane(width: float, length: float, axis: str) -> Geometry:
     corners = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]]) * [width, length, 0]
     order = list(_TURNS[axis])
     normals = np.tile([0.0, 0, 1], (4, 1))[:, order]
-    return _shape(corners[:, order], np.arange(4)[None], normals, corners[:, :2] / [width or 1, length or 1] + 0.5)
+    uv = corners[:, :2] / [width or 1, length or 1] + 0.5
+    return _shape(corners[:, order], np.array([4]), np.arange(4), normals, uv)
 
 
 def _shape(
-    points: NDArray[np.float64], quads: NDArray[np.intp], normals: NDArray[np.float64], uv: NDArray[np.float64]
+    points: NDArray[np.float64],
+    counts: NDArray[np.intp],
+    corners: NDArray[np.intp],
+    normals: NDArray[np.float64],
+    uv: NDArray[np.float64],
 ) -> Geometry:
     rows = np.arange(len(points))
     named = {"NORMAL": Primvar(normals, rows, "vertex"), "st": Primvar(uv, rows, "vertex")}
-    return Geometry(points, np.full(len(quads), 4), quads.reshape(-1), named)
+    return Geometry(points, counts, corners, named)

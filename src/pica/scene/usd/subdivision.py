@@ -1,8 +1,8 @@
 """Catmull-Clark subdivision with semi-sharp creases.
 
 Catmull and Clark 1978, "Recursively Generated B-Spline Surfaces on Arbitrary Topological Meshes"; DeRose, Kass and
-Truong 1998, "Subdivision Surfaces in Character Animation", for creases. Boundaries are sharp edges, their ends with one face
-sharp corners, as USD's "edgeAndCorner". Data of corners is interpolated linearly.
+Truong 1998, "Subdivision Surfaces in Character Animation", for creases. Boundaries are sharp edges, and corners of a
+single face are sharp, as USD's "edgeAndCorner". Data of corners is interpolated linearly.
 """
 
 from dataclasses import dataclass
