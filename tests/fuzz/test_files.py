@@ -40,6 +40,11 @@ def loaded(path, environment=None):
 def test_the_whole_files_are_good(tmp_path):
     loaded(whole_files.gltf().write(tmp_path))
     loaded(whole_files.compressed().write(tmp_path, "compressed.glb"))
+    (tmp_path / "a.png").write_bytes(whole_files.picture("PNG"))
+    for suffix, content in whole_files.other_formats().items():
+        path = tmp_path / f"whole{suffix}"
+        path.write_bytes(content)
+        loaded(path)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
@@ -79,6 +84,16 @@ def test_json_of_compressed_files(tmp_path_factory, data):
     path = tmp_path_factory.getbasetemp() / "fuzzed.gltf"
     text = json.dumps(data.draw(broken_json(document(whole_files.compressed()))))
     path.write_text(text, "utf-8", "surrogatepass")
+    with held():
+        loaded(path)
+
+
+@few
+@given(st.data())
+def test_other_formats(tmp_path_factory, data):
+    suffix = data.draw(st.sampled_from(sorted(whole_files.other_formats())))
+    path = tmp_path_factory.getbasetemp() / f"fuzzed{suffix}"
+    path.write_bytes(data.draw(broken_bytes(whole_files.other_formats()[suffix])))
     with held():
         loaded(path)
 

@@ -2,6 +2,7 @@
 
 import io
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -177,3 +178,56 @@ def compressed() -> GltfFile:
         order = file.add("accessors", type="SCALAR", componentType=5125, count=triangles.size, bufferView=view)
         file.mesh(positions, indices=order, material=1 + number)
     return file
+
+
+@cache
+def other_formats() -> dict[str, bytes]:
+    """A small file of each format that is converted, by suffix; those of USD if its library is installed."""
+    from tests.scene import mesh_files
+
+    shape = mesh_files.cube()
+    files = {
+        ".obj": mesh_files.obj(shape, "mtllib a.mtl", "o one\nusemtl m\ns 1").encode(),
+        ".ply": mesh_files.ply(shape, colors=True),
+        ".stl": mesh_files.stl(shape),
+        ".3mf": mesh_files.threemf(shape),
+        ".dae": mesh_files.collada(shape),
+    }
+    if find_spec("pxr") is None:
+        return files
+    with TemporaryDirectory() as folder:
+        from pxr import UsdUtils
+
+        for suffix in (".usda", ".usdc"):
+            files[suffix] = usd(Path(folder) / f"whole{suffix}").read_bytes()
+        (Path(folder) / "a.png").write_bytes(picture("PNG"))
+        UsdUtils.CreateNewUsdzPackage(str(Path(folder) / "whole.usda"), str(Path(folder) / "whole.usdz"))
+        files[".usdz"] = (Path(folder) / "whole.usdz").read_bytes()
+    return files
+
+
+def usd(path: Path) -> Path:
+    """A stage with meshes, subdivision, subsets, instances, a texture, lights, a camera and a motion."""
+    from pxr import Gf, UsdGeom, UsdLux, UsdShade
+
+    from tests.scene import usd_files
+
+    made = usd_files.stage(path, up="Z", unit=0.1)
+    painted = usd_files.bind(usd_files.quad(made), usd_files.material(made, "painted", metallic=0.5))
+    usd_files.texture(made, UsdShade.Material(made.GetPrimAtPath("/World/painted")), "diffuseColor", "a.png")
+    UsdShade.MaterialBindingAPI(painted).CreateMaterialBindSubset("some", [0], "face")
+    cube = usd_files.cube(made, scheme="catmullClark")
+    cube.CreateCreaseIndicesAttr([0, 1, 3])
+    cube.CreateCreaseLengthsAttr([3])
+    cube.CreateCreaseSharpnessesAttr([2.0])
+    move = UsdGeom.Xformable(cube).AddTransformOp()
+    for code in (1, 4):
+        move.Set(Gf.Matrix4d(Gf.Rotation(Gf.Vec3d(0, 0, 1), 30 * code), Gf.Vec3d(code, 0, 0)), code)
+    instancer = UsdGeom.PointInstancer.Define(made, "/World/many")
+    instancer.CreatePrototypesRel().AddTarget(UsdGeom.Capsule.Define(made, "/World/many/one").GetPath())
+    instancer.CreateProtoIndicesAttr([0, 0])
+    instancer.CreatePositionsAttr([(0, 0, 0), (1, 0, 0)])
+    UsdLux.RectLight.Define(made, "/World/light").CreateColorTemperatureAttr(4000.0)
+    UsdLux.DomeLight.Define(made, "/World/dome")
+    UsdGeom.Camera.Define(made, "/World/camera").CreateFStopAttr(2.0)
+    return usd_files.saved(made)

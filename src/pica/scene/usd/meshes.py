@@ -14,6 +14,7 @@ from pica.scene.usd.geometry import Geometry, Part, part
 from pica.scene.usd.materials import BoundMaterial, Materials
 from pica.scene.usd.primitives import read_primitive
 from pica.scene.usd.primvars import Primvar, fitting, read_primvar, rows_of
+from pica.scene.usd.skeletons import Deformation
 from pica.scene.usd.stage import Stage
 from pica.scene.usd.subdivision import Polygons, subdivide
 
@@ -33,15 +34,15 @@ class Meshes:
     def __init__(self, stage: Stage, materials: Materials) -> None:
         self._stage, self._materials = stage, materials
         self._asset = stage.conversion.asset
-        self._added: dict[tuple[Any, ...], tuple[int | None, int]] = {}
+        self._added: dict[tuple[Any, ...], int | None] = {}
 
-    def get(self, prim: Usd.Prim, deformation: Any = None) -> tuple[int | None, int]:
-        """The index of a prim's mesh, and its number of morph targets; None where it has no triangles."""
+    def get(self, prim: Usd.Prim, deformation: Deformation | None = None) -> int | None:
+        """The index of a prim's mesh; None where it has no triangles."""
         kind = prim.GetTypeName()
         if kind in _LEFT_OUT:
             self._stage.conversion.warn(f"prims of type {kind} are left out")
         if kind != "Mesh" and kind not in _PRIMITIVES:
-            return None, 0
+            return None
         source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
         bound = self._bindings(prim)
         key = source.GetPath(), *(material for _, material in bound), id(deformation) if deformation else 0
@@ -65,12 +66,15 @@ class Meshes:
         return bound
 
     def _mesh(
-        self, prim: Usd.Prim, bound: list[tuple[NDArray[np.intp] | None, BoundMaterial]], deformation: Any
-    ) -> tuple[int | None, int]:
+        self,
+        prim: Usd.Prim,
+        bound: list[tuple[NDArray[np.intp] | None, BoundMaterial]],
+        deformation: Deformation | None,
+    ) -> int | None:
         is_mesh = prim.GetTypeName() == "Mesh"
         geometry = self._polygons(prim, deformation) if is_mesh else read_primitive(prim, self._stage.time)
         if geometry is None or not len(geometry.counts):
-            return None, 0
+            return None
         if not is_mesh:
             geometry.attributes["UV:st"] = geometry.attributes.pop("st")
             self._add_colors(prim, geometry)
@@ -88,11 +92,11 @@ class Meshes:
             made = self._part(geometry, np.flatnonzero(rows), material)
             primitives += [] if made is None else [made]
         if not primitives:
-            return None, 0
+            return None
         # Equal meshes are one, as those of references that are no instances.
-        return self._asset.add_once("meshes", {"name": prim.GetName(), "primitives": primitives}), len(geometry.targets)
+        return self._asset.add_once("meshes", {"name": prim.GetName(), "primitives": primitives})
 
-    def _polygons(self, prim: Usd.Prim, deformation: Any) -> Geometry:
+    def _polygons(self, prim: Usd.Prim, deformation: Deformation | None) -> Geometry:
         mesh, time = UsdGeom.Mesh(prim), self._stage.time
         given = mesh.GetPointsAttr().Get(time)
         points = np.zeros((0, 3)) if given is None or not len(given) else rows_of(given)
@@ -130,7 +134,7 @@ class Meshes:
             if read is not None:
                 geometry.attributes[kind] = read
 
-    def _subdivided(self, prim: Usd.Prim, geometry: Geometry, deformation: Any) -> NDArray[np.intp]:
+    def _subdivided(self, prim: Usd.Prim, geometry: Geometry, deformation: Deformation | None) -> NDArray[np.intp]:
         """Subdivide as the mesh says; the face that each one comes from."""
         mesh, time = UsdGeom.Mesh(prim), self._stage.time
         scheme = mesh.GetSubdivisionSchemeAttr().Get(time)

@@ -16,6 +16,7 @@ from pica.scene.usd.instancers import add_copies
 from pica.scene.usd.lights import DOMES, Lights
 from pica.scene.usd.materials import Materials
 from pica.scene.usd.meshes import Meshes
+from pica.scene.usd.skeletons import Skeletons
 from pica.scene.usd.stage import Stage
 
 _HIDDEN_PURPOSES = (UsdGeom.Tokens.proxy, UsdGeom.Tokens.guide)
@@ -42,12 +43,14 @@ class _Nodes:
         self._root = (Z_UP if stage.up == "z" else np.eye(4)) @ np.diag([self._unit] * 3 + [1.0])
         self._meshes = Meshes(stage, Materials(stage))
         self._lights, self._animations = Lights(stage), Animations(stage)
+        self._skeletons = Skeletons(stage, self._animations)
         self._environment: dict[str, Any] | None = None
         self._has_dome = False
         self._roots: list[int] = []
 
     def finish(self) -> None:
         """After all prims."""
+        self._skeletons.finish()
         self._animations.finish()
         extras = {} if self._environment is None else {"environment": self._environment}
         self._stage.conversion.show(self._roots, self._stage.up, self._unit, extras)
@@ -67,7 +70,7 @@ class _Nodes:
                 parent.setdefault("children", []).append(index)
             if prim.IsA(UsdGeom.PointInstancer):
                 if visible:
-                    copies = add_copies(self._stage, prim, lambda part: self._meshes.get(part)[0])
+                    copies = add_copies(self._stage, prim, self._meshes.get)
                     entry.setdefault("children", []).extend(copies)
                 continue  # what is below are prototypes
             stack += [(child, entry, visible) for child in reversed(prim.GetFilteredChildren(_SHOWN))]
@@ -87,7 +90,7 @@ class _Nodes:
         self._stage.conversion.budget.take(bytes=OBJECT_BYTES)
         entry: dict[str, Any] = {"name": prim.GetName()}
         times: list[float] = []
-        pose = None
+        pose = deformation = None
         if prim.IsA(UsdGeom.Xformable):
             xform = UsdGeom.Xformable(prim)
             times = self._animations.times(xform)
@@ -100,7 +103,8 @@ class _Nodes:
                 entry |= {path: keys[0].tolist() for path, keys in first.items()}
         entry["camera"] = camera_entry(self._stage, prim, self._unit)
         if visible:
-            entry["mesh"] = self._meshes.get(prim)[0]
+            deformation = self._skeletons.get(prim)
+            entry["mesh"] = self._meshes.get(prim, deformation)
             if prim.GetTypeName() in DOMES:
                 self._add_dome(prim)
             else:
@@ -108,7 +112,9 @@ class _Nodes:
         index = self._asset.add("nodes", entry)
         if pose is not None:
             self._animations.add(index, times, pose._asdict())
-        return self._asset.entry("nodes", index), index
+        kept = self._asset.entry("nodes", index)
+        self._skeletons.add(prim, kept, index, deformation)
+        return kept, index
 
     def _scale(self, prim: Usd.Prim) -> float:
         """Metres of a unit at a light."""
