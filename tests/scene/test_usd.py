@@ -273,6 +273,39 @@ def test_layers_come_from_the_folder_alone(tmp_path: Path) -> None:
         load(saved(made), allow_outside=True)
 
 
+def test_layers_with_arguments_and_value_clips_are_no_way_out(tmp_path: Path) -> None:
+    (folder := tmp_path / "folder").mkdir()
+    quad(other := stage(tmp_path / "other.usda"))
+    saved(other)
+    made = stage(folder / "a.usda")
+    references = made.OverridePrim("/World/there").GetReferences()
+    references.AddReference("../other.usda:SDF_FORMAT_ARGS:a=b", "/World")
+    with pytest.raises(SceneError, match="lies outside"):
+        load(saved(made))
+    references.ClearReferences()
+    clips = Usd.ClipsAPI(made.DefinePrim("/World/clipped"))
+    clips.SetClipAssetPaths([Sdf.AssetPath("../other.usda")])
+    with pytest.raises(SceneError, match="/World/clipped: has value clips"):
+        load(saved(made))
+
+
+@pytest.mark.parametrize("link", ["sub.usda", "a.png"])
+def test_links_out_of_the_folder_are_not_followed(link: str, tmp_path: Path) -> None:
+    (folder := tmp_path / "folder").mkdir()
+    made = stage(folder / "a.usda")
+    painted = material(made, "painted")
+    bind(quad(made), painted)
+    (folder / link).symlink_to("/etc/hostname")
+    if link == "a.png":
+        texture(made, painted, "diffuseColor", "a.png")
+        with pytest.warns(UserWarning, match="lies outside"):
+            pica.load(saved(made), environment=SKY)
+        return
+    made.GetRootLayer().subLayerPaths.append("sub.usda")
+    with pytest.raises(SceneError, match="lies outside"):
+        load(saved(made))
+
+
 @pytest.mark.parametrize(
     ("name", "fault"),
     [("missing.png", "no such file"), ("../outside.png", "allow_outside"), ("/etc/hostname", "not a path relative")],

@@ -42,6 +42,7 @@ class Stage:
             raise SceneError("cannot be read as USD")
         layers, known = [root], {root.identifier}
         for layer in layers:
+            _check_clips(layer)
             for name in layer.GetCompositionAssetDependencies():
                 found = layer.ComputeAbsolutePath(name)
                 if not name or found in known:
@@ -56,8 +57,11 @@ class Stage:
         what = f"layer {shown(name)}"
         if Path(name).is_absolute() or "://" in name:
             raise SceneError(f"{what} is not a path relative to the file")
-        file = Ar.SplitPackageRelativePathOuter(found)[0] if Ar.IsPackageRelativePath(found) else found
-        if not os.path.lexists(file):
+        asset = Sdf.Layer.SplitIdentifier(found)[0]
+        file = str(Ar.GetResolver().Resolve(asset))  # as USD finds it
+        if Ar.IsPackageRelativePath(file):
+            file = Ar.SplitPackageRelativePathOuter(file)[0]
+        if not file:
             self.conversion.warn(f"{what}: no such file; left out")
             return None
         self.conversion.files.admit(os.path.relpath(file, self._folder), what)
@@ -87,3 +91,15 @@ class Stage:
         except SceneError as error:
             self.conversion.warn(f"{error}; left out")
             return None
+
+
+def _check_clips(layer: Sdf.Layer) -> None:
+    """Raises SceneError for value clips, whose layers USD would open when it reads values."""
+
+    def check(path: Sdf.Path) -> None:
+        if path.IsPrimPath() or path.IsPrimVariantSelectionPath():
+            spec = layer.GetPrimAtPath(path)
+            if spec is not None and any(spec.HasInfo(name) for name in ("clips", "clipSets")):
+                raise SceneError(f"{path}: has value clips, which are not read; flatten the stage")
+
+    layer.Traverse(Sdf.Path.absoluteRootPath, check)
