@@ -48,8 +48,8 @@ class CountingBudget(Budget):
         import resource
 
         size = sum(self.files.values())
-        elapsed = signal.setitimer(signal.ITIMER_PROF, 0)[0]
-        used = 0.0 if elapsed == 0 else self._seconds - elapsed
+        left = signal.setitimer(signal.ITIMER_PROF, 0)[0]
+        used = self._seconds - left if left else 0.0  # it was not set before
         self._seconds = _FREE_SECONDS + _BYTE_SECONDS * size
         signal.setitimer(signal.ITIMER_PROF, max(self._seconds - used, 0.01))
         if sys.platform == "linux":

@@ -45,8 +45,6 @@ class Materials:
     def bound(self, prim: Usd.Prim, two_sided: bool) -> BoundMaterial:
         """What is bound to a prim; white with its displayColor where nothing is."""
         material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
-        if not material and prim.GetTypeName() != "GeomSubset":
-            material = None
         path = material.GetPath() if material else None
         if (path, two_sided) not in self._bound:
             surface = self._surface(material) if material else _UNBOUND
