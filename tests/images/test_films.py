@@ -1,8 +1,15 @@
+import signal
+import subprocess
+import sys
+import threading
+import time
+
 import av
 import numpy as np
 import pytest
 
 from pica.errors import PicaError
+from pica.images import films
 from pica.images.films import describe, write_video
 
 COLORS = ((255, 0, 0), (0, 200, 0), (30, 60, 255), (255, 255, 255), (0, 0, 0), (128, 128, 128))
@@ -72,3 +79,60 @@ def test_describing_what_is_no_film(tmp_path):
     (tmp_path / "out.mp4").write_bytes(b"nonsense")
     with pytest.raises(PicaError, match=r"out\.mp4: not a readable film \(Invalid data"):
         describe(tmp_path / "out.mp4")
+
+
+def test_errors_of_the_pictures_pass_and_leave_the_old_film(tmp_path):
+    def pictures():
+        yield plain(COLORS[0])
+        raise ValueError("of the renderer")
+
+    (tmp_path / "out.mp4").write_bytes(b"old")
+    with pytest.raises(ValueError, match="of the renderer"):
+        write_video(tmp_path / "out.mp4", pictures(), fps=30)
+    assert [(file.name, file.read_bytes()) for file in tmp_path.iterdir()] == [("out.mp4", b"old")]
+
+
+def test_a_picture_is_encoded_while_the_next_is_made(tmp_path, monkeypatch):
+    encoded = threading.Event()
+    convert = films._in_film_colors
+
+    def watched(picture):
+        assert threading.current_thread() is not threading.main_thread()
+        encoded.set()
+        return convert(picture)
+
+    def pictures():
+        yield plain(COLORS[0])
+        assert encoded.wait(10)  # without another picture or the end
+        yield plain(COLORS[1])
+
+    monkeypatch.setattr(films, "_in_film_colors", watched)
+    write_video(tmp_path / "out.mp4", pictures(), fps=30)
+    assert describe(tmp_path / "out.mp4") == (2, 32, 18)
+
+
+ENDLESS = """
+import itertools, sys, numpy as np
+from pica.images.films import write_video
+noise = np.random.default_rng(0).integers(0, 255, (2, 180, 320, 3), np.uint8)
+write_video(sys.argv[1], itertools.cycle(noise), 30)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="ends a process by a signal")
+def test_a_killed_process_leaves_the_old_film_and_the_next_one_cleans_up(tmp_path):
+    film = tmp_path / "out.mp4"
+    film.write_bytes(b"old")
+    process = subprocess.Popen([sys.executable, "-c", ENDLESS, str(film)])
+    try:
+        deadline = time.monotonic() + 60
+        while not any(file.stat().st_size > 1000 for file in tmp_path.iterdir()):
+            assert time.monotonic() < deadline and process.poll() is None
+            time.sleep(0.02)
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    assert film.read_bytes() == b"old" and len(list(tmp_path.iterdir())) == 2
+    write_video(film, [plain(COLORS[0])], fps=30)
+    assert [file.name for file in tmp_path.iterdir()] == ["out.mp4"]
+    assert describe(film) == (1, 32, 18)

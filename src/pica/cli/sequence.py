@@ -174,24 +174,30 @@ class Sequence:
         if not missing and self.is_film and not self._folder.exists():
             return timings
         chosen = find_animation(scene, self.animation)
-        before = -1
+        before, done = -1, len(times) - len(missing)
+
+        def make(number: int) -> "Frame":
+            nonlocal before, done, timings
+            for earlier in range(max(before + 1, number - lead_in), number):
+                scene.animate(times[earlier], chosen)
+                shoot(earlier, False)
+            advance(done, len(times))
+            scene.animate(times[number], chosen)
+            frame = shoot(number, True)
+            save(frame, self.file(number))
+            if len(missing) == len(times) and number == 0:
+                for stale in missing[1:]:  # of another run, which this one must not be resumed with
+                    self.file(stale).unlink(missing_ok=True)
+            before, done, timings = number, done + 1, frame.timings
+            advance(done, len(times))
+            return frame
+
         with self._pictures(), progress("Rendering") as advance:
-            for done, number in enumerate(missing, start=len(times) - len(missing)):
-                for earlier in range(max(before + 1, number - lead_in), number):
-                    scene.animate(times[earlier], chosen)
-                    shoot(earlier, False)
-                advance(done, len(times))
-                scene.animate(times[number], chosen)
-                frame = shoot(number, True)
-                save(frame, self.file(number))
-                if len(missing) == len(times) and number == 0:
-                    for stale in missing[1:]:  # of another run, which this one must not be resumed with
-                        self.file(stale).unlink(missing_ok=True)
-                advance(done + 1, len(times))
-                before, timings = number, frame.timings
-        if self.is_film:
-            with progress("Encoding") as advance:
-                self._encode(len(times), advance)
+            if self.is_film:
+                self._film(len(times), set(missing), lambda number: make(number).display)
+            else:
+                for number in missing:
+                    make(number)
         return timings
 
     @contextmanager
@@ -209,14 +215,15 @@ class Sequence:
         with suppress(OSError):  # not empty, or absent
             self._folder.rmdir()
 
-    def _encode(self, count: int, advance: Callable[[int, int], None]) -> None:
+    def _film(self, count: int, missing: set[int], make: "Callable[[int], NDArray[np.uint8]]") -> None:
+        """Encode the film while its missing pictures are made, then remove the pictures."""
         from pica.images.films import write_video
         from pica.images.pictures import read_image
 
         def pictures() -> "Iterator[NDArray[np.uint8]]":
             for number in range(count):
-                yield read_image(self.file(number), str(self.file(number)))[..., :3]
-                advance(number + 1, count)
+                file = self.file(number)
+                yield make(number) if number in missing else read_image(file, str(file))[..., :3]
 
         write_video(self.output, pictures(), self.fps)
         shutil.rmtree(self._folder)

@@ -1,6 +1,8 @@
 """Writing films: H.264 in .mp4, through PyAV. No graphics device is opened."""
 
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from fractions import Fraction
 from pathlib import Path
 
@@ -18,19 +20,25 @@ SLOWEST, FASTEST = 0.001, 1000.0
 """Pictures a second."""
 QUALITY = "18"
 """x264's constant rate factor: 0 is lossless, 23 its default; 18 is nearly transparent."""
+_AHEAD = 4
+"""Pictures that wait for the encoder at most."""
 
 
 def write_video(path: str | Path, pictures: Iterable[NDArray[np.uint8]], fps: float) -> None:
     """Write (height, width, 3) uint8 sRGB pictures as H.264 with 4:2:0 chroma in .mp4, which plays everywhere.
 
-    `pictures` may be a generator: one is held at a time. Raises PicaError if there are none, if their width or
-    height is odd or differs, if there are too many or few a second (`SLOWEST`, `FASTEST`), or if the file cannot
-    be written; an existing file at `path` then stays.
+    `pictures` may be a generator, such as one that renders: a thread encodes while it makes the next one, and a few are
+    held at a time. Raises PicaError if there are none, if their width or height is odd or differs, if there are too
+    many or few a second (`SLOWEST`, `FASTEST`), or if the file cannot be written; and what the generator raises. An
+    existing file at `path` then stays.
     """
     path = Path(path)
     if not SLOWEST <= fps <= FASTEST:
         raise PicaError(f"{path}: {fps} pictures a second, must be {SLOWEST:g} to {FASTEST:g}")
-    write_whole(path, lambda temporary: _encode(temporary, path, pictures, fps))
+    try:
+        write_whole(path, lambda temporary: _encode(temporary, path, _unmade(pictures), fps))
+    except _UnmadeError as error:
+        raise error.fault from None
 
 
 def describe(path: str | Path) -> tuple[int, int, int]:
@@ -45,11 +53,33 @@ def describe(path: str | Path) -> tuple[int, int, int]:
         raise PicaError(f"{path}: has no pictures") from None
 
 
+class _UnmadeError(Exception):
+    """Carries an error of the pictures' generator past the handlers of the file's errors."""
+
+    def __init__(self, fault: BaseException) -> None:
+        self.fault = fault
+
+
+def _unmade(pictures: Iterable[NDArray[np.uint8]]) -> Iterator[NDArray[np.uint8]]:
+    try:
+        yield from pictures
+    except Exception as fault:
+        raise _UnmadeError(fault) from None
+
+
 def _encode(temporary: Path, path: Path, pictures: Iterable[NDArray[np.uint8]], fps: float) -> None:
     stream: VideoStream | None = None
+    waiting: deque[Future[None]] = deque()
     try:
-        # The index goes in front, so that the film plays during download.
-        with av.open(temporary, "w", format="mp4", options={"movflags": "+faststart"}) as container:
+        # The index goes in front, so that the film plays during download. The thread ends before the file is closed.
+        with (
+            av.open(temporary, "w", format="mp4", options={"movflags": "+faststart"}) as container,
+            ThreadPoolExecutor(1, "pica-film") as encoder,
+        ):
+
+            def add(stream: VideoStream, picture: NDArray[np.uint8] | None) -> None:
+                container.mux(stream.encode(None if picture is None else _in_film_colors(picture)))
+
             for number, picture in enumerate(pictures):
                 height, width = picture.shape[:2]
                 if stream is None:
@@ -59,10 +89,14 @@ def _encode(temporary: Path, path: Path, pictures: Iterable[NDArray[np.uint8]], 
                 if (width, height) != (stream.width, stream.height):
                     size = f"{stream.width}x{stream.height}"
                     raise PicaError(f"{path}: picture {number} is {width}x{height}, those before it are {size}")
-                container.mux(stream.encode(_in_film_colors(picture)))
+                waiting.append(encoder.submit(add, stream, picture))
+                if len(waiting) > _AHEAD:
+                    waiting.popleft().result()
             if stream is None:
                 raise PicaError(f"{path}: there are no pictures to make a film of")
-            container.mux(stream.encode())
+            waiting.append(encoder.submit(add, stream, None))
+            for task in waiting:
+                task.result()
     except av.FFmpegError as error:
         raise PicaError(f"{path}: cannot be written ({error.strerror})") from None
 
