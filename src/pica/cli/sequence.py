@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pica.cli import options
-from pica.cli.camera_path import ROUND, CameraPath
 from pica.cli.report import progress
 from pica.cli.subject import find_animation
 from pica.errors import PicaError
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pica import Camera, Frame, Scene
+    from pica.scene.camera_path import CameraPath
 
 FILM = ".mp4"
 PICTURES = (".png", ".exr")
@@ -29,6 +29,10 @@ _SLOWEST, _FASTEST = 0.001, 1000.0
 """Pictures a second."""
 _LATEST = 1e9
 """Seconds before or after 0; beyond, double precision cannot separate pictures of fast films."""
+_ROUND = 8.0
+"""Default duration of a turntable in seconds."""
+_WRITERS = 4
+"""Threads that write the pictures of a film."""
 _FRAMED = 16
 """Moments at which a scene without a camera is looked at, to find one that shows all of its movement."""
 
@@ -57,7 +61,7 @@ class Sequence:
     """Its name or its number; None: all together."""
     turntable: bool = False
     """Whether the camera is on a turntable."""
-    path: CameraPath | None = None
+    path: "CameraPath | None" = None
     """The camera's path, if there is one."""
 
     def __post_init__(self) -> None:
@@ -102,7 +106,7 @@ class Sequence:
             durations = (clip.duration for n, clip in enumerate(scene.animations) if chosen in (None, n, clip.name))
             seconds = max([*durations, self.path.times[-1] if self.path else 0.0]) - self.start
             if seconds <= 0 and self.turntable:
-                seconds = ROUND
+                seconds = _ROUND
             if seconds <= 0:
                 raise PicaError("--seconds is needed: nothing that moves goes on after the start")
         count = max(round(min(seconds * self.fps, 2 * options.MOST)), 1)
@@ -184,9 +188,8 @@ class Sequence:
             advance(done, len(times))
             scene.animate(times[number], chosen)
             frame = shoot(number, True)
-            save(frame, self.file(number))
             if len(missing) == len(times) and number == 0:
-                for stale in missing[1:]:  # of another run, which this one must not be resumed with
+                for stale in missing:  # of another run, which this one must not be resumed with
                     self.file(stale).unlink(missing_ok=True)
             before, done, timings = number, done + 1, frame.timings
             advance(done, len(times))
@@ -194,10 +197,9 @@ class Sequence:
 
         with self._pictures(), progress("Rendering") as advance:
             if self.is_film:
-                self._film(len(times), set(missing), lambda number: make(number).display)
-            else:
-                for number in missing:
-                    make(number)
+                self._film(len(times), set(missing), make)
+            for number in () if self.is_film else missing:
+                save(make(number), self.file(number))
         return timings
 
     @contextmanager
@@ -215,15 +217,22 @@ class Sequence:
         with suppress(OSError):  # not empty, or absent
             self._folder.rmdir()
 
-    def _film(self, count: int, missing: set[int], make: "Callable[[int], NDArray[np.uint8]]") -> None:
-        """Encode the film while its missing pictures are made, then remove the pictures."""
+    def _film(self, count: int, missing: set[int], make: Callable[[int], "Frame"]) -> None:
+        """Keep the film's pictures, and encode it, while the next one is made; then remove the pictures."""
+        from pica.images.background import Background
         from pica.images.films import write_video
-        from pica.images.pictures import read_image
+        from pica.images.pictures import read_image, write_png
 
-        def pictures() -> "Iterator[NDArray[np.uint8]]":
+        def pictures(background: Background) -> "Iterator[NDArray[np.uint8]]":
             for number in range(count):
                 file = self.file(number)
-                yield make(number) if number in missing else read_image(file, str(file))[..., :3]
+                if number not in missing:
+                    yield read_image(file, str(file))[..., :3]
+                    continue
+                picture = make(number).display
+                background(write_png, file, picture, True)
+                yield picture
 
-        write_video(self.output, pictures(), self.fps)
+        with Background(_WRITERS, _WRITERS) as background:
+            write_video(self.output, pictures(background), self.fps)
         shutil.rmtree(self._folder)

@@ -1,8 +1,6 @@
 """Writing films: H.264 in .mp4, through PyAV. No graphics device is opened."""
 
-from collections import deque
 from collections.abc import Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from pica.errors import PicaError
+from pica.images.background import Background
 from pica.images.saving import write_whole
 
 SLOWEST, FASTEST = 0.001, 1000.0
@@ -69,12 +68,11 @@ def _unmade(pictures: Iterable[NDArray[np.uint8]]) -> Iterator[NDArray[np.uint8]
 
 def _encode(temporary: Path, path: Path, pictures: Iterable[NDArray[np.uint8]], fps: float) -> None:
     stream: VideoStream | None = None
-    waiting: deque[Future[None]] = deque()
     try:
         # The index goes in front, so that the film plays during download. The thread ends before the file is closed.
         with (
             av.open(temporary, "w", format="mp4", options={"movflags": "+faststart"}) as container,
-            ThreadPoolExecutor(1, "pica-film") as encoder,
+            Background(1, _AHEAD) as background,
         ):
 
             def add(stream: VideoStream, picture: NDArray[np.uint8] | None) -> None:
@@ -89,14 +87,10 @@ def _encode(temporary: Path, path: Path, pictures: Iterable[NDArray[np.uint8]], 
                 if (width, height) != (stream.width, stream.height):
                     size = f"{stream.width}x{stream.height}"
                     raise PicaError(f"{path}: picture {number} is {width}x{height}, those before it are {size}")
-                waiting.append(encoder.submit(add, stream, picture))
-                if len(waiting) > _AHEAD:
-                    waiting.popleft().result()
+                background(add, stream, picture)
             if stream is None:
                 raise PicaError(f"{path}: there are no pictures to make a film of")
-            waiting.append(encoder.submit(add, stream, None))
-            for task in waiting:
-                task.result()
+            background(add, stream, None)
     except av.FFmpegError as error:
         raise PicaError(f"{path}: cannot be written ({error.strerror})") from None
 

@@ -2,6 +2,7 @@
 
 import io
 import warnings
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
@@ -111,11 +112,13 @@ def read_exr(
         return {channel: pixels[..., index] for index, channel in enumerate(bitmap.channel_names)}
 
 
-def write_png(path: str | Path, pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
+def write_png(path: str | Path, pixels: NDArray[np.uint8] | NDArray[np.uint16], fast: bool = False) -> None:
     """Write (height, width, 3) uint8 as PNG, (height, width, 4) with straight alpha, or grey (height, width) of 8 or 16
-    bits. Raises PicaError when the file cannot be written.
+    bits. `fast`: in a quarter of the time, by run lengths alone; rendered pictures become hardly larger. Raises
+    PicaError when the file cannot be written.
     """
-    write_whole(Path(path), lambda temporary: PIL.Image.fromarray(pixels).save(temporary, "PNG"))
+    options = {"compress_level": 1, "compress_type": zlib.Z_RLE} if fast else {}
+    write_whole(Path(path), lambda temporary: PIL.Image.fromarray(pixels).save(temporary, "PNG", **options))
 
 
 def encoded_png(pixels: NDArray[np.uint8]) -> bytes:

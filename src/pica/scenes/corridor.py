@@ -18,6 +18,7 @@ from pica.scenes.lit_panel import lit_panel
 from pica.scenes.motion import LOOP, follow
 from pica.scenes.palette import lamp, metal, plastic
 from pica.scenes.placing import at, mesh, move, place, rotate
+from pica.scenes.shots import shot
 
 WIDTH, HEIGHT, DEPTH = 5.0, 3.0, 9.0
 """Metres inside, along X, Y and Z; the lift is at the end towards -Z."""
@@ -32,6 +33,14 @@ OPENS, MOVES, STAYS = 4.0, 2.0, 7.0
 """Seconds: when the lift opens, how long its leaves move, how long they stay open."""
 COOL: Color = (0.86, 0.94, 1.0)
 WARM: Color = (1.0, 0.80, 0.58)
+
+SHOTS = (
+    shot(0, 6, (1.3, 1.55, 3.9, -0.1, 1.1, -1.2, 42), (0.7, 1.45, 2.6, -0.1, 1.1, -1.2, 42)),
+    shot(4, 5, (-1.9, 1.4, 1.8, 0.0, 1.2, -4.5, 50), (-1.9, 1.5, 0.8, 0.0, 1.2, -4.5, 50)),
+    shot(10, 4, (-0.3, 1.5, 2.2, -1.6, 1.25, -0.9, 30), (-0.7, 1.45, 1.9, -1.6, 1.3, -0.9, 30)),
+    shot(14, 6, (2.0, 0.4, 3.0, -0.2, 0.9, -2.0, 50), (1.9, 0.6, 1.2, -0.2, 1.0, -2.0, 50)),
+)
+"""Of its film."""
 
 
 def corridor() -> Scene:

@@ -15,9 +15,18 @@ from pica.scenes.basic_meshes import lathe, plate
 from pica.scenes.factory import LANE, MACHINES, PLOT, ROBOTS, Factory, Kit
 from pica.scenes.palette import Palette
 from pica.scenes.placing import aim, at, mesh, move, place
+from pica.scenes.shots import shot
 from pica.scenes.sky import Window, gradient_sky
 
 MOST_MACHINES, MOST_ROBOTS = 28, 42
+
+SHOTS = (
+    shot(0, 6, (-7.0, 3.0, 8.0, 0.0, 0.2, 0.2, 34), (-3.4, 4.4, 9.2, 0.0, 0.3, 0.0, 34)),
+    shot(6, 5, (-3.6, 2.1, 1.3, -2.4, 0.7, -0.8, 40), (0.3, 1.9, 1.2, 1.0, 0.6, -0.8, 40)),
+    shot(12, 5, (5.2, 1.0, 3.9, 1.6, 0.5, 0.8, 36), (3.9, 1.5, 4.6, 0.6, 0.5, 0.6, 36)),
+    shot(17, 6, (5.4, 3.4, 5.2, 0.2, 0.7, 0.2, 34), (2.4, 4.2, 7.6, 0.0, 0.5, 0.2, 34)),
+)
+"""Of its film."""
 
 
 def machine_world(seed: int = 1, machines: int = 4, robots: int = 5, glass: bool = True) -> Scene:

@@ -19,12 +19,21 @@ from pica.scenes.lit_panel import lit_panel
 from pica.scenes.motion import LOOP, follow, spin
 from pica.scenes.palette import plastic
 from pica.scenes.placing import aim, mesh, move, place, rotate
+from pica.scenes.shots import shot
 from pica.scenes.sky import gradient_sky
 
 COOL: Color = (0.86, 0.93, 1.0)
 WARM: Color = (1.0, 0.83, 0.66)
 TABLE = 0.06
 """Height of the turntable in metres."""
+
+SHOTS = (
+    shot(0, 6, (3.9, 0.7, 4.6, 0.3, 0.5, 0.0, 30), (5.0, 1.1, 3.2, 0.2, 0.55, 0.0, 28)),
+    shot(21, 3, (2.7, 0.75, 2.5, 1.0, 0.6, 0.5, 36), (1.2, 0.8, 2.7, 0.0, 0.6, 0.5, 36)),
+    shot(6, 5, (-4.9, 1.0, 2.6, 0.0, 0.5, 0.0, 32), (-5.0, 1.5, 0.2, 0.0, 0.55, 0.0, 30)),
+    shot(13, 6, (0.6, 3.3, 5.8, 0.0, 0.4, 0.0, 34), (3.4, 2.4, 5.0, 0.0, 0.5, 0.0, 32)),
+)
+"""Of its film."""
 
 
 def showroom(seed: int = 1) -> Scene:
