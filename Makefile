@@ -1,4 +1,4 @@
-# make demo: a picture from nothing. make test: lint, types and tests; make test-fast: the tests that need no device, and
+# make demo: pictures from nothing. make test: lint, types and tests; make test-fast: the tests that need no device, and
 # a few that do; make test-gpu: what a graphics card has to show; make golden-diff: by how much the golden pictures moved;
 # make golden: these anew; make fuzz: ten minutes of broken input; make docs: the reference of
 # all classes and functions. All set everything up first.
@@ -13,7 +13,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 demo: setup
 	@mkdir -p out
-	$(BIN)/pica render demo -o out/demo.png --size 640x360 --frames 12
+	$(BIN)/pica demo --sheet -o out/demo.png
 
 test: setup-test lint
 	$(PYTEST) -m "not (slow or whole_frames)"

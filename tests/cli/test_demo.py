@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import pica
+from pica.cli.demo_sheet import stored_reference
+from pica.images.pictures import read_image
 from pica.rhi.device import Device
 from pica.scenes.demos import DEMOS
 from pica.scenes.motion import LOOP
@@ -101,3 +103,32 @@ def test_a_film_with_motion_blur_on_the_device(run, tmp_path, device: Device):
         pictures = [frame.to_ndarray(format="rgb24").astype(float) for frame in container.decode(video=0)]
     assert len(pictures) == 8 and min(picture.std() for picture in pictures) > 10
     assert np.abs(np.diff(pictures, axis=0)).mean((1, 2, 3)).min() > 0.5
+
+
+@pytest.mark.parametrize("arguments", [[], ["-o", "o.png", "showroom"], ["-o", "o.png", "--preset", "raster"]])
+def test_the_sheet_takes_a_file_and_nothing_of_films(run, tmp_path, monkeypatch, arguments):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = run("demo", "--sheet", *arguments)
+    assert code == 2 and "pica demo --sheet takes -o FILE.png" in err and not list(tmp_path.iterdir())
+
+
+def test_the_sheet_s_stored_reference_is_of_today_s_scene(device: Device):
+    reference = stored_reference()
+    assert reference.shape == (180, 320, 3)
+    small = reference.reshape(36, 5, 64, 5, 3).mean((1, 3))
+    picture = pica.PathTracer(pica.scenes.machine_world(), size=(64, 36), device=device).render(32, aovs=())
+    assert np.abs(picture.display / np.float32(255) - small).mean() < 0.03
+    moved = np.roll(small, 1, axis=1)
+    assert np.abs(picture.display / np.float32(255) - moved).mean() > 0.03  # it would be noticed
+
+
+def test_the_sheet(run, tmp_path, monkeypatch, device: Device):
+    monkeypatch.setattr("pica.cli.demo_sheet.FRAMES", 2)
+    code, out, err = run("demo", "--sheet", "-o", tmp_path / "demo.png", "--device", device.name, "--json")
+    assert code == 0, err
+    found = json.loads(out)
+    assert found["hybrid"]["flip"] < found["raster"]["flip"] < found["path traced"]["flip"]
+    assert found["hybrid"]["frames"] == 2 and found["path traced"]["samples"] == 1
+    assert all(found[way][f"{unit}_ms"] > 0 for way, unit in (("raster", "frame"), ("path traced", "sample")))
+    picture = read_image(tmp_path / "demo.png", "demo.png")
+    assert picture.shape[:2] == (440, 664)

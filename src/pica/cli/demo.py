@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pica.cli import options
+from pica.cli.demo_sheet import write_sheet
 from pica.cli.report import print_columns, print_json, print_line, progress
 from pica.cli.sequence import Sequence, is_sequence
 from pica.errors import PicaError
@@ -48,15 +49,25 @@ def demo(
         typer.Option(metavar="NAME", help="As of pica render; quality, without a graphics card performance."),
     ] = None,
     values: options.Values = None,
+    sheet: Annotated[
+        bool,
+        typer.Option("--sheet", help="Instead of a film: raster, path traced, hybrid and reference side by side."),
+    ] = False,
     device: options.Device = None,
     json: options.Json = False,
 ) -> None:
     """Render the film NAME of a built-in scene; without NAME, list them.
 
-    Each picture is one frame, as in real time. Cameras are directed, and cut.
+    Each picture is one frame, as in real time. Cameras are directed, and cut. With --sheet, one picture of
+    machine_world that compares ways to render it.
     """
     from pica.scenes.demos import DEMOS
 
+    if sheet:
+        if output is None or values or (name, size, seconds, fps, preset) != (None, None, None, _FPS, None):
+            raise PicaError("pica demo --sheet takes -o FILE.png, and no NAME and no options of films")
+        write_sheet(output, device, json)
+        return
     if name is None:
         _list(json)
         return
