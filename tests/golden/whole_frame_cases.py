@@ -2,7 +2,7 @@
 
 import pica
 from pica.scene.camera import Camera
-from pica.scenes import cornell, corridor, court, machine_world, rooms, sphere_grid
+from pica.scenes import cornell, corridor, court, machine_world, rooms, showroom, sphere_grid
 from tests.building import CAMERA, still_life
 from tests.golden import scenes
 from tests.golden.comparison import Limits
@@ -38,6 +38,7 @@ PRESETS = [
     WholeFrame("default_coloured_glass", scenes.coloured_glass, camera=VIEW),
     WholeFrame("default_crowded_light_orbit", scenes.crowded_light, motion=orbit, camera=VIEW, on_cards=NOISY),
     WholeFrame("default_sphere_grid", sphere_grid, frames=8),
+    WholeFrame("default_showroom", showroom, on_cards=NOISY),
     WholeFrame("default_landscape", scenes.landscape, frames=4, on_cards=NOISY),
     WholeFrame(
         "performance_machine_world_orbit", scenes.opaque_world, motion=orbit, preset="performance", on_cards=NOISY

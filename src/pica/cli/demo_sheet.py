@@ -57,7 +57,8 @@ def write_sheet(output: Path, device: str | None, json: bool) -> None:
             milliseconds = (time.perf_counter() - start) / count * 1000
             error = flip(picture, reference)[0]
             unit = "sample" if way == "path traced" else "frame"
-            many = f"{count} {unit}s: {milliseconds:.3g} ms each" if count > 1 else f"1 {unit}: {milliseconds:.3g} ms"
+            took = f"{milliseconds:.3g} ms" if milliseconds < 100 else f"{milliseconds:.0f} ms"
+            many = f"{count} {unit}s: {took} each" if count > 1 else f"1 {unit}: {took}"
             pictures[f"{way}, {many}, FLIP {error:.3f}"] = picture
             found[way] = {f"{unit}s": count, f"{unit}_ms": milliseconds, "flip": error}
         advance(len(ways), len(ways))
