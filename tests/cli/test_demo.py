@@ -25,9 +25,16 @@ class Camera:
         self.scene, self.size, self.settings, self.shots = scene, size, settings, []
         Camera.made.append(self)
 
-    def render(self, frames, camera, cut, aovs, seconds):
-        self.shots.append((camera.transform[:3, 3].copy(), cut, frames, seconds))
-        return fake_frame(*self.size, level=0.2 + 0.6 * cut)
+    def render(self, frames, camera, aovs, seconds, cut=False):
+        moved = np.array([node.world for node in self.scene.nodes()])
+        if cut:
+            self.before = moved
+            return None  # it is not in the film
+        begins = hasattr(self, "before")
+        if begins:  # objects move by the time between pictures, not by that between shots
+            assert np.abs(moved - vars(self).pop("before"))[..., 3].max() < 1.5
+        self.shots.append((camera.transform[:3, 3].copy(), begins, frames, seconds))
+        return fake_frame(*self.size, level=0.2 + 0.6 * begins)
 
 
 @pytest.fixture

@@ -94,7 +94,12 @@ def demo(
 
     def shoot(number: int, _: bool) -> "Frame":
         picture = pictures[number]
-        return renderer.render(1, camera=picture.camera, cut=picture.is_cut, aovs=(), seconds=1 / fps)
+        render = partial(renderer.render, 1, camera=picture.camera, aovs=(), seconds=1 / fps)
+        if picture.is_cut:  # objects move from where they were in this shot, not in the one before
+            scene.animate(picture.time - 1 / fps)
+            render(cut=True)
+            scene.animate(picture.time)
+        return render()
 
     timings = sequence.render(
         scene,
