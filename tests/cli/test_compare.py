@@ -86,6 +86,15 @@ def test_against_other_settings(run, calls, tmp_path):
     assert (tmp_path / "sheet.png").exists()
 
 
+def test_both_pictures_have_the_light_map(run, calls, monkeypatch, tmp_path):
+    monkeypatch.setattr(pica.LightMap, "load", lambda path: "baked")
+    code, _, err = run(
+        "compare", "m.glb", "--size", "8x4", "--light-map", tmp_path / "room.npz", "--against", "preset=raster"
+    )
+    assert code == 0, err
+    assert [call.light_map for call in calls] == ["baked", "baked"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

@@ -85,3 +85,10 @@ def test_a_file_may_tell_of_the_lens(tmp_path):
 def test_a_wrong_lens_in_a_file_is_named(tmp_path, extras, kind, says):
     with pytest.raises(SceneError, match=says):
         loaded(tmp_path, extras, kind)
+
+
+def test_focus_on_a_point_is_at_its_distance_along_the_axis():
+    camera = pica.Camera.look_at((0, 0, 5), (0, 0, 0)).focused_on((2, 1, 1), f_number=4.0)
+    assert (camera.f_number, camera.focus_distance) == (4.0, pytest.approx(4.0))
+    with pytest.raises(SceneError, match="is not in front of the camera"):
+        camera.focused_on((0, 0, 6), f_number=4.0)

@@ -55,6 +55,7 @@ def compare(
             "all else is as in the first. May be repeated.",
         ),
     ] = None,
+    light_map: options.LightMapFile = None,
     device: options.Device = None,
     json: options.Json = False,
     output: Annotated[
@@ -82,13 +83,14 @@ def compare(
         raise PicaError("--against takes no --effect, --samples or --max-depth beside it, as nothing is path traced")
     settings = options.parse_settings(preset, values)
     others = _other_settings(preset, values, against) if against else None
+    baked = options.load_light_map(light_map, settings)
     pixels = options.parse_size(size)
     content = view.load()
     # Decided once, so that both pictures have the same camera.
     camera = view.camera_for(content, pixels)
     animation = find_animation(content, view.animation)
     motion = sequence_of(sequence or "still", content, camera, view.start or 0.0, animation, speed)
-    renderer = pica.Renderer(content, size=pixels, settings=settings, device=device)
+    renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked)
     result: dict[str, Any] = {
         "device": renderer.device_name,
         "size": list(pixels),
@@ -97,7 +99,8 @@ def compare(
     }
     if against and others:
         result["against"] = against
-        result["whole"], page = _settings(renderer, others, ", ".join(against), motion, frames, json)
+        with pica.Renderer(content, size=pixels, settings=others, device=renderer.device, light_map=baked) as other:
+            result["whole"], page = _hybrids(renderer, other, ", ".join(against), motion, frames, json)
     elif effect is None:
         result["samples"] = samples = samples or _SAMPLES
         result["whole"], page = _path_traced(renderer, motion, frames, samples, max_depth, json)
@@ -150,13 +153,8 @@ def _hybrid(renderer: "Renderer", motion: "Motion", frames: int, json: bool, tit
         return last_frame(renderer, motion, range(frames), advance)
 
 
-def _settings(
-    renderer: "Renderer", settings: "Settings", name: str, motion: "Motion", frames: int, json: bool
-) -> _Found:
-    import pica
-
+def _hybrids(renderer: "Renderer", other: "Renderer", name: str, motion: "Motion", frames: int, json: bool) -> _Found:
     hybrid = _hybrid(renderer, motion, frames, json)
-    other = pica.Renderer(renderer.scene, size=renderer.size, settings=settings, device=renderer.device)
     reference = _hybrid(other, motion, frames, json, name)
     return _errors(hybrid, f"hybrid, {frames} frames", reference, name)
 

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -116,6 +116,14 @@ class Camera(ReadOnlyCopies):
     def aperture_radius(self) -> float:
         """Metres: half the focal length over f_number; 0 if all is in focus."""
         return 0.0 if self.f_number is None else self.focal_length / (2 * self.f_number)
+
+    def focused_on(self, point: ArrayLike, f_number: float) -> "Camera":
+        """A copy with this f-number that is in focus at a point, (3,) metres. Raises SceneError for one behind it."""
+        position = checked(f"{described(self)}: point", _POINT, point)
+        distance = -self.transform[:3, 2] @ (position - self.transform[:3, 3])
+        if not distance > 0:
+            raise SceneError(f"{described(self)}: point: is not in front of the camera")
+        return replace(self, f_number=f_number, focus_distance=float(distance))
 
     def reach(self, aspect: float) -> tuple[float, float]:
         """How far a picture of that width over height reaches from the view axis, sideways and up or down, as far as it
