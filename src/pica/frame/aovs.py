@@ -1,6 +1,7 @@
 """The G-buffer as arrays for people: metres, unit vectors, colours, numbers."""
 
 from collections.abc import Callable, Mapping
+from enum import IntEnum
 from functools import partial
 from typing import Any
 
@@ -9,9 +10,30 @@ from numpy.typing import NDArray
 
 from pica.frame.context import FrameContext, Size, camera_constants
 from pica.gpu_scene.view import SceneView
+from pica.graph.offers import Decoder
 from pica.scene.camera import Camera
 
 Array = NDArray[Any]
+
+
+class AovKind(IntEnum):
+    """The decoders of frame/decode_aov.slang."""
+
+    TEXELS = 0
+    DEPTH = 1
+    ORTHOGRAPHIC_DEPTH = 2
+    NORMAL = 3
+    ALBEDO = 4
+    METALLIC = 5
+    ROUGHNESS = 6
+    LIGHT = 7
+    MOTION = 8
+    LABEL = 9
+
+
+def texels(channels: int) -> Decoder:
+    """Reads the first channels of a texture as they are."""
+    return Decoder(lambda values: values[..., :channels], AovKind.TEXELS, channels)
 
 
 def gbuffer_aovs(scene: SceneView) -> dict[str, tuple[tuple[str, ...], Callable[[FrameContext], Callable[..., Array]]]]:
@@ -20,27 +42,42 @@ def gbuffer_aovs(scene: SceneView) -> dict[str, tuple[tuple[str, ...], Callable[
 
     def label(which: int) -> Callable[[FrameContext], Callable[..., Array]]:
         def prepare(frame: FrameContext) -> Callable[..., Array]:
-            return partial(_labelled, scene.labels()[:, which])  # of now: a later frame may have other nodes
+            table = scene.labels()[:, which]  # of now: a later frame may have other nodes
+            return Decoder(partial(_labelled, table), AovKind.LABEL, 1, {"table": table})
 
         return prepare
 
-    def fixed(read: Callable[..., Array]) -> Callable[[FrameContext], Callable[..., Array]]:
-        return lambda frame: read
+    def depth(frame: FrameContext) -> Callable[..., Array]:
+        camera = frame.camera
+        kind = AovKind.DEPTH if camera.orthographic_height is None else AovKind.ORTHOGRAPHIC_DEPTH
+        return Decoder(partial(_depth, camera), kind, 1, {"near": camera.near, "far": camera.far})
+
+    def fixed(
+        read: Callable[..., Array], kind: AovKind, channels: int, **values: int
+    ) -> Callable[[FrameContext], Callable[..., Array]]:
+        decoder = Decoder(read, kind, channels, values)
+        return lambda frame: decoder
+
+    def normal(which: int) -> Callable[[FrameContext], Callable[..., Array]]:
+        def read(normals: Array, records: Array) -> Array:
+            return _normals(normals[..., which], records[..., 0] > 0)
+
+        return fixed(read, AovKind.NORMAL, 3, which=which)
 
     shape = "normals", "visibility"
     return {
-        "depth": (("depth",), lambda frame: partial(_depth, frame.camera)),
+        "depth": (("depth",), depth),
         "position": (
             ("depth",),
             lambda frame: partial(_positions, _view_of(frame), frame.jitter, partial(_depth, frame.camera)),
         ),
-        "normal": (shape, fixed(lambda normals, records: _normals(normals[..., 1], records[..., 0] > 0))),
-        "geometric_normal": (shape, fixed(lambda normals, records: _normals(normals[..., 0], records[..., 0] > 0))),
-        "albedo": (("material",), fixed(_albedo)),
-        "metallic": (("material",), fixed(lambda packed: ((packed[..., 1] >> 16 & 0xFF) / 255).astype(np.float32))),
-        "roughness": (("material",), fixed(lambda packed: ((packed[..., 2] & 0xFFFF) / 65535).astype(np.float32))),
-        "emission": (("emission",), fixed(light_of)),
-        "motion": (("motion",), fixed(lambda packed: motion_of(packed)[..., :2])),
+        "normal": (shape, normal(1)),
+        "geometric_normal": (shape, normal(0)),
+        "albedo": (("material",), fixed(_albedo, AovKind.ALBEDO, 3)),
+        "metallic": (("material",), fixed(_metallic, AovKind.METALLIC, 1)),
+        "roughness": (("material",), fixed(_roughness, AovKind.ROUGHNESS, 1)),
+        "emission": (("emission",), fixed(light_of, AovKind.LIGHT, 3)),
+        "motion": (("motion",), fixed(lambda packed: motion_of(packed)[..., :2], AovKind.MOTION, 2)),
         "instance": (("visibility",), label(0)),
         "material": (("visibility",), label(1)),
     }
@@ -108,6 +145,14 @@ def _positions(
 def _albedo(packed: Array) -> Array:
     channels = np.stack([packed[..., 0] & 0xFFFF, packed[..., 0] >> 16, packed[..., 1] & 0xFFFF], axis=-1)
     return (channels / 65535).astype(np.float32)
+
+
+def _metallic(packed: Array) -> Array:
+    return ((packed[..., 1] >> 16 & 0xFF) / 255).astype(np.float32)
+
+
+def _roughness(packed: Array) -> Array:
+    return ((packed[..., 2] & 0xFFFF) / 65535).astype(np.float32)
 
 
 def light_of(packed: Array) -> Array:

@@ -1,7 +1,7 @@
 """The available outputs of a frame: AOVs, debug AOVs, numbers of rays."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from numpy.typing import NDArray
@@ -12,6 +12,23 @@ Array = NDArray[Any]
 Read = Callable[..., Any]
 """Function of one array per source, (height, width[, channels]), texture arrays with layers first; buffers as
 their bytes."""
+
+
+@dataclass(frozen=True)
+class Decoder:
+    """A `Read` that the device can do as well, for tensors that stay on it (frame/decode_aov.slang)."""
+
+    read: Read
+    kind: int
+    """Of `AovKind` in the shader."""
+    channels: int
+    """Of a pixel's result, 32 bits each."""
+    values: Mapping[str, Any] = field(default_factory=dict)
+    """Further parameters of the shader."""
+
+    def __call__(self, *arrays: Array) -> Any:
+        """On the host."""
+        return self.read(*arrays)
 
 
 @dataclass(frozen=True)

@@ -1,18 +1,19 @@
 """A compiled graph: checked, with memory for each resource, replayed each frame."""
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Hashable
+from collections.abc import Collection, Hashable
+from dataclasses import dataclass
 from itertools import count
 from typing import Any, NamedTuple
 
 from pica.errors import GraphError
 from pica.graph.graph import FrameGraph
 from pica.graph.nodes import Frame, Node, lives_in_frame
-from pica.graph.offers import Array, Offer
+from pica.graph.offers import Array, Offer, Read
 from pica.graph.resources import Buffer, Lifetime, Resource, Texture
 from pica.graph.snapshot import Snapshot
+from pica.rhi.device import Device
 
-Lazy = Callable[[], Array]
 OUTSIDE = "scene"
 """The owner of passes outside of graphs: updates of the scene before a frame."""
 _numbers = count()
@@ -30,6 +31,21 @@ class PlanPart(NamedTuple):
 def part_of(serial: int, owner: Hashable) -> bool:
     """Whether the profiler's owner is a node of this plan."""
     return isinstance(owner, PlanPart) and owner.plan == serial
+
+
+@dataclass(frozen=True, eq=False)
+class Capture:
+    """The content of an offer at its point of a frame; a call fetches it."""
+
+    device: Device
+    read: Read
+    parts: list[Snapshot]
+
+    def __call__(self) -> Array:
+        """Waits for the device."""
+        with self.device.lock:
+            self.device.handle.wait_for_idle()
+            return self.read(*(part.array() for part in self.parts))
 
 
 class Plan:
@@ -64,13 +80,13 @@ class Plan:
             resource.writers, resource.readers = [], []
         self.memory = graph.memory
 
-    def replay(self, frame: Frame, only: str | None = None) -> dict[str, Lazy]:
+    def replay(self, frame: Frame, only: str | None = None) -> dict[str, Capture]:
         """Record the frame. Returns a function for each offer in `frame.requested`, which waits for the device.
 
         `only`: the passes of this effect alone.
         """
         captures = self._captures_of(frame.requested)
-        fetched: dict[str, Lazy] = {}
+        fetched: dict[str, Capture] = {}
         for node in self.nodes:
             if only is not None and node.scope != only:
                 continue
@@ -122,18 +138,12 @@ class Plan:
             self._captures = {names: dict(names_after)}  # of the newest question alone
         return self._captures[names]
 
-    def _capture(self, frame: Frame, name: str) -> Lazy:
-        offer, device = self.offers[name], self._device
+    def _capture(self, frame: Frame, name: str) -> Capture:
+        offer = self.offers[name]
         read = offer.read or (offer.prepare and offer.prepare(frame))
         assert read is not None
-        parts = [Snapshot(device, frame.encoder, newest(source)) for source in offer.sources]
-
-        def fetch() -> Array:
-            with device.lock:
-                device.handle.wait_for_idle()
-                return read(*(part.array() for part in parts))
-
-        return fetch
+        parts = [Snapshot(self._device, frame.encoder, newest(source)) for source in offer.sources]
+        return Capture(self._device, read, parts)
 
     def _spans(self) -> dict[Resource, tuple[int, int]]:
         offered: defaultdict[Resource, int] = defaultdict(int)

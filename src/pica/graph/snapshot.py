@@ -14,27 +14,30 @@ _USAGE = spy.BufferUsage.copy_destination | spy.BufferUsage.copy_source | spy.Bu
 
 
 class Snapshot:
-    """A copy, made when the device reaches this point of a recording."""
+    """A copy, made when the device reaches this point of a recording.
+
+    `buffer` holds texels of `dtype`: `shape` is (layers, height, width, channels), of a buffer (bytes,).
+    """
 
     def __init__(self, device: Device, encoder: spy.CommandEncoder, source: spy.Texture | spy.Buffer) -> None:
         """Record the copy. It goes to a buffer, which costs the host a tenth of a texture."""
         self._device = device
         self._layered = False
         if isinstance(source, spy.Buffer):
-            self._shape: tuple[int, ...] = (source.size,)
-            self._dtype = np.dtype(np.uint8)
-            self._buffer = self._room(source.size, f"a copy of {source.size} bytes")
-            encoder.copy_buffer(self._buffer, 0, source, 0, source.size)
+            self.shape: tuple[int, ...] = (source.size,)
+            self.dtype = np.dtype(np.uint8)
+            self.buffer = self._room(source.size, f"a copy of {source.size} bytes")
+            encoder.copy_buffer(self.buffer, 0, source, 0, source.size)
             return
         info = spy.get_format_info(source.format)
         self._layered = source.type == spy.TextureType.texture_2d_array
-        self._shape = source.array_length, source.height, source.width, info.channel_count
-        self._dtype = np.dtype(f"{_KINDS[info.type]}{info.bytes_per_block // info.channel_count}")
+        self.shape = source.array_length, source.height, source.width, info.channel_count
+        self.dtype = np.dtype(f"{_KINDS[info.type]}{info.bytes_per_block // info.channel_count}")
         row = source.width * info.bytes_per_block
         layer = row * source.height
-        self._buffer = self._room(layer * source.array_length, f"a copy of {source.width}x{source.height} texels")
+        self.buffer = self._room(layer * source.array_length, f"a copy of {source.width}x{source.height} texels")
         for number in range(source.array_length):
-            encoder.copy_texture_to_buffer(self._buffer, number * layer, layer, row, source, number, 0)
+            encoder.copy_texture_to_buffer(self.buffer, number * layer, layer, row, source, number, 0)
 
     def _room(self, size: int, what: str) -> spy.Buffer:
         with self._device.allocating(what):
@@ -44,8 +47,8 @@ class Snapshot:
         """Of a texture (height, width[, channels]); layers in front, always with channels, of an array of textures. Of
         a buffer its bytes. The device has finished the recording.
         """
-        data = HostBuffer(self._device, self._buffer).read()
-        values = data.copy().view(self._dtype).reshape(self._shape)
-        if self._layered or len(self._shape) == 1:
+        data = HostBuffer(self._device, self.buffer).read()
+        values = data.copy().view(self.dtype).reshape(self.shape)
+        if self._layered or len(self.shape) == 1:
             return values
-        return values[0] if self._shape[-1] > 1 else values[0, ..., 0]
+        return values[0] if self.shape[-1] > 1 else values[0, ..., 0]

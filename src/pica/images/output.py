@@ -1,6 +1,7 @@
 """A rendered frame: the picture, its AOVs, and its cost."""
 
 from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -16,10 +17,13 @@ from pica.images.labels import BACKGROUND, Labels, MaterialLabel, NodeLabel, Sem
 from pica.names import did_you_mean
 
 if TYPE_CHECKING:
+    from torch import Tensor
+
     from pica.scene.node import Node
 
 Lazy = Callable[[], NDArray[Any]]
 
+_PICTURES = ("color", "display")
 _VECTORS = ("normal", "geometric_normal", "tangent", "position", "motion")
 """AOVs with channels X, Y and Z."""
 
@@ -43,10 +47,12 @@ class Frame:
         timings: Mapping[str, float],
         labels: Labels | None = None,
         device: str = "",
+        tensors: Mapping[str, Callable[[], Any]] | None = None,
     ) -> None:
         """Take functions that return (height, width, 3) float32 radiance and (height, width, 3) uint8 for display, None
         without a picture; one (height, width) or (height, width, channels) array for each AOV; the names of the numbers
-        in the AOVs instance and material; the rest as below.
+        in the AOVs instance and material; functions that make tensors on a graphics card, by "color", "display" or the
+        AOV's name; the rest as below.
         """
         self.size = size
         """(width, height) in pixels."""
@@ -59,6 +65,8 @@ class Frame:
         self._arrays: dict[str, NDArray[Any]] = {}
         self._aov_names = tuple(aovs)
         self._labels = labels
+        self._tensor_sources = dict(tensors or {})
+        self._tensors: dict[str, Any] = {}
 
     @property
     def color(self) -> NDArray[np.float32]:
@@ -91,6 +99,41 @@ class Frame:
         """
         self._check_aov(name)
         return aov_info(name)
+
+    def torch(self, name: str = "color") -> "Tensor":
+        """A buffer as a PyTorch tensor with the shape of the array: "color", "display", or an AOV by its name.
+
+        If PyTorch was imported before the first renderer was made and the frame is from an NVIDIA card, the tensor is
+        on that card: the picture and the G-buffer's AOVs but position and uv get there without passing through host
+        memory, others are uploaded. It has memory of its own, valid as long as the tensor is and the device is open,
+        whatever becomes of the renderer and the frame.
+        Elsewhere it is on the processor and shares the array's memory, without a copy. Each call returns the same
+        memory: clone() before writing. Raises PicaError as `aov`, and where PyTorch is not installed.
+        """
+        key = self._key(name)
+        torch = _torch()
+        if key not in self._tensors:
+            on_card = self._tensor_sources.get(name)
+            if on_card is not None:
+                self._tensors[key] = on_card()
+            else:
+                tensor = torch.from_numpy(self._array(key))
+                self._tensors[key] = tensor.cuda() if self._tensor_sources else tensor
+        return self._tensors[key]
+
+    def dlpack(self, name: str = "color") -> Any:
+        """A buffer for the `from_dlpack` of any library, such as JAX, CuPy or NumPy, under the conditions of `torch`.
+
+        It is on a card only where `torch` puts it there; without PyTorch it is the array. Raises PicaError as `aov`.
+        """
+        return self.torch(name) if name in self._tensor_sources else self._array(self._key(name))
+
+    def __dlpack__(self, **requested: Any) -> Any:
+        return self.dlpack().__dlpack__(**requested)
+
+    def __dlpack_device__(self) -> tuple[int, int]:
+        kind, number = self.dlpack().__dlpack_device__()
+        return int(kind), int(number)
 
     @property
     def ids(self) -> dict[int, NodeLabel]:
@@ -190,7 +233,13 @@ class Frame:
     def __getstate__(self) -> dict[str, Any]:
         for name in self._sources:
             self._array(name)
-        return vars(self) | {"_sources": {}}
+        return vars(self) | {"_sources": {}, "_tensor_sources": {}, "_tensors": {}}
+
+    def _key(self, name: str) -> str:
+        if name in _PICTURES:
+            return f"/{name}"
+        self._check_aov(name)
+        return name
 
     def _check_aov(self, name: str) -> None:
         if name not in self._aov_names:
@@ -218,6 +267,13 @@ class Frame:
         if key not in self._arrays:
             self._arrays[key] = self._sources[key]()
         return self._arrays[key]
+
+
+def _torch() -> Any:
+    try:
+        return import_module("torch")
+    except ImportError:
+        raise PicaError("frame.torch: PyTorch is not installed; pip install torch") from None
 
 
 def _channels(name: str, values: NDArray[Any]) -> dict[str, NDArray[Any]]:

@@ -10,16 +10,16 @@ from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
 from pica.errors import SettingsError, plain, shown
-from pica.frame.aovs import alpha_of
+from pica.frame.aovs import alpha_of, texels
 from pica.frame.context import FrameContext, FrameSequence, Size
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
-from pica.graph.plan import Plan
+from pica.graph.plan import Capture, Plan
 from pica.graph.resources import Lifetime, Texture, update, write
 from pica.images.labels import NUMBERED, Labels
 from pica.images.lut import Lut
-from pica.images.output import Frame, Lazy
+from pica.images.output import Frame
 from pica.programs.preparation import expect as expect_programs
 from pica.rendering.arguments import (
     Progress,
@@ -32,6 +32,7 @@ from pica.rendering.arguments import (
 )
 from pica.rendering.black_pictures import BlackPictures
 from pica.rendering.closing import Closing, synchronized
+from pica.rendering.tensors import cuda_tensors
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -124,7 +125,7 @@ class PathTracer(Closing):
         camera = checked_camera("render", camera)
         self._frames.rewind()
         plan: Plan | None = None
-        images: dict[str, Lazy] = {}
+        images: dict[str, Capture] = {}
         labels: Labels | None = None
         timings: dict[str, float] = {}
         for done in range(1, samples + 1):
@@ -148,7 +149,8 @@ class PathTracer(Closing):
                 progress(done, samples)
         color, display = self._black_pictures.watched(images, self.scene, self.settings)
         pixels = {name: fetch for name, fetch in images.items() if name not in ("color", "display")}
-        return Frame(self.size, color, display, pixels, timings, labels, self.device_name)
+        tensors = cuda_tensors(self.device, self.size, images)
+        return Frame(self.size, color, display, pixels, timings, labels, self.device_name, tensors)
 
     def _begin(self, camera: Camera) -> FrameContext:
         self.check_open()  # the callback after a sample may have closed it
@@ -208,7 +210,7 @@ class PathTracer(Closing):
         picture = mean if denoiser is None else denoiser.finish(graph, mean)
         alpha = mean if self._transparent else None
         display = self._post(graph, picture, self._post.exposure(graph), alpha, channel=3)
-        graph.offer("color", (picture,), lambda values: values[..., :3])
-        graph.offer("display", (display,), lambda values: values[..., :3])
+        graph.offer("color", (picture,), texels(3))
+        graph.offer("display", (display,), texels(3))
         if alpha is not None:
             graph.offer("alpha", (alpha,), partial(alpha_of, 3))

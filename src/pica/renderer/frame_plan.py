@@ -5,6 +5,7 @@ from typing import Any
 
 from pica.denoising.denoiser import Denoiser
 from pica.errors import PicaError
+from pica.frame.aovs import texels
 from pica.frame.context import FrameSequence
 from pica.gpu_scene.view import SceneView
 from pica.graph.description import GraphDescription, describe
@@ -135,6 +136,6 @@ class FramePlan:
             for insertion in self.inserted:
                 if insertion.after == stage:
                     insertion.declare(graph, signals)
-        graph.offer("color", (signals.picture,), lambda values: values[..., :3])
-        graph.offer("display", (signals.display,), lambda values: values[..., :3])
+        graph.offer("color", (signals.picture,), texels(3))
+        graph.offer("display", (signals.display,), texels(3))
         return Plan(graph)

@@ -14,7 +14,7 @@ from pica.frame.effect import Effect
 from pica.frame.relighting import Relighting
 from pica.gpu_scene.view import SceneView
 from pica.graph.description import GraphDescription
-from pica.graph.plan import Plan, newest
+from pica.graph.plan import Capture, Plan, newest
 from pica.images.labels import NUMBERED, Labels
 from pica.images.lut import Lut
 from pica.images.output import Frame, Lazy
@@ -36,6 +36,7 @@ from pica.rendering.arguments import (
 )
 from pica.rendering.black_pictures import BlackPictures
 from pica.rendering.closing import Closing, synchronized
+from pica.rendering.tensors import cuda_tensors
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -89,7 +90,7 @@ class Renderer(Closing):
         self.debug = False
         """Whether `render` also keeps intermediate results of effects, as AOVs of the last frame with the prefix
         "debug.": `[name for name in frame.aov_names if name.startswith("debug.")]` (docs/guide/labels.md)."""
-        self.captured: dict[str, Lazy] = {}
+        self.captured: dict[str, Capture] = {}
         """Functions that fetch the captures of the newest `advance`, by name."""
         self._running = False
         self._picker = Picker(self.device, self.tracer)
@@ -356,7 +357,7 @@ class Renderer(Closing):
         camera = self._default_camera() if camera is None else camera
         if checked("render: cut", flag, cut, PicaError):
             self.reset()
-        images: dict[str, Lazy] = {}
+        images: dict[str, Capture] = {}
         labels: Labels | None = None
         timings: dict[str, float] = {}
         first = 1 - self._unshown_frames()
@@ -380,12 +381,14 @@ class Renderer(Closing):
                         self._frame_plan.of(self._stages, self._frames, self.view, lambda plan: frozenset())
             if progress is not None and done > 0:
                 progress(done, frames)
-        color, display = images.pop("color"), images.pop("display")
+        tensors = cuda_tensors(self.device, self.size, images)
+        color: Lazy = images.pop("color")
+        display: Lazy = images.pop("display")
         checked_aovs("render", requested, images)  # debug AOVs are known only now
         pixels = at_size(self.size, images)
         looked_at = {"color": color, "display": display, **pixels}
         color, display = self._black_pictures.watched(looked_at, self.scene, self.settings)
-        return Frame(self.size, color, display, pixels, timings, labels, self.device_name)
+        return Frame(self.size, color, display, pixels, timings, labels, self.device_name, tensors)
 
     @synchronized
     def labels(self, *, camera: Camera | None = None, aovs: Collection[str] | None = None) -> Frame:
@@ -409,7 +412,8 @@ class Renderer(Closing):
             self._drop_histories()
             labels = self.view.name_labels() if images.keys() & NUMBERED else None
             timings = self.device.profiler.flush()
-        return Frame(self.size, None, None, at_size(self.size, images), timings, labels, self.device_name)
+        pixels, tensors = at_size(self.size, images), cuda_tensors(self.device, self.size, images)
+        return Frame(self.size, None, None, pixels, timings, labels, self.device_name, tensors)
 
     @synchronized
     def pick(self, x: int, y: int, *, through_glass: bool = False) -> Picked | None:

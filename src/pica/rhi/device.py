@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from pica.caches.places import LONGEST, MODULES, SHADERS, caches, longest_file
 from pica.errors import DeviceError
-from pica.rhi import forked, validation
+from pica.rhi import cuda, forked, validation
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, adapter_of, choose, describe
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.fair_lock import FairLock
@@ -27,6 +27,7 @@ from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
 from pica.rhi.slang_files import Source, stem
+from pica.text import first_line
 
 T = TypeVar("T")
 P = TypeVar("P", ComputePass, RasterPass)
@@ -64,7 +65,7 @@ class Device:
         """Folder of compiled shaders; None: none are stored."""
         adapter = choose(name) if existing is None else adapter_of(existing)
         self._longest_file = longest_file()
-        self.handle = existing or _opened(adapter, cache)
+        self.handle = existing or _opened(adapter, cache, cuda.is_wanted(adapter))
         self.session = self.handle.slang_session
         """Loads and links shaders."""
         if existing is not None:
@@ -352,11 +353,13 @@ def _scatter(device: Device) -> ComputePass:
     return device.compute("rhi/scatter.slang")
 
 
-def _opened(adapter: spy.AdapterInfo, cache: Path | None) -> spy.Device:
+def _opened(adapter: spy.AdapterInfo, cache: Path | None, share: bool = False) -> spy.Device:
+    """`share`: with CUDA."""
     try:
         return spy.Device(
             type=spy.DeviceType.vulkan,
             adapter_luid=adapter.luid,
+            enable_cuda_interop=share,
             compiler_options=_COMPILER,
             enable_rhi_validation=validation.asked(),
             enable_debug_layers=validation.asked(),
@@ -365,6 +368,9 @@ def _opened(adapter: spy.AdapterInfo, cache: Path | None) -> spy.Device:
             module_cache_path=cache and cache / MODULES,
         )
     except RuntimeError as error:
+        if share:
+            warnings.warn(f"device {adapter.name!r}: tensors go through the host ({first_line(error)})", stacklevel=2)
+            return _opened(adapter, cache)
         fault = f"cannot be opened: {str(error).splitlines()[0]}"
         raise DeviceError(f"device {adapter.name!r} {fault}; {HELP}") from None
 
