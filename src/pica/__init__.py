@@ -20,6 +20,8 @@ if TYPE_CHECKING:  # for type checkers and editors; a test compares it with _HOM
     from pica import graph as graph
     from pica import scenes as scenes
     from pica.baking.bake import bake as bake
+    from pica.distributed.dataset import dataset as dataset
+    from pica.distributed.streaming import torch_dataset as torch_dataset
     from pica.errors import BindingError as BindingError
     from pica.errors import DeviceError as DeviceError
     from pica.errors import GraphError as GraphError
@@ -109,6 +111,8 @@ __version__ = "0.1.0"
 _MODULES = ("color", "errors", "graph", "scenes")
 _PUBLIC = {
     "pica.baking.bake": ("bake",),
+    "pica.distributed.dataset": ("dataset",),
+    "pica.distributed.streaming": ("torch_dataset",),
     "pica.errors": (
         "BindingError",
         "DeviceError",

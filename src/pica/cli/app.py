@@ -13,6 +13,7 @@ from pica.cli import streams
 from pica.cli.bake import bake
 from pica.cli.bench import bench
 from pica.cli.compare import compare
+from pica.cli.dataset import dataset
 from pica.cli.demo import demo
 from pica.cli.doctor import doctor
 from pica.cli.graph import graph
@@ -29,7 +30,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-_COMMANDS: tuple[Callable[..., object], ...] = (render, demo, view, bake, compare, bench, graph, prepare, doctor)
+_COMMANDS: tuple[Callable[..., object], ...] = (render, dataset, demo, view, bake, compare, bench, graph, prepare, doctor)
 for command in _COMMANDS:
     app.command(short_help=(inspect.getdoc(command) or "").split("\n\n")[0])(command)
 

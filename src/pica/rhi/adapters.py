@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import asdict, dataclass
@@ -100,19 +101,31 @@ def list_devices() -> list[DeviceInfo]:
 
 
 def choose(name: str | None) -> spy.AdapterInfo:
-    """The adapter to use: the one whose name contains `name`, else hardware before software.
+    """The adapter to use: the one whose name contains `name`, else hardware before software. "#1" is the second of all,
+    for machines with several cards of one name.
 
     Raises DeviceError if there is none, or none with that name.
     """
     candidates = adapters()
     if not candidates:
         raise DeviceError(f"no Vulkan device on this machine; {HELP}")
+    if name is not None and re.fullmatch("#[0-9]{1,3}", name):
+        if int(name[1:]) >= len(candidates):
+            raise DeviceError(f"no device {name}; there are {len(candidates)}, from #0")
+        return candidates[int(name[1:])]
     if name is not None:
         matching = [adapter for adapter in candidates if name.lower() in adapter.name.lower()]
         if not matching:
             raise DeviceError(f"no device named {name!r}; there are: {', '.join(a.name for a in candidates)}")
         candidates = matching
     return min(candidates, key=is_software)
+
+
+def for_worker(number: int) -> str | None:
+    """The device for one of several workers on this machine, in turn where there are several graphics cards; as the
+    name of `choose`."""
+    cards = [index for index, adapter in enumerate(adapters()) if not is_software(adapter)]
+    return f"#{cards[number % len(cards)]}" if len(cards) > 1 else None
 
 
 def adapter_of(device: spy.Device) -> spy.AdapterInfo:

@@ -1,0 +1,1 @@
+"""Data sets, and frames on many processes and machines."""

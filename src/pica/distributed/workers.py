@@ -1,0 +1,93 @@
+"""Work in chunks, by this process or by several, each of which opens the work once."""
+
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from multiprocessing import get_context
+from multiprocessing.connection import Connection, wait
+from typing import Protocol
+
+from pica.errors import PicaError
+from pica.text import first_line
+
+Progress = Callable[[int, int], None]
+"""Called with (done, total)."""
+_THREADS = "LP_NUM_THREADS"
+"""Environment variable: the threads of the software device (Mesa's lavapipe)."""
+_WAIT = 10.0
+"""Seconds for a process that was told to end."""
+
+
+class Work(Protocol):
+    """What is to be done; it can be pickled."""
+
+    def open(self, worker: int) -> Callable[[int], None]:
+        """Load what all chunks need. Returns the function that does a chunk, by its number. `worker`: from 0."""
+
+
+def do(work: Work, chunks: Sequence[int], workers: int, progress: Progress) -> None:
+    """Do all chunks, in any order, by `workers` processes, or by this one if it is one. `progress` counts chunks.
+
+    Raises what the work raises, and PicaError if a process ends before its chunk is done.
+    """
+    progress(0, len(chunks))
+    if workers > 1 and len(chunks) > 1:
+        _share(work, chunks, min(workers, len(chunks)), progress)
+    elif chunks:
+        call = work.open(0)
+        for done, chunk in enumerate(chunks, start=1):
+            call(chunk)
+            progress(done, len(chunks))
+
+
+def _share(work: Work, chunks: Sequence[int], workers: int, progress: Progress) -> None:
+    context = get_context("spawn")  # a fork would have this process's device without its threads
+    threads = max((os.cpu_count() or 1) // workers, 1)
+    left, done = deque(chunks), 0
+    with ExitStack() as stack:
+        ends: dict[Connection, int] = {}
+        for number in range(workers):
+            here, there = context.Pipe()
+            process = context.Process(target=_serve, args=(there, work, number, threads), daemon=True)
+            process.start()
+            there.close()
+            stack.callback(process.join, _WAIT)
+            stack.callback(process.terminate)
+            ends[here] = number
+        while done < len(chunks):
+            for end in wait(list(ends)):
+                assert isinstance(end, Connection)
+                try:
+                    finished, error = end.recv()
+                except (EOFError, ConnectionResetError):
+                    advice = "give it more memory or use fewer workers, then resume"
+                    raise PicaError(f"worker {ends[end]} ended before its work was done; {advice}") from None
+                if error is not None:
+                    raise error
+                if finished:
+                    done += 1
+                    progress(done, len(chunks))
+                if left:
+                    end.send(left.popleft())
+                else:
+                    del ends[end]
+
+
+def _serve(end: Connection, work: Work, worker: int, threads: int) -> None:
+    """Do the chunks that come, until the other process ends this one or has ended itself."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that has started this one
+    os.environ.setdefault(_THREADS, str(threads))
+    try:
+        call = work.open(worker)
+        end.send((False, None))
+        while True:
+            call(end.recv())
+            end.send((True, None))
+    except (EOFError, OSError):
+        return
+    except PicaError as error:
+        end.send((False, error))
+    except Exception as error:
+        end.send((False, RuntimeError(f"worker {worker}: {type(error).__name__}: {first_line(error)}")))
