@@ -58,7 +58,7 @@ class FakeRenderer:
         asked = {"scene": scene, "size": size, "settings": settings, "device": device, "max_depth": max_depth}
         self.asked = SimpleNamespace(**asked, light_map=light_map)
 
-    def reset(self):
+    def reset(self, frame=0):
         pass
 
     def __enter__(self):

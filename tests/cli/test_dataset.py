@@ -19,14 +19,18 @@ def asked(monkeypatch):
 
 def test_arguments_reach_the_function(run, asked, tmp_path):
     more = ["--cameras", "sphere", "--count", "7", "--labels", "depth, motion", "--size", "8x4", "--seed", "5"]
-    more += ["--workers", "3", "--frames", "2", "--preset", "raster", "--device", "x", "--resume"]
+    more += ["--workers", "3", "--frames", "2", "--preset", "raster", "--device", "x", "--resume", "--cluster", "auto"]
     code, out, err = run("dataset", "cornell", "-o", tmp_path / "out", *more)
     assert code == 0 and "7 pictures" in out, err
     (call,) = asked
     assert call["scene"].name == "cornell" and call["output"] == tmp_path / "out"
     assert (call["cameras"], call["camera"], call["count"], call["size"]) == ("sphere", None, 7, (8, 4))
     assert (call["labels"], call["seed"], call["workers"], call["frames"]) == (["depth", "motion"], 5, 3, 2)
-    assert call["settings"].visibility.primary == "raster" and (call["device"], call["resume"]) == ("x", True)
+    assert call["settings"].visibility.primary == "raster" and (call["device"], call["resume"], call["cluster"]) == (
+        "x",
+        True,
+        "auto",
+    )
 
 
 def test_a_camera_and_json(run, asked, tmp_path):

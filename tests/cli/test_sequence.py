@@ -26,10 +26,14 @@ class Painter:
 
     device_name = "fake device"
     calls: list[SimpleNamespace] = []  # noqa: RUF012
+    restarts: list[int] = []  # noqa: RUF012
     stop_at: float | None = None
 
     def __init__(self, scene, size, settings=None, device=None, light_map=None, lut=None):
         self.scene, self.size = scene, size
+
+    def reset(self, frame=0):
+        Painter.restarts.append(frame)
 
     def render(self, count, camera=None, progress=None, denoise=False, aovs=None, seconds=None):
         x = next(node.world[0, 3] for node in self.scene.nodes() if node.name == "box")
@@ -66,6 +70,7 @@ def scene(monkeypatch):
     monkeypatch.setitem(vars(pica), "Renderer", Painter)
     monkeypatch.setitem(vars(pica), "PathTracer", PathPainter)
     monkeypatch.setattr(Painter, "calls", [])
+    monkeypatch.setattr(Painter, "restarts", [])
     monkeypatch.setattr(Painter, "stop_at", None)
     return Painter
 
@@ -90,7 +95,7 @@ def test_numbered_pictures_at_their_times(run, scene, tmp_path):
     assert code == 0
     assert "4 of 4 pictures rendered, 8x4, 16 frames" in out
     assert names(tmp_path / "new") == ["000.exr", "001.exr", "002.exr", "003.exr"]
-    assert places(scene) == [(0.2, 16), (0.3, 16), (0.4, 16), (0.5, 16)]
+    assert places(scene) == [(x, 16) for x in (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)]  # the first four for the history
 
 
 def test_a_film_leaves_nothing_beside_it(run, scene, tmp_path):
@@ -183,20 +188,21 @@ def test_resume_renders_what_is_missing_with_a_warm_history(run, scene, tmp_path
 
 
 @pytest.mark.parametrize(
-    ("more", "places_before"),
+    ("more", "places_before", "restarts"),
     [
-        ([], [(0.3, 16), (0.4, 16)]),
-        (["--frames", "8"], [(x, 8) for x in (0.1, 0.2, 0.3, 0.4)]),
-        (["--path-traced"], [(0.4, 1)]),
+        (["--frames", "48"], [(0.3, 48), (0.4, 48)], [0, 3 * 48]),
+        (["--frames", "24"], [(x, 24) for x in (0.1, 0.2, 0.3, 0.4)], [0, 24]),
+        (["--path-traced"], [(0.4, 1)], []),
     ],
 )
-def test_how_a_history_is_made_warm(run, scene, tmp_path, more, places_before):
+def test_how_a_history_is_made_warm(run, scene, tmp_path, more, places_before, restarts):
+    """By 96 frames, which have the numbers that they have in a film from its start."""
     arguments = ["render", "m.glb", "-o", tmp_path / "%d.png", *SMALL, "--seconds", "0.7", *more]
     run(*arguments)
     (tmp_path / "5.png").unlink()
     scene.calls.clear()
     run(*arguments, "--resume")
-    assert places(scene)[:-1] == places_before
+    assert places(scene)[:-1] == places_before and scene.restarts == restarts
 
 
 @pytest.mark.parametrize(("kind", "more"), [("png", ["--aov", "normal"]), ("exr", [])])
@@ -329,9 +335,9 @@ def test_paths_of_cameras_that_are_none(run, scene, tmp_path, content, says):
     ("output", "arguments", "says"),
     [
         ("o.png", ["--seconds", "1"], "and --resume are for out.mp4 or pictures such as"),
-        ("o.png", ["--fps", "30"], "--seconds, --fps, --turntable, --camera-path and --resume are for"),
-        ("o.png", ["--resume"], "--seconds, --fps, --turntable, --camera-path and --resume are for"),
-        ("o.png", ["--turntable"], "--seconds, --fps, --turntable, --camera-path and --resume are for"),
+        ("o.png", ["--fps", "30"], "--seconds, --fps, --turntable, --camera-path, --cluster and --resume are for"),
+        ("o.png", ["--resume"], "--seconds, --fps, --turntable, --camera-path, --cluster and --resume are for"),
+        ("o.png", ["--turntable"], "--seconds, --fps, --turntable, --camera-path, --cluster and --resume are for"),
         ("o.mp4", ["--turntable", "--camera-path", "x.json"], "--camera-path takes no --turntable"),
         ("o.mp4", ["--fov", "30", "--camera-path", "x.json"], "--camera-path takes no --turntable"),
         ("o.mp4", ["--camera-path", "nowhere.json"], "nowhere.json: no such file"),

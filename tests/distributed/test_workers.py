@@ -2,6 +2,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pica.distributed.workers import do
@@ -14,6 +15,9 @@ class Writing:
 
     folder: Path
     fault: str = ""
+
+    def weight(self, chunk):
+        return 10 + chunk
 
     def open(self, worker):
         (self.folder / f"worker {worker}").touch()
@@ -39,7 +43,8 @@ def test_all_chunks_are_done_and_each_worker_opens_once(tmp_path, workers):
     opened = [name for name in names(tmp_path) if name.startswith("worker")]  # one that is late finds nothing to do
     assert set(opened) <= {f"worker {number}" for number in range(min(workers, 3))} and opened
     assert [name for name in names(tmp_path) if name not in opened] == ["0", "1", "3"]
-    assert done == [(0, 3), (1, 3), (2, 3), (3, 3)]
+    assert done[0] == (0, 34) and done[-1] == (34, 34) and {total for _, total in done} == {34}
+    assert sorted(np.diff([made for made, _ in done])) == [10, 11, 13]
 
 
 def test_nothing_is_opened_for_nothing(tmp_path):

@@ -30,7 +30,18 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-_COMMANDS: tuple[Callable[..., object], ...] = (render, dataset, demo, view, bake, compare, bench, graph, prepare, doctor)
+_COMMANDS: tuple[Callable[..., object], ...] = (
+    render,
+    dataset,
+    demo,
+    view,
+    bake,
+    compare,
+    bench,
+    graph,
+    prepare,
+    doctor,
+)
 for command in _COMMANDS:
     app.command(short_help=(inspect.getdoc(command) or "").split("\n\n")[0])(command)
 

@@ -34,6 +34,7 @@ def dataset(
     frames: options.Frames = 8,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, metavar="N", help="Other random places and noise.")] = 1,
     workers: Annotated[int, options.count("Processes that render; with several cards, in turn on each.")] = 1,
+    cluster: options.Cluster = None,
     resume: Annotated[bool, typer.Option("--resume", help="Keep the shards that an earlier run has finished.")] = False,
     preset: options.Preset = "quality",
     values: options.Values = None,
@@ -49,7 +50,7 @@ def dataset(
     if view.has_camera or view.f_number is not None:
         camera = view.camera_for(view.load(moving=True), pixels)
     began = time.perf_counter()
-    with progress("Rendering shards", json) as advance:
+    with progress("Rendering", json) as advance:
         pica.dataset(
             partial(view.load, moving=True),
             output,
@@ -62,6 +63,7 @@ def dataset(
             settings=options.parse_settings(preset, values),
             seed=seed,
             workers=workers,
+            cluster=cluster,
             resume=resume,
             device=device,
             progress=advance,

@@ -54,6 +54,13 @@ Device = Annotated[
     str | None, typer.Option(metavar="NAME", help="Part of the device's name; without it, the best there is.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object; progress as JSON lines on stderr.")]
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        metavar="auto|ADDRESS",
+        help="Render on the machines of a Ray cluster, which share this folder (pip install pica[ray]).",
+    ),
+]
 
 
 Ev = Annotated[

@@ -1,26 +1,22 @@
 """`pica render`: a picture of a scene, or a sequence of them."""
 
-import math
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 from pica.cli import options
 from pica.cli.camera_path import read_camera_path
+from pica.cli.render_job import RenderJob, save
 from pica.cli.report import print_json, print_line, progress
 from pica.cli.sequence import FILM, PICTURES, Sequence, is_sequence
 from pica.cli.subject import View, takes_view
 from pica.errors import PicaError
-
-if TYPE_CHECKING:
-    from pica import Camera, Frame, PathTracer, Renderer, Scene
-
-_LEAD_IN = 32
-"""Frames after which the histories of a resumed sequence differ little from those of an unbroken run."""
 
 
 @takes_view
@@ -77,6 +73,7 @@ def render(
     resume: Annotated[
         bool, typer.Option("--resume", help="Keep the pictures that a run cut short has made; render those missing.")
     ] = False,
+    cluster: options.Cluster = None,
     light_map: options.LightMapFile = None,
     lut: options.LutFile = None,
     device: options.Device = None,
@@ -98,8 +95,9 @@ def render(
             raise PicaError(f"{output}: a film holds {what} needs pictures, such as frames/%04d.exr")
     else:
         options.check_output(output, (*PICTURES, FILM))
-        if seconds is not None or fps is not None or resume or turntable or camera_path is not None:
-            given = "--seconds, --fps, --turntable, --camera-path and --resume"
+        for_sequences = (seconds, fps, camera_path, cluster)
+        if any(value is not None for value in for_sequences) or resume or turntable:
+            given = "--seconds, --fps, --turntable, --camera-path, --cluster and --resume"
             raise PicaError(f"{output}: {given} are for out.mp4 or pictures such as out/%04d.png")
     settings = options.parse_settings(preset, values, ev)
     if transparent:
@@ -121,53 +119,53 @@ def render(
         from pica.denoising.open_image_denoise import check_installed
 
         check_installed()  # rather than once all is rendered
+    if cluster is not None:
+        from pica.distributed.cluster import check_installed as check_ray
 
+        check_ray()
+    job = RenderJob(
+        view=view,
+        size=pixels,
+        settings=settings,
+        path_traced=path_traced,
+        count=(samples or 256) if path_traced else (frames or 16),
+        denoise=way,
+        aov=aov,
+        device=device,
+        light_map=baked,
+        lut=look,
+        sequence=sequence,
+    )
     began = time.perf_counter()
     content = view.load(moving=sequence is not None)
     times = sequence.times(content) if sequence else []
     missing = list(range(len(times)))
     if sequence and resume:
-        missing = sequence.missing(len(times), lambda picture: list(files_of(picture, aov).values()))
-    camera_of = (
-        _moving_camera(view, content, sequence, times) if sequence else lambda _: view.camera_for(content, pixels)
-    )
+        missing = sequence.missing(len(times), job.files)
+    camera_of = job.moving_camera(content, times) if sequence else lambda _: view.camera_for(content, pixels)
     loaded = time.perf_counter()
-    renderer: Renderer | PathTracer
-    if path_traced:
-        renderer = pica.PathTracer(content, size=pixels, settings=settings, device=device, lut=look)
-        kind, count = "samples", samples or 256
+    show = partial(progress, json=json)
+    kind, timings, files = "samples" if path_traced else "frames", {}, [output]
+    if cluster is None:
+        renderer = job.renderer(content)
+        where = renderer.device_name
+        if sequence:
+            timings = job.render_sequence(content, renderer, camera_of, times, missing, show)
+        else:
+            with show("Rendering") as advance:
+                frame = renderer.render(job.count, camera=camera_of(0), progress=advance, denoise=way, aovs=aov or None)
+                files = save(frame, output, aov)
+            timings = frame.timings
     else:
-        renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked, lut=look)
-        renderer.debug = any(name.startswith("debug.") for name in aov or [])
-        kind, count = "frames", frames or 16
-    result: dict[str, Any] = {"scene": view.scene, "device": renderer.device_name, "size": list(pixels), kind: count}
-    result["denoised"] = way
-    summary = f"{'x'.join(map(str, pixels))}, {count} {kind}{', denoised' if way else ''}"
-    times_known: dict[str, Any] = {} if path_traced or sequence is None else {"seconds": 1 / sequence.fps}
+        where = f"cluster {cluster}"
+        _render_on_cluster(job, missing, cluster, show)
+    summary = f"{'x'.join(map(str, pixels))}, {job.count} {kind}{', denoised' if way else ''}"
+    result: dict[str, Any] = {"scene": view.scene, "device": where, "size": list(pixels), kind: job.count}
+    result |= {"denoised": way, "timings": timings}
     if sequence:
-        result["timings"] = sequence.render(
-            content,
-            times,
-            missing,
-            shoot=lambda number, whole: renderer.render(
-                1 if path_traced and not whole else count,
-                camera=camera_of(number),
-                denoise=way if whole else False,
-                aovs=aov or None,
-                **times_known,
-            ),
-            save=lambda frame, file: save(frame, file, aov),
-            lead_in=1 if path_traced else math.ceil(_LEAD_IN / count),
-            progress=partial(progress, json=json),
-        )
+        sequence.finish(len(times))
         result |= {"fps": sequence.fps, "start": sequence.start, "pictures": len(times), "rendered": len(missing)}
         summary = f"{len(missing)} of {len(times)} pictures rendered, {summary}"
-        files = [output]
-    else:
-        with progress("Rendering", json) as advance:
-            frame = renderer.render(count, camera=camera_of(0), progress=advance, denoise=way, aovs=aov or None)
-            files = save(frame, output, aov)
-        result["timings"] = frame.timings
     done = time.perf_counter()
 
     result["seconds"] = {"load": loaded - began, "render": done - loaded}
@@ -175,41 +173,22 @@ def render(
     if json:
         print_json(result)
     else:
-        print_line(f"{', '.join(result['files'])}: {summary}, {done - loaded:.1f} s on {renderer.device_name}")
+        print_line(f"{', '.join(result['files'])}: {summary}, {done - loaded:.1f} s on {where}")
 
 
-def _moving_camera(view: View, scene: "Scene", sequence: Sequence, times: list[float]) -> Callable[[int], "Camera"]:
-    """The camera of each picture of a sequence; called while the scene is in the picture's state."""
-    from pica.scene.orbit import orbited
+def _render_on_cluster(
+    job: RenderJob,
+    missing: list[int],
+    address: str,
+    show: Callable[[str], AbstractContextManager[Callable[[int, int], None]]],
+) -> None:
+    """The missing pictures, by the machines of a Ray cluster."""
+    from pica.distributed.cluster import do_on_cluster
 
-    path, framed = sequence.path, None
-    if path is not None:
-        return lambda number: view.focused(scene, path.at(times[number]))
-    if not view.has_camera and not scene.cameras():
-        framed = sequence.framing(scene, times)
-
-    def now() -> "Camera":
-        return view.focused(scene, view.camera_in(scene) or framed or scene.cameras()[0])
-
-    if not sequence.turntable:
-        return lambda _: now()
-    center = view.looked_at(scene, now())
-    return lambda number: orbited(now(), center, 2 * math.pi * number / len(times))
-
-
-def save(frame: "Frame", output: Path, aovs: list[str] | None) -> list[Path]:
-    """Write the picture and, with a .png, one picture for each AOV; the files written. Raises PicaError."""
-    for name in aovs or []:
-        frame.aov(name)  # raises for an unknown name before anything is written
-    files = files_of(output, aovs)
-    for name, path in files.items():
-        if name:
-            frame.save_aov(name, path)
-    frame.save(output, aovs=aovs)  # last: where it lies, all that belongs to it does
-    return list(files.values())
-
-
-def files_of(output: Path, aovs: list[str] | None) -> dict[str, Path]:
-    """The files that `save` writes, by the name of the AOV; the picture's is empty."""
-    beside = [] if output.suffix.lower() == ".exr" else aovs or []
-    return {"": output, **{name: output.with_name(f"{output.stem}.{name}{output.suffix}") for name in beside}}
+    assert job.sequence is not None
+    for number in missing:  # of another run: workers keep what is there
+        for file in job.files(job.sequence.file(number)):
+            file.unlink(missing_ok=True)
+    work = replace(job, chunks=job.split(missing))
+    with show("Rendering") as advance:
+        do_on_cluster(work, range(len(work.chunks)), address, advance)

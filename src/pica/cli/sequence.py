@@ -4,7 +4,7 @@ import math
 import re
 import shutil
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -143,7 +143,11 @@ class Sequence:
                 if describe(self.output) == (count, *self.size):
                     return []
             return list(range(count))
-        return [number for number in range(count) if not all(map(self._is_whole, files(self.file(number))))]
+        return self.unfinished(range(count), files)
+
+    def unfinished(self, numbers: Iterable[int], files: Callable[[Path], list[Path]]) -> list[int]:
+        """Which of these pictures are missing or incomplete; as `missing`."""
+        return [number for number in numbers if not all(map(self._is_whole, files(self.file(number))))]
 
     def _is_whole(self, file: Path) -> bool:
         """Whether a picture is there and all of it can be read. Raises PicaError where it has another size."""
@@ -165,14 +169,17 @@ class Sequence:
         missing: list[int],
         shoot: Callable[[int, bool], "Frame"],
         save: Callable[["Frame", Path], object],
+        restart: Callable[[int], object],
         lead_in: int,
         progress: Callable[[str], AbstractContextManager[Callable[[int, int], None]]] = progress,
+        share: bool = False,
     ) -> dict[str, float]:
         """Make the missing pictures and the film; returns the timings of the last.
 
         `shoot(number, True)` renders a picture of the current scene, `shoot(number, False)` for the history only.
         Histories need the pictures before a missing one: up to `lead_in` of them are rendered
-        again. `progress` reports the progress.
+        again, after `restart(number)` of their first. `progress` reports the progress.
+        `share`: these are one worker's pictures, of which `finish` makes the film.
         """
         timings: dict[str, float] = {}
         if not missing and self.is_film and not self._folder.exists():
@@ -182,7 +189,10 @@ class Sequence:
 
         def make(number: int) -> "Frame":
             nonlocal before, done, timings
-            for earlier in range(max(before + 1, number - lead_in), number):
+            first = max(before + 1, number - lead_in)
+            if before < 0 or first > before + 1:
+                restart(first)
+            for earlier in range(first, number):
                 scene.animate(times[earlier], chosen)
                 shoot(earlier, False)
             advance(done, len(times))
@@ -196,11 +206,16 @@ class Sequence:
             return frame
 
         with self._pictures(), progress("Rendering") as advance:
-            if self.is_film:
+            if self.is_film and not share:
                 self._film(len(times), set(missing), make)
-            for number in () if self.is_film else missing:
+            for number in () if self.is_film and not share else missing:
                 save(make(number), self.file(number))
         return timings
+
+    def finish(self, count: int) -> None:
+        """Make the film of `count` pictures that several workers have rendered, if they are to be one."""
+        if self.is_film and self._folder.exists():
+            self._film(count)
 
     @contextmanager
     def _pictures(self) -> Iterator[None]:
@@ -217,7 +232,7 @@ class Sequence:
         with suppress(OSError):  # not empty, or absent
             self._folder.rmdir()
 
-    def _film(self, count: int, missing: set[int], make: Callable[[int], "Frame"]) -> None:
+    def _film(self, count: int, missing: Collection[int] = (), make: "Callable[[int], Frame] | None" = None) -> None:
         """Keep the film's pictures, and encode it, while the next one is made; then remove the pictures."""
         from pica.images.background import Background
         from pica.images.films import write_video
@@ -226,7 +241,7 @@ class Sequence:
         def pictures(background: Background) -> "Iterator[NDArray[np.uint8]]":
             for number in range(count):
                 file = self.file(number)
-                if number not in missing:
+                if make is None or number not in missing:
                     yield read_image(file, str(file))[..., :3]
                     continue
                 picture = make(number).display

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from pica.distributed.cluster import check_installed, do_on_cluster
 from pica.distributed.dataset_job import DatasetJob
 from pica.distributed.samples import LABELS, checked_labels
 from pica.distributed.viewpoints import ORBIT, Cameras
@@ -33,19 +34,22 @@ def dataset(
     settings: Settings | None = None,
     seed: int = 1,
     workers: int = 1,
+    cluster: str | None = None,
     resume: bool = False,
     device: str | None = None,
     progress: Progress | None = None,
 ) -> None:
     """Render a data set into a folder: WebDataset shards, pictures with COCO annotations, and a README with the units.
 
-    `scene`: a scene, or a function that makes it, which each worker calls. `cameras`: "orbit", once round what the
-    default camera looks at; "sphere", random places around it; the name of a .csv file; or cameras. `camera`: another
-    one than the scene's default camera, for "orbit" and "sphere". `count`: pictures.
-    `labels`: of "depth", "normal", "instance", "semantic", "motion" and "albedo". `size`: (width, height) in pixels.
-    `frames`: whose mean is a picture. `seed`: of random places and times, and of the noise. `workers`: processes, which
-    import the program anew, so that it must be guarded by `if __name__ == "__main__":`. `resume`: keep the shards that
-    an earlier call with the same arguments has finished. `progress(done, shards)` is called after each shard.
+    `scene`: a scene, or a function that makes it, which each worker calls.
+    `cameras`: "orbit", once round what the scene's default camera looks at; "sphere", random places around it; the name
+    of a .csv file; or cameras. `camera`: in place of the default camera, for "orbit" and "sphere".
+    `count`: pictures. `labels`: of "depth", "normal", "instance", "semantic", "motion" and "albedo". `size`: (width,
+    height) in pixels. `frames`: whose mean is a picture. `seed`: of random places and times, and of the noise.
+    `workers`: processes, which import the program anew, so that it must be guarded by `if __name__ == "__main__":`.
+    `cluster`: "auto" or the address of a Ray cluster, whose machines render instead; they share the folder.
+    `resume`: keep the shards that an earlier call with the same arguments has finished.
+    `progress(done, pictures)` is called after each shard.
 
     Every file has the same bytes whatever the number of workers, and however often it was resumed. Raises PicaError for
     impossible arguments and a folder with other content, and as `Renderer`.
@@ -57,7 +61,7 @@ def dataset(
     noise = checked("dataset: seed", whole(0, 2**31 - 1), seed, PicaError)
     job = DatasetJob(
         scene=scene if callable(scene) else checked("dataset: scene", instance(Scene), scene),
-        output=Path(output),
+        output=Path(output).absolute(),
         cameras=cameras if isinstance(cameras, str | Path) else tuple(cameras),
         camera=checked("dataset: camera", optional(instance(Camera)), camera),
         count=checked("dataset: count", whole(1, _MOST), count, PicaError),
@@ -68,5 +72,14 @@ def dataset(
         device=checked("dataset: device", optional(text), device, PicaError),
         shard=SHARD,
     )
-    do(job, job.begin(go_on), processes, progress or (lambda done, total: None))
+    report = progress or (lambda done, total: None)
+    if cluster is None:
+        do(job, job.begin(go_on), processes, report)
+    else:
+        if processes > 1:
+            raise PicaError(
+                "dataset: workers are for this machine; a cluster has one for each card, or for a few cores"
+            )
+        check_installed()
+        do_on_cluster(job, job.begin(go_on), checked("dataset: cluster", text, cluster, PicaError), report)
     job.finish()

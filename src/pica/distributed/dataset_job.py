@@ -66,6 +66,10 @@ class DatasetJob:
         _write_text(self.output / _README, readme(self.labels))
         return [shard for shard in self._all_shards if not self._is_whole(shard)]
 
+    def weight(self, shard: int) -> int:
+        """See Work: its samples."""
+        return len(self._numbers(shard))
+
     def open(self, worker: int) -> Callable[[int], None]:
         """See Work: loads the scene and makes a renderer for all shards of this worker."""
         scene = self._scene()

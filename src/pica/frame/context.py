@@ -29,7 +29,9 @@ class FrameContext:
     output_size: Size
     """Of the picture that is shown; antialiasing makes it."""
     index: int
-    """Counts frames since the history was dropped; noise depends on it."""
+    """Counts frames since the history was dropped, from `Renderer.reset`'s number; noise depends on it."""
+    first: bool
+    """Whether the history was dropped before it."""
     camera: Camera
     jitter: tuple[float, float]
     """Subpixel offset of the samples from pixel centres, pixels right and down."""
@@ -103,7 +105,7 @@ class FrameSequence:
         }
         """Constants of the newest two cameras, at full and at half size."""
         self._jitter = 0.0, 0.0
-        self._index = 0
+        self._index, self._first = 0, True
         self._in_flight: deque[int] = deque()
         self.host_seconds = 0.0
         """Time to record and submit the newest frame."""
@@ -122,9 +124,9 @@ class FrameSequence:
             recent.clear()
         self.reset()
 
-    def reset(self) -> None:
-        """Start again from frame 0."""
-        self._previous, self._index = None, 0
+    def reset(self, index: int = 0) -> None:
+        """Start again, from frame `index`."""
+        self._previous, self._index, self._first = None, index, True
 
     @property
     def has_aperture(self) -> bool:
@@ -138,12 +140,12 @@ class FrameSequence:
 
     @property
     def is_first(self) -> bool:
-        """Whether the next frame is frame 0."""
-        return self._index == 0
+        """Whether the next frame is the first since `reset` or `rewind`."""
+        return self._first
 
     def rewind(self) -> None:
         """Count from frame 0 again, but remember the camera before."""
-        self._index = 0
+        self._index, self._first = 0, True
 
     def begin(self, camera: Camera, jittered: bool = True) -> FrameContext:
         """The next frame. Frame 0 samples pixel centres, later ones are jittered about them."""
@@ -152,7 +154,7 @@ class FrameSequence:
         jitter = (radical_inverse(2, self._index), radical_inverse(3, self._index)) if jittered else (0.0, 0.0)
         index, size = self._index, self.size
         self._bind(camera, previous, jitter)
-        moved = index == 0 or not same_view(previous, camera)
+        moved = self._first or not same_view(previous, camera)
         self._device.profiler.begin_frame()
         context = FrameContext(
             device=self._device,
@@ -160,6 +162,7 @@ class FrameSequence:
             size=size,
             output_size=self.output_size,
             index=index,
+            first=self._first,
             camera=camera,
             jitter=jitter,
             block=self.block,
@@ -168,7 +171,7 @@ class FrameSequence:
             changed=moved,
         )
         self._previous, self._jitter = camera, jitter
-        self._index += 1
+        self._index, self._first = self._index + 1, False
         return context
 
     def _bind(self, camera: Camera, previous: Camera, jitter: tuple[float, float]) -> None:

@@ -40,13 +40,15 @@ from pica.rendering.tensors import cuda_tensors
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
-from pica.scene.values import checked, flag, instance, number, optional
+from pica.scene.values import checked, flag, instance, number, optional, whole
 from pica.settings import Settings
 from pica.tracing.fallbacks import runnable
 from pica.tracing.ray_buffers import Tracer
 
 _FIRST_SAMPLES = 8
 """Frames of a first picture on graphics cards: as many as it takes to have the error of the picture in motion."""
+_LATEST = (1 << 31) - 1
+"""Number of a frame; shaders count in 32 bits."""
 
 
 class Renderer(Closing):
@@ -182,9 +184,13 @@ class Renderer(Closing):
         self._stages.antialiasing.restart()
 
     @synchronized
-    def reset(self) -> None:
-        """Discard all history: the next frame is frame 0 again, as a new renderer's."""
-        self._frames.reset()
+    def reset(self, frame: int = 0) -> None:
+        """Discard all history: the next frame is frame 0 again, as a new renderer's.
+
+        `frame`: its number instead, on which noise and jitter depend, so that a film that is begun in its middle has
+        the samples of one that is rendered from its start. Raises PicaError for a number below 0.
+        """
+        self._frames.reset(checked("reset: frame", whole(0, _LATEST), frame, PicaError))
         self._drop_histories()
 
     def _drop_histories(self) -> None:
@@ -319,7 +325,7 @@ class Renderer(Closing):
         frame = self._frames.begin(camera, jittered)
         frame.changed |= self.view.update(frame, camera)
         frame.changed_lights = self.view.lights_changed
-        frame.since_relit = self._relighting.count(frame.changed_lights, frame.index == 0)
+        frame.since_relit = self._relighting.count(frame.changed_lights, frame.first)
         return frame
 
     @synchronized

@@ -45,14 +45,16 @@ class MapPaths:
 
     def reset(self) -> None:
         """Forget all light."""
-        self._unchanged = 0
+        self._scene, self._unchanged, self._number = -1, 0, 0
         self.maps.reset()
 
     def light(self, graph: FrameGraph, wanted: bool = True) -> MapLight:
         """Declare what they keep. `wanted`: False if there are no paths."""
         side, number = self.maps.side if wanted else 1, lambda frame: self._number
         texels = graph.texture("light of texels", spy.Format.rgba32_float, (side, side), lifetime=Lifetime.KEPT)
-        return MapLight(texels, graph.buffer("last seen", 4 * self.maps.room, struct_size=4), number)
+        last_seen = graph.buffer("last seen", 4 * self.maps.room, struct_size=4)
+        graph.clear(last_seen, when=lambda frame: frame.first)
+        return MapLight(texels, last_seen, number)
 
     def follow(self, graph: FrameGraph, scene: SceneView, wanted: bool) -> None:
         """Declare what keeps the maps up to date. `wanted`: False leaves all objects out."""

@@ -94,8 +94,8 @@ class Post(Effect):
         up, down = self._settings.adaptation_up, self._settings.adaptation_down
 
         def at_once(frame: FrameContext) -> int:
-            if frame.index == 0 or not frame.continues:
-                self._begins = frame.index == 0  # all frames of a first picture meter anew
+            if frame.first or not frame.continues:
+                self._begins = frame.first  # all frames of a first picture meter anew
             return int(self._begins or frame.seconds is None or up == down == 0)
 
         return {
