@@ -84,7 +84,7 @@ sys.exit(code + main(["render", "cornell", "-o", {str(tmp_path / "%d.png")!r}, "
 
 
 def arguments(output, *more):
-    scene = "--size 48x32 --turntable --fps 10 --frames 48 --device llvmpipe".split()
+    scene = ["--size", "48x32", "--turntable", "--fps", "10", "--frames", "48", "--device", "llvmpipe"]
     return ["render", "cornell", "-o", str(output), *scene, "--seconds", "4", *more]
 
 
@@ -101,7 +101,7 @@ def test_frames_of_a_cluster_are_those_of_one_process(cluster, tmp_path, capsys)
     for number in range(40):
         one, other = (read_image(tmp_path / name / f"{number:02d}.png", "") for name in ("alone", "together"))
         errors.append(flip(one[..., :3] / 255, other[..., :3] / 255)[0])
-    assert errors[:16] == [0] * 16 and 0 < max(errors) < 0.01, errors
+    assert max(errors[:16]) < 0.001 < max(errors) < 0.01, errors  # threads may change last bits
 
     kept = (tmp_path / "together" / "03.png").stat().st_mtime_ns
     for number in (7, 20):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from pica import Camera, Frame, LightMap, Lut, PathTracer, Renderer, Scene, Settings
 
-_LEAD_IN = 96
+_LEAD_IN = 160
 """Frames after which the histories of a sequence that begins in its middle differ little from those of a whole one."""
 _SHORTEST = 16
 """Pictures of a worker's share at least."""

@@ -51,7 +51,8 @@ def dataset(
     `resume`: keep the shards that an earlier call with the same arguments has finished.
     `progress(done, pictures)` is called after each shard.
 
-    Every file has the same bytes whatever the number of workers, and however often it was resumed. Raises PicaError for
+    Every file has the same bytes whatever the number of workers, and however often it was resumed; but for pictures of
+    devices whose threads add in any order, where last bits may differ (docs/guide/scaling.md). Raises PicaError for
     impossible arguments and a folder with other content, and as `Renderer`.
     """
     check_progress("dataset", progress)

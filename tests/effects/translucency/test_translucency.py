@@ -220,3 +220,14 @@ def test_light_stays_where_its_object_does(device):
             before = after
         renderer.reset()
         assert np.abs(middle(1) - before).mean() > 0.06 * before.mean()
+
+
+def test_after_a_reset_nothing_is_left_of_pictures_before(device):
+    """Paths of texels that are not in the picture go on for some frames, and texels take turns."""
+    scene = scene_of(placed(sphere(0.5, wax(), 32)), shining(PointLight(intensity=30.0), move(1, 2, 1)))
+    with pica.Renderer(scene, size=SIZE, device=device) as renderer:
+        first = renderer.render(2, camera=FRONT, cut=True)
+        renderer.render(1, camera=OBLIQUE)
+        again = renderer.render(2, camera=FRONT, cut=True)
+    assert first.aov("subsurface").any()
+    assert np.array_equal(first.aov("subsurface"), again.aov("subsurface"))
