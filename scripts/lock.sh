@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes requirements.lock and, for the extras, requirements-{cpu,denoise,docs,view,meshes,usd,test}.lock from pyproject.toml.
+# Writes requirements.lock and, for the extras, requirements-{cpu,denoise,docs,view,meshes,usd,test,ray}.lock from pyproject.toml.
 # Usage: lock.sh PYTHON
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -32,7 +32,12 @@ lock meshes view
 lock usd meshes
 # With what denoising, docs, the viewer and file formats need, which tests need too.
 lock test cpu
+# Ray shares packages with the viewer, so it is installed where that is not.
+"$1" -m venv "$scratch/without-viewer"
+pip="$scratch/without-viewer/bin/python -m pip --disable-pip-version-check"
+$pip install --quiet -r "$scratch/plain"
+lock ray plain
 cp "$scratch/plain" requirements.lock
-for extra in cpu denoise docs view meshes usd test; do
+for extra in cpu denoise docs view meshes usd test ray; do
     cp "$scratch/$extra" "requirements-$extra.lock"
 done

@@ -73,6 +73,16 @@ def test_a_labelled_data_set(run):
     assert read(folder / "0000.belt.png").any()
 
 
+def test_depth_is_learned(run, capsys):
+    pytest.importorskip("torch", reason="PyTorch is not installed")
+    picture = read(
+        run("train_depth", "--steps", "21", "--batch", "2", "--size", "32x24", "--output", "d.png") / "d.png"
+    )
+    assert picture.shape == (24, 96, 3)
+    errors = [float(line.split()[-1]) for line in capsys.readouterr().out.splitlines()]
+    assert len(errors) == 2 and all(0 < error < 1 for error in errors)
+
+
 def test_a_material_of_one_s_own(run):
     folder = run("own_material", "wall.png", "--size", "64x36", "--frames", "1", "--preset", "raster")
     red = (lambda rgb: rgb[..., 0] / rgb.sum(axis=-1))(read(folder / "wall.png")[9:27, 16:48].astype(float))

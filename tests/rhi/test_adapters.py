@@ -78,3 +78,13 @@ def test_driver_that_does_not_open_is_listed_as_broken(monkeypatch):
     monkeypatch.setattr(adapters, "adapters", lambda: [SimpleNamespace(name="broken", luid=b"")] * 99)
     monkeypatch.setattr(adapters.subprocess, "run", lambda *_, **__: SimpleNamespace(returncode=-11))
     assert adapters.list_devices()[0] == adapters.DeviceInfo("broken", "unknown", "", 0, ["a driver that opens"])
+
+
+def test_cards_of_one_name_are_told_apart_by_number(machine):
+    machine(FAST, SOFTWARE, FASTER)
+    assert adapters.choose("#0") is FAST and adapters.choose("#2") is FASTER
+    with pytest.raises(DeviceError, match=r"no device #3; there are 3, from #0"):
+        adapters.choose("#3")
+    assert [adapters.for_worker(number) for number in range(3)] == ["#0", "#2", "#0"]
+    machine(FAST, SOFTWARE)
+    assert adapters.for_worker(1) is None
