@@ -107,6 +107,7 @@ def demo(
         list(range(len(pictures))),
         shoot,
         lambda frame, file: frame.save(file, aovs=()),
+        restart=lambda number: None,  # its first frame is a new renderer's
         lead_in=0,
         progress=partial(progress, json=json),
     )

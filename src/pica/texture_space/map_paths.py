@@ -14,6 +14,9 @@ from pica.rhi.device import Device
 from pica.texture_space.texture_maps import MappedKind, TextureMaps
 from pica.tracing.ray_effect import RayEffect
 
+_FIRST = 2
+"""Of the numbers of frames: from then on nothing counts as seen in frame 0 (UNSEEN_FRAMES in texel_turns.slang)."""
+
 
 @dataclass(frozen=True)
 class MapLight:
@@ -37,7 +40,7 @@ class MapPaths:
         path; 0: as the device allows."""
         self.maps = TextureMaps(device, kind, 1 << side.bit_length() - 1)
         self._interval = interval or (2 if device.is_software else 1)
-        self._scene, self._unchanged, self._number = -1, 0, 0
+        self._scene, self._unchanged, self._number = -1, 0, _FIRST
 
     def unchanged(self, frame: FrameContext) -> int:
         """For how many frames the scene has not changed: an input of passes."""
@@ -45,7 +48,7 @@ class MapPaths:
 
     def reset(self) -> None:
         """Forget all light."""
-        self._scene, self._unchanged, self._number = -1, 0, 0
+        self._scene, self._unchanged, self._number = -1, 0, _FIRST
         self.maps.reset()
 
     def light(self, graph: FrameGraph, wanted: bool = True) -> MapLight:

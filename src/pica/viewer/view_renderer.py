@@ -1,6 +1,6 @@
 """A renderer that views use in turns."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 from weakref import ref
 
@@ -55,7 +55,7 @@ class ViewRenderer:
             self._renderer.configure(settings)
         self._settings = settings
 
-    def advance(self, view: View, jittered: bool, capture: Callable[[], Collection[str]]) -> dict[str, Lazy]:
+    def advance(self, view: View, jittered: bool, capture: Callable[[], Collection[str]]) -> Mapping[str, Lazy]:
         """The next frame of a view, at its current size: functions that fetch what is captured."""
         size = view.resolution.size
         if self._renderer is None:
