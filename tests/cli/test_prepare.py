@@ -9,7 +9,7 @@ import pica
 from pica.programs.scene_features import BUNDLES, features_of_mesh, features_of_scene, supported_features
 from pica.settings import PRESETS, Settings
 
-BUILT_IN = 8
+BUILT_IN = 9
 
 
 class Preparing:
