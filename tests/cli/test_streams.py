@@ -35,7 +35,7 @@ def shell(line, **environment):
         ["bash", "-o", "pipefail", "-c", line, sys.executable, WORK],
         capture_output=True,
         timeout=60,
-        env=os.environ | environment,
+        env={**os.environ, **environment, "PYTHONUNBUFFERED": ""},  # empty is unset
     )
     return run.returncode, run.stdout.decode(errors="replace"), run.stderr.decode(errors="replace")
 

@@ -12,15 +12,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     0 success; 2 a user error (bad input, no device); 130 interrupted; 141 the results' reader has ended; 1 a fault
     of pica itself. PICA_DEBUG=1 in the environment lets the traceback through.
     """
-    if arguments is None:
+    owns_process = arguments is None
+    if owns_process:
         interrupts.take_over()
-        from pica.cli.streams import open_closed
+    from pica.cli.streams import drop_unsaid, open_closed
 
+    if owns_process:
         open_closed()
-        arguments = sys.argv[1:]
     from pica.cli.app import run
 
-    return run(arguments)
+    code = run(sys.argv[1:] if arguments is None else arguments)
+    if owns_process:
+        drop_unsaid()
+    return code
 
 
 if __name__ == "__main__":

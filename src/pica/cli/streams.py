@@ -30,6 +30,16 @@ def open_closed() -> None:
             setattr(sys, name, os.fdopen(number, mode, closefd=False))
 
 
+def drop_unsaid() -> None:
+    """Forget what cannot be written to stderr, at the end: Python's own attempt would change the exit code to 120."""
+    try:
+        sys.stderr.flush()
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 2)
+        os.close(nowhere)
+
+
 @contextmanager
 def results_alone_on_stdout() -> Iterator[None]:
     """Redirects output of native libraries to stderr, so that stdout has results only (--json must stay JSON).
