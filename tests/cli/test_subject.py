@@ -173,3 +173,13 @@ def test_limits_that_are_none(show, limit):
 
 def test_every_limit_has_its_name():
     assert tuple(field.name for field in fields(pica.Limits)) == LIMITS
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_background_is_a_colour_in_srgb_or_the_environment(show, calls, loaded, command):
+    assert show(command, "--camera", "eye", "--background", "#bc00ff")[0] == 0
+    assert calls[-1].scene.background == pytest.approx((0.5028, 0, 1), abs=1e-3)
+    assert show(command, "--camera", "eye", "--background", "environment")[0] == 0
+    assert calls[-1].scene.background is None
+    code, err = show(command, "--camera", "eye", "--background", "red")
+    assert (code, err.count("\n")) == (2, 1) and "--background 'red' is neither a colour such as '#404048' nor" in err

@@ -33,6 +33,7 @@ def fields_of_scene(scene: Scene) -> dict[str, Any]:
         "environment": None
         if environment is None
         else {name: getattr(environment, name) for name in _names(environment)},
+        "background": scene.background,
         "nodes": [_node(node, rows, numbers) for node in nodes],
         "animations": [
             {

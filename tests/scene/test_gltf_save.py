@@ -82,6 +82,7 @@ def test_files(name: str, tmp_path: Path) -> None:
 def test_transforms_that_mirror_shear_and_turn(tmp_path: Path) -> None:
     sheared = np.array([[1, 0.5, 0, 0.1], [0, 2, 0.25, 0.2], [0, 0, -1, 1 / 3], [0, 0, 0, 1]])
     scene = Scene("tree", Environment(np.full((2, 4, 3), 0.7), strength=2.0, rotation=0.5, name="grey"))
+    scene.background = (0.1, 1 / 3, 2.0)
     top = scene.add(Node("top", extras={"class": "rock", "size": [1, 2.5]}))
     top.transform = sheared
     turned = top.add(
@@ -305,6 +306,7 @@ def edited(folder: Path, **pica_keys: Any) -> Path:
 
 FAULTS: dict[str, tuple[str, dict[str, Any], str]] = {
     "row of the environment": ("scenes", {"environment": {"radiance": 0, "width": 5}}, "are no rows of 5"),
+    "background below black": ("scenes", {"background": [0, -1, 0]}, "-1 is not a number from 0 to"),
     "environment without pixels": ("scenes", {"environment": {"width": 4}}, "radiance: is missing"),
     "coat": ("materials", {"coats": [{"ior": 0.5}]}, r"coats\[0\].ior: 0.5"),
     "coats": ("materials", {"coats": [{}] * 4}, "4 coats are more than 3"),

@@ -57,6 +57,9 @@ class View:
     env_rotation: Annotated[
         float | None, _option("DEGREES", "Turns the environment about the vertical axis, from +Z towards +X.")
     ] = None
+    background: Annotated[
+        str | None, _option("#RRGGBB", "A colour to show behind all surfaces, sRGB; or environment, to show that.")
+    ] = None
     sun: Annotated[
         str | None,
         _option("ELEVATION,AZIMUTH", "A clear sky and its sun, degrees, north is -Z; or TIME@LATITUDE,LONGITUDE."),
@@ -93,6 +96,8 @@ class View:
         if sky is not None:
             scene.add(sky[1])
         self._change_environment(scene)
+        if self.background is not None:
+            scene.background = _background(self.background)
         if moving or self.start is not None or self.animation is not None:
             scene.animate(self.start or 0.0, find_animation(scene, self.animation))
         return scene
@@ -236,6 +241,20 @@ def _load(
         hint = did_you_mean(name, BUILT_IN)
         raise PicaError(f"no file and no built-in scene {name!r}; the built-in ones are {', '.join(BUILT_IN)}{hint}")
     return pica.load(name, environment=environment, allow_outside=allow_outside, limits=limits, up=up, variant=variant)
+
+
+def _background(text: str) -> tuple[float, float, float] | None:
+    """Scene.background of "#404048" or "environment". Raises PicaError."""
+    import numpy as np
+
+    from pica.color import srgb_decode
+
+    if text == "environment":
+        return None
+    if not re.fullmatch("#?[0-9a-fA-F]{6}", text):
+        raise PicaError(f"--background {text!r} is neither a colour such as '#404048' nor environment")
+    red, green, blue = srgb_decode(np.array([*bytes.fromhex(text.removeprefix("#"))]) / 255).tolist()
+    return red, green, blue
 
 
 def _point(option: str, text: str) -> tuple[float, ...]:

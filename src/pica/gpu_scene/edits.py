@@ -10,7 +10,7 @@ from pica.scene.material import Image, Material
 from pica.scene.model import Mesh, Node, Scene
 
 Edit: TypeAlias = Mesh | Material | Scene
-"""A mesh to upload again, a material to pack again, or the scene, for its environment."""
+"""A mesh to upload again, a material to pack again, or the scene, for its environment and background."""
 
 
 class Edits:

@@ -217,7 +217,7 @@ class GpuScene:
         self.arrivals.place_objects([self.placements[node] for node in added])
         masked = [node for node in changes.altered if self._mask(node)]
         lights_moved = self._follow_lights(ready, relit, changes)
-        if self.source in edits:
+        if self.source in edits and self.environment.source is not self.source.environment:
             self.environment.replace(self.source.environment)
         lights_differ = self._lights_for != self._lights_source()
         if lights_differ:

@@ -295,6 +295,8 @@ class SceneView:
             instances=scene.instance_table.buffer,
             previousPlaces=self.places.buffer,
             materials=scene.materials.table.buffer,
+            hasBackground=int(scene.source.background is not None),
+            backgroundColor=scene.source.background or (0.0, 0.0, 0.0),
             masked=int(scene.masked or self.lights.masked),
             transparent=int(self.transparent),
             glassApart=int(self.glass_apart) << int(self._meets_layers),

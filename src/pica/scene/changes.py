@@ -24,7 +24,8 @@ class Changes:
     altered: "list[Node]"
     """Nodes whose light, visibility or lighting channels were set."""
     edited: "list[Followed | Scene]"
-    """Meshes, their parts, materials and images that were written to; the scene when its environment was set."""
+    """Meshes, their parts, materials and images that were written to; the scene when its environment or background was
+    set."""
 
     def then(self, later: "Changes") -> "Changes":
         """These changes followed by later ones."""

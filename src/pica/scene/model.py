@@ -19,7 +19,7 @@ from pica.scene.extents import framed, subject_box, whole_box
 from pica.scene.mesh import Mesh, Section
 from pica.scene.node import Node, enter, loose, worth_checking
 from pica.scene.tracked_field import TrackedField
-from pica.scene.values import UnfitError, instance, items, number, optional, text
+from pica.scene.values import BRIGHTEST, UnfitError, instance, items, number, optional, text, vector
 
 __all__ = ["Mesh", "Node", "Scene", "Section"]
 
@@ -31,6 +31,8 @@ class Scene(FieldsOnly):
     name: CheckedField[str] = CheckedField(text, "")
     environment: TrackedField[Environment | None] = TrackedField(optional(instance(Environment)), None)
     """Environments are immutable: set another one, such as `dataclasses.replace(scene.environment, strength=2.0)`."""
+    background: TrackedField[tuple[float, float, float] | None] = TrackedField(optional(vector(3, 0, BRIGHTEST)), None)
+    """Radiance of pixels without a surface, linear Rec. 709, nits; None: that of the environment. It gives no light."""
 
     animations: list[Animation]
     variants: tuple[str, ...]
@@ -40,6 +42,7 @@ class Scene(FieldsOnly):
         self._listeners = Listeners(self)
         self.name = name
         self.environment = environment
+        self.background = None
         self._roots: list[Node] = []
         self.animations = []
         self.variants = ()

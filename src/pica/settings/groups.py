@@ -25,7 +25,7 @@ class VisibilitySettings(Group):
     background: Literal["environment", "transparent"] = choice(
         "environment",
         "What pixels show in which the camera sees no surface.",
-        environment="The environment.",
+        environment="The environment, or Scene.background.",
         transparent="Nothing: pictures have alpha. The environment still lights the scene and is seen in reflections.",
     )
 

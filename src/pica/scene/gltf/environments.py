@@ -1,9 +1,10 @@
-"""The environment in the extras of a scene: glTF has no light of the surroundings (docs/guide/gltf.md)."""
+"""Environment and background in the extras of a scene, as glTF has neither (docs/guide/gltf.md)."""
 
 from pica.scene.environment import Environment
 from pica.scene.gltf.accessors import read_floats
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
+from pica.scene.values import BRIGHTEST
 
 
 def read_environment(document: Document, scene: Element | None) -> Environment | None:
@@ -23,3 +24,11 @@ def read_environment(document: Document, scene: Element | None) -> Environment |
         rotation=entry.number("rotation", default=0.0),
         name=entry.name,
     )
+
+
+def read_background(scene: Element | None) -> tuple[float, float, float] | None:
+    """Scene.background of a scene of the file; None if it has none. Raises SceneError."""
+    if scene is None or "background" not in scene.pica:
+        return None
+    red, green, blue = scene.pica.numbers("background", 3, 0, BRIGHTEST)
+    return red, green, blue

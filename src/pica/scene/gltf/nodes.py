@@ -16,7 +16,7 @@ from pica.scene.gltf.cameras import read_camera
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.deformation import bind, read_skin
 from pica.scene.gltf.element import Element
-from pica.scene.gltf.environments import read_environment
+from pica.scene.gltf.environments import read_background, read_environment
 from pica.scene.gltf.lights import Lights, read_visibility
 from pica.scene.gltf.meshes import Meshes
 from pica.scene.gltf.variants import Variants
@@ -44,6 +44,7 @@ def build_scene(document: Document) -> Scene:
     hierarchy = _Hierarchy(document)
     name, roots = hierarchy.shown()
     scene = Scene(name, read_environment(document, hierarchy.scene))
+    scene.background = read_background(hierarchy.scene)
     scene.variants = Variants(document).names
     made = _make_nodes(document, hierarchy, roots)
     nodes = made.nodes

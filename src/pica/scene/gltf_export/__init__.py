@@ -24,7 +24,9 @@ def write(scene: Scene, path: str | Path) -> None:
     entry = {
         "name": scene.name,
         "nodes": [rows[root] for root in scene.roots],
-        "extras": asset.extras({}, {"environment": environment_entry(asset, scene.environment)}),
+        "extras": asset.extras(
+            {}, {"environment": environment_entry(asset, scene.environment), "background": scene.background}
+        ),
     }
     asset.add("scenes", entry)
     if scene.variants:
