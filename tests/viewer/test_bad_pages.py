@@ -3,7 +3,6 @@
 import contextlib
 import os
 import socket
-import threading
 import time
 from pathlib import Path
 
@@ -11,15 +10,14 @@ import numpy as np
 import pytest
 
 import pica
-from pica.viewer.viewer import Viewer
-from tests.viewer.scenes import CAMERA, CANVAS, is_whole, redness, scene
+from tests.viewer.scenes import CAMERA, CANVAS, is_whole, redness
 
 pytest.importorskip("viser", reason="the extra pica[view] is not installed")
 
 from viser import _messages as messages
 
-from pica.viewer.web.server import WebViewer
 from tests.viewer.page import Page
+from tests.viewer.serving import serving
 
 pytestmark = pytest.mark.slow
 ASIDE = pica.Camera.look_at((-1, 1.5, 4), (-1, 0.5, 0))
@@ -30,14 +28,8 @@ BEARABLE = 5.0
 @pytest.fixture(scope="module", params=["127.0.0.1", "0.0.0.0"])
 def web(device, request):
     """Directly, and through the gate."""
-    viewer = Viewer(scene(), settings=pica.Settings.preset("raster"), device=device, frames=2)
-    served = WebViewer(viewer, size=CANVAS, host=request.param, port=0, camera=CAMERA)
-    thread = threading.Thread(target=served.run, daemon=True)
-    thread.start()
-    yield served
-    served.stop()
-    thread.join(30)
-    assert not thread.is_alive()
+    with serving(device, host=request.param) as served:
+        yield served
 
 
 def opened(web) -> Page:

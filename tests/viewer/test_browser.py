@@ -2,7 +2,6 @@
 
 import io
 import shutil
-import threading
 import time
 
 import numpy as np
@@ -10,13 +9,12 @@ import pytest
 from PIL import Image
 
 import pica
-from pica.viewer.viewer import Viewer
 from tests.viewer.scenes import CAMERA, redness, scene, until
+from tests.viewer.serving import serving
 
 pytest.importorskip("viser", reason="the extra pica[view] is not installed")
 sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright, which drives a browser")
 
-from pica.viewer.web.server import WebViewer  # noqa: E402
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 pytestmark = [
@@ -36,11 +34,7 @@ def open_browser():
 
 
 def test_a_page_is_looked_at_and_used(device, open_browser):
-    viewer = Viewer(scene(), settings=pica.Settings.preset("raster"), device=device, frames=2)
-    web = WebViewer(viewer, size=(320, 200), port=0, camera=CAMERA)
-    thread = threading.Thread(target=web.run, daemon=True)
-    thread.start()
-    try:
+    with serving(device, (320, 200)) as web:
         page = open_browser({"width": 1000, "height": 640})
         page.goto(web.address)
         page.get_by_text("2 frames").wait_for(timeout=60_000)
@@ -58,14 +52,11 @@ def test_a_page_is_looked_at_and_used(device, open_browser):
         time.sleep(1.0)
         page.mouse.click(500, 320)
         page.get_by_text("section 0").wait_for(timeout=10_000)
-        assert viewer.node.name == "cube"
+        assert web.viewer.node.name == "cube"
         page.get_by_role("tab", name="Settings").click()
         page.get_by_text("Post", exact=True).click()
         page.get_by_label("Auto exposure").click()
-        until(lambda: not viewer.settings.post.auto_exposure)
-    finally:
-        web.stop()
-        thread.join(30)
+        until(lambda: not web.viewer.settings.post.auto_exposure)
 
 
 def test_a_file_is_opened_from_the_page(device, open_browser, tmp_path):
@@ -100,13 +91,9 @@ def test_a_notebook_s_cell_shows_the_page(device, open_browser):
 
 
 def test_a_browser_gets_in_with_the_token_once(device, open_browser):
-    viewer = Viewer(scene(), settings=pica.Settings.preset("raster"), device=device, frames=2)
-    web = WebViewer(viewer, size=(320, 200), host="0.0.0.0", port=0, camera=CAMERA)
-    thread = threading.Thread(target=web.run, daemon=True)
-    thread.start()
-    root, _, token = web.address.partition("/?")
-    root = f"http://127.0.0.1:{root.rpartition(':')[2]}"
-    try:
+    with serving(device, (320, 200), host="0.0.0.0") as web:
+        root, _, token = web.address.partition("/?")
+        root = f"http://127.0.0.1:{root.rpartition(':')[2]}"
         page = open_browser({"width": 1000, "height": 640})
         assert page.goto(root).status == 403
         assert page.get_by_text("Open the address").count() == 1
@@ -115,9 +102,6 @@ def test_a_browser_gets_in_with_the_token_once(device, open_browser):
         assert "token" not in page.url
         page.reload()
         until(lambda: len(redness(screenshot(page)[:, 330:600])) > 1000)
-    finally:
-        web.stop()
-        thread.join(30)
 
 
 def screenshot(page) -> np.ndarray:

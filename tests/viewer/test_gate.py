@@ -3,32 +3,25 @@
 import contextlib
 import http.client
 import socket
-import threading
 from urllib.parse import urlsplit
 
 import pytest
 from websockets.exceptions import WebSocketException
 
 import pica
-from pica.viewer.viewer import Viewer
-from tests.viewer.scenes import CAMERA, CANVAS, is_whole, scene
+from tests.viewer.scenes import CAMERA, CANVAS, is_whole
 
 pytest.importorskip("viser", reason="the extra pica[view] is not installed")
 
 from pica.viewer.web.gate import Gate, is_loopback
-from pica.viewer.web.server import WebViewer
 from tests.viewer.page import Page
+from tests.viewer.serving import serving
 
 
 @pytest.fixture(scope="module")
 def web(device):
-    viewer = Viewer(scene(), settings=pica.Settings.preset("raster"), device=device, frames=2)
-    served = WebViewer(viewer, size=CANVAS, host="0.0.0.0", port=0, camera=CAMERA)
-    thread = threading.Thread(target=served.run, daemon=True)
-    thread.start()
-    yield served
-    served.stop()
-    thread.join(30)
+    with serving(device, host="0.0.0.0") as served:
+        yield served
 
 
 @pytest.fixture

@@ -1,20 +1,17 @@
 """Files that pages send: another scene, an environment, and what is neither."""
 
-import threading
-
 import numpy as np
 import pytest
 
 import pica
 from pica.images.pictures import write_exr
 from pica.viewer.uploads import uploaded_environment, uploaded_scene
-from pica.viewer.viewer import Viewer
 from tests.viewer.scenes import CAMERA, CANVAS, is_whole, redness, scene, until
 
 pytest.importorskip("viser", reason="the extra pica[view] is not installed")
 
-from pica.viewer.web.server import WebViewer
 from tests.viewer.page import Page
+from tests.viewer.serving import serving
 
 
 @pytest.fixture(scope="module")
@@ -45,14 +42,8 @@ def sky(tmp_path_factory) -> bytes:
 
 @pytest.fixture
 def web(device):
-    viewer = Viewer(scene(), settings=pica.Settings.preset("raster"), device=device, frames=2)
-    served = WebViewer(viewer, size=CANVAS, port=0, camera=CAMERA)
-    thread = threading.Thread(target=served.run, daemon=True)
-    thread.start()
-    yield served
-    served.stop()
-    thread.join(30)
-    served.viewer.close()
+    with serving(device) as served:
+        yield served
 
 
 @pytest.fixture

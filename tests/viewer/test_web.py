@@ -1,14 +1,12 @@
 """The viewer in the browser: pages that speak viser's protocol, good ones and bad ones."""
 
 import socket
-import threading
 
 import numpy as np
 import pytest
 
 import pica
-from pica.viewer.viewer import Viewer
-from tests.viewer.scenes import CAMERA, CANVAS, is_whole, redness, scene, until
+from tests.viewer.scenes import CAMERA, CANVAS, is_whole, redness, until
 
 viser = pytest.importorskip("viser", reason="the extra pica[view] is not installed")
 
@@ -16,18 +14,13 @@ from pica.viewer.web.client_camera import ClientPose, rotation_of, up_of  # noqa
 from pica.viewer.web.panel import described  # noqa: E402
 from pica.viewer.web.server import WebViewer, fitted  # noqa: E402
 from tests.viewer.page import Page, quaternion  # noqa: E402
+from tests.viewer.serving import serving  # noqa: E402
 
 
 @pytest.fixture(scope="module")
 def web(device):
-    viewer = Viewer(scene(), settings=pica.Settings.preset("raster"), device=device, frames=2)
-    served = WebViewer(viewer, size=CANVAS, port=0, camera=CAMERA)
-    thread = threading.Thread(target=served.run, daemon=True)
-    thread.start()
-    yield served
-    served.stop()
-    thread.join(30)
-    assert not thread.is_alive()
+    with serving(device) as served:
+        yield served
 
 
 @pytest.fixture

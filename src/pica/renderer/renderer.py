@@ -1,6 +1,7 @@
 """The hybrid renderer, as users have it."""
 
 from collections.abc import Callable, Collection
+from functools import partial
 from typing import Any
 from weakref import ref
 
@@ -15,12 +16,13 @@ from pica.frame.relighting import Relighting
 from pica.gpu_scene.view import SceneView
 from pica.graph.description import GraphDescription
 from pica.graph.plan import Capture, Plan, newest
-from pica.images.labels import NUMBERED, Labels
+from pica.images.labels import NUMBERED
 from pica.images.lut import Lut
-from pica.images.output import Frame, Lazy
+from pica.images.output import Frame
 from pica.light_map.light_map import LightMap
 from pica.programs.preparation import expect as expect_programs
 from pica.renderer.frame_plan import FramePlan
+from pica.renderer.gathered import Gathered
 from pica.renderer.insertion import Declare, Insertion, checked_insertion
 from pica.renderer.picking import Picked, Picker
 from pica.renderer.stages import EVERY_GROUP, Stages
@@ -363,38 +365,21 @@ class Renderer(Closing):
         camera = self._default_camera() if camera is None else camera
         if checked("render: cut", flag, cut, PicaError):
             self.reset()
-        images: dict[str, Capture] = {}
-        labels: Labels | None = None
-        timings: dict[str, float] = {}
-        first = 1 - self._unshown_frames()
-
-        def capture(plan: Plan) -> frozenset[str]:
-            names = plan.names("gbuffer", requested) if done == first else set()
-            if done == frames:
-                names |= {"color", "display", *plan.names_but("gbuffer", requested, self.debug)}
-            return frozenset(names)
-
-        for done in range(first, frames + 1):
+        gathered, timings = Gathered(frames, self._unshown_frames(), requested, self.debug), {}
+        for done in gathered.numbers:
             with self.device.lock:
-                last, continues = done == frames, done > first
-                self._advance(camera, True, True, denoiser, last, continues, elapsed, capture)
-                images |= self.captured
-                if done == first and images.keys() & NUMBERED:
-                    labels = self.view.name_labels()
-                if done == frames:
+                last, continues = gathered.is_last(done), not gathered.is_first(done)
+                select = partial(gathered.names, number=done)
+                self._advance(camera, True, True, denoiser, last, continues, elapsed, select)
+                gathered.add(done, self.captured, self.view)
+                if last:
                     timings = self.device.profiler.flush()
                     if denoiser is not None:  # the denoiser's inputs belong to the picture
                         self._frame_plan.of(self._stages, self._frames, self.view, lambda plan: frozenset())
             if progress is not None and done > 0:
                 progress(done, frames)
-        tensors = cuda_tensors(self.device, self.size, images)
-        color: Lazy = images.pop("color")
-        display: Lazy = images.pop("display")
-        checked_aovs("render", requested, images)  # debug AOVs are known only now
-        pixels = at_size(self.size, images)
-        looked_at = {"color": color, "display": display, **pixels}
-        color, display = self._black_pictures.watched(looked_at, self.scene, self.settings)
-        return Frame(self.size, color, display, pixels, timings, labels, self.device_name, tensors)
+        watch = partial(self._black_pictures.watched, scene=self.scene, settings=self.settings)
+        return gathered.frame(self.device, self.size, timings, watch)
 
     @synchronized
     def labels(self, *, camera: Camera | None = None, aovs: Collection[str] | None = None) -> Frame:
