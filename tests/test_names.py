@@ -6,6 +6,7 @@ import pkgutil
 import re
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ SOURCE = ROOT / "src" / "pica"
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 MODULES = sorted(SOURCE.rglob("*.py"))
 WHERE = [*PAGES, *MODULES]
+NEED_TORCH = ("pica.distributed.rendered_dataset",)
 IDS = [str(path.relative_to(ROOT)) for path in WHERE]
 
 
@@ -32,10 +34,10 @@ def words_of(path: Path) -> str:
 
 @cache
 def classes() -> dict[str, list[type]]:
-    """All classes of pica's by name."""
+    """All classes of pica's by name, but those of modules that need a library that pica does not install."""
     found: dict[str, list[type]] = {}
     for module in pkgutil.walk_packages(pica.__path__, "pica."):
-        if module.name != "pica.__main__":
+        if module.name != "pica.__main__" and (module.name not in NEED_TORCH or find_spec("torch")):
             for name, value in vars(import_module(module.name)).items():
                 if inspect.isclass(value) and value.__module__.startswith("pica"):
                     found.setdefault(name, []).append(value)

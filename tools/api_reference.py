@@ -8,7 +8,9 @@ By pdoc, to out/docs if no other folder is given; any warning is an error:
 import dataclasses
 import sys
 import warnings
+from importlib.util import find_spec
 from pathlib import Path
+from types import GenericAlias, ModuleType
 from typing import Any, ForwardRef, get_args, get_origin
 
 import pdoc
@@ -31,10 +33,19 @@ def main(folder: Path = Path("out/docs")) -> None:
             for base in value.__mro__:
                 show_plainly(base)
     describe_settings()
+    if find_spec("torch") is None:
+        stand_in_for_torch()
     configure(docformat="markdown", show_source=False, footer_text=f"pica {pica.__version__}")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         pdoc.pdoc(*MODULES, output_directory=folder)
+
+
+def stand_in_for_torch() -> None:
+    """Let annotations name PyTorch's types where it is not installed."""
+    for module, name in (("torch", "Tensor"), ("torch.utils.data", "IterableDataset")):
+        sys.modules[module] = ModuleType(module)
+        setattr(sys.modules[module], name, type(name, (), {"__class_getitem__": classmethod(GenericAlias)}))
 
 
 def show_plainly(holder: type) -> None:

@@ -12,8 +12,9 @@ from pica.frame.context import FrameContext, Size
 from pica.graph.graph import FrameGraph
 from pica.graph.nodes import Condition
 from pica.graph.resources import Lifetime, Texture, write
+from pica.programs.library import programs
+from pica.programs.recipes import MaterialPass
 from pica.rhi.device import Device
-from pica.rhi.passes import ComputePass
 from pica.scene.values import UnfitError, checked, flag
 
 Denoise = bool | Literal["fast"]
@@ -49,8 +50,8 @@ class Denoiser:
                 recording.encoder.clear_texture_float(texture)
 
     @cached_property
-    def _gather(self) -> ComputePass:
-        return self._device.compute("denoising/gather_features.slang")
+    def _gather(self) -> MaterialPass:
+        return programs(self._device).compute("denoising/gather_features.slang")
 
     def gather(self, graph: FrameGraph) -> None:
         """Accumulate the G-buffer."""
