@@ -29,7 +29,7 @@ def renderer(device):
 def test_what_the_device_decodes_is_what_the_host_decodes(renderer, monkeypatch, camera):
     """With upscaling too, where AOVs are enlarged."""
     captures = {}
-    monkeypatch.setattr("pica.renderer.renderer.cuda_tensors", lambda *given: captures.update(given[2]) or {})
+    monkeypatch.setattr("pica.renderer.gathered.cuda_tensors", lambda *given: captures.update(given[2]) or {})
     renderer.render(1, camera=camera)
     turned = orbited(camera, np.zeros(3), 0.1)
     frame = renderer.render(2, camera=turned)
