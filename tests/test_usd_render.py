@@ -29,7 +29,8 @@ def load(path: Path, environment: pica.Environment | None) -> pica.Scene:
 
 
 def picture(scene: pica.Scene, device: Device, camera: pica.Camera) -> np.ndarray:
-    return pica.Renderer(scene, size=SIZE, device=device).render(8, camera=camera).display / np.float32(255)
+    """Path traced: one program for all materials."""
+    return pica.PathTracer(scene, size=SIZE, device=device).render(16, camera=camera).display / np.float32(255)
 
 
 PREVIEW = {

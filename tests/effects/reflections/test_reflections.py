@@ -25,6 +25,7 @@ UNFILTERED = {
     "global_illumination.bounces": "1",
     "debug.filters": "false",
     "shadows.denoiser": "off",
+    "transparency.map_size": "64",  # of pictures with few pixels
 }
 VIEW = Camera.look_at((0, 1.2, 3.4), (0, 0.6, 0), vertical_fov=np.radians(50))
 

@@ -14,6 +14,7 @@ from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
 from tests.building import lambert, orthographic, placed, render, scene_of, settings, uniform
 from tests.effects.transparency.test_transparency import (
+    SMALL_MAPS,
     VIEW,
     directions,
     glass,
@@ -60,7 +61,7 @@ def test_overlapping_panes_may_come_in_any_order(device):
         pictures.append(render(device, scene, 32, VIEW, (32, 20), SCREEN).color)
     for other in pictures[1:]:
         assert compare(pictures[0], other).flip < 0.01
-    traced = render(device, scene, 96, VIEW, (32, 20)).color
+    traced = render(device, scene, 96, VIEW, (32, 20), SMALL_MAPS).color
     np.testing.assert_allclose(pictures[0].mean((0, 1)), traced.mean((0, 1)), rtol=0.08)
 
 
