@@ -47,7 +47,9 @@ PRESETS = [
     WholeFrame("cinematic_machine_world_orbit", scenes.opaque_world, motion=orbit, preset="cinematic", on_cards=NOISY),
     WholeFrame("cinematic_corridor", corridor, preset="cinematic"),
     WholeFrame("raster_machine_world_orbit", scenes.opaque_world, motion=orbit, preset="raster", always=True),
-    WholeFrame("pica_pica_glass_world_orbit", machine_world, motion=orbit, preset="pica_pica", differs=ORDER),
+    WholeFrame(
+        "pica_pica_glass_world_orbit", machine_world, motion=orbit, preset="pica_pica", one_thread=True, differs=ORDER
+    ),
     WholeFrame("ue4_reflections_corridor_orbit", corridor, motion=orbit, preset="ue4_reflections", on_cards=NOISY),
     WholeFrame(
         "ue4_speed_of_light_corridor_orbit", corridor, motion=orbit, preset="ue4_speed_of_light", on_cards=NOISY
