@@ -80,8 +80,9 @@ class FakeRenderer:
 
 
 class FakePathTracer(FakeRenderer):
-    def __init__(self, scene, *, size, max_depth=None, settings=None, device=None, lut=None):
+    def __init__(self, scene, *, size, max_depth=None, settings=None, device=None, devices=None, lut=None):
         super().__init__(scene, size=size, settings=settings, device=device, max_depth=max_depth)
+        self.asked.devices = devices
 
     def render(self, samples=1024, *, camera=None, progress=None, denoise=False, aovs=None):
         return self._answer(camera, progress, samples, samples=samples, denoise=denoise)

@@ -1,4 +1,5 @@
 import os
+import re
 import subprocess
 import sys
 
@@ -55,10 +56,12 @@ def test_files_of_the_folder_that_it_runs_in_are_not_imported(monkeypatch, tmp_p
 
 @pytest.mark.parametrize(("missing", "code"), [([], 0), (["bindless resources"], 2)])
 def test_the_exit_code_tells_whether_pica_can_run(run, monkeypatch, missing, code):
-    device = {"name": "a\x1b[31m\ncard", "type": "hardware", "driver": "", "tier": 3, "missing": missing}
+    device = {"name": "a\x1b[31m\ncard", "type": "hardware", "driver": "", "tier": 3, "uuid": "0a" * 16}
+    device["missing"] = missing
     monkeypatch.setattr(doctor, "probe", lambda: ([device], ""))
     got, out, err = run("doctor")
     assert (got, err) == (code, "")
+    assert re.search(rf"^0 +a.* {'0a' * 16} ", out, re.MULTILINE)
     assert "a\\x1b[31m\\ncard" in out and "\x1b" not in out
     monkeypatch.setattr(doctor, "probe", lambda: ([], "the process ended with -6"))
     assert run("doctor")[0] == 2

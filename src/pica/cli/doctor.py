@@ -33,7 +33,8 @@ def doctor() -> None:
     devices, fault = probe()
     print_line(f"pica {_version('pica')}, SlangPy {_version('slangpy')}, Python {platform.python_version()}")
     if devices:
-        print_columns([("device", "type", "driver", "tier", "missing"), *map(_row, devices)])
+        header = "number", "device", "type", "driver", "tier", "UUID", "missing"
+        print_columns([header, *((str(number), *_row(device)) for number, device in enumerate(devices))])
         for line in [*tier_lines(devices), *stage_lines(devices)]:
             print_line(line)
     if fault:
@@ -73,7 +74,8 @@ def usable(devices: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def _row(device: dict[str, Any]) -> tuple[str, ...]:
     missing = ", ".join(device["missing"]) or "nothing"
-    return one_line(device["name"]), device["type"], device["driver"] or "?", str(device["tier"]), missing
+    driver, uuid = device["driver"] or "?", device["uuid"] or "?"
+    return one_line(device["name"]), device["type"], driver, str(device["tier"]), uuid, missing
 
 
 def tier_lines(devices: list[dict[str, Any]]) -> list[str]:

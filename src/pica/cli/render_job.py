@@ -35,6 +35,8 @@ class RenderJob:
     device: str | None
     light_map: "LightMap | None"
     lut: "Lut | None"
+    devices: list[str] | None = None
+    """In place of `device`, of path traced pictures."""
     sequence: Sequence | None = None
     chunks: tuple[tuple[int, ...], ...] = ()
 
@@ -42,7 +44,10 @@ class RenderJob:
         """A renderer for the scene. `device`: in place of none."""
         import pica
 
-        more: Any = {"size": self.size, "settings": self.settings, "device": self.device or device, "lut": self.lut}
+        more: Any = {"size": self.size, "settings": self.settings, "lut": self.lut}
+        if self.devices is not None:
+            return pica.PathTracer(scene, devices=self.devices, **more)
+        more["device"] = self.device or device
         if self.path_traced:
             return pica.PathTracer(scene, **more)
         renderer = pica.Renderer(scene, light_map=self.light_map, **more)

@@ -147,6 +147,10 @@ class FrameSequence:
         """Count from frame 0 again, but remember the camera before."""
         self._index, self._first = 0, True
 
+    def skip_to(self, index: int) -> None:
+        """Count from frame `index` on."""
+        self._index = index
+
     def begin(self, camera: Camera, jittered: bool = True) -> FrameContext:
         """The next frame. Frame 0 samples pixel centres, later ones are jittered about them."""
         started = time.perf_counter()

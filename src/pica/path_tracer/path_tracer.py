@@ -1,25 +1,28 @@
 """The reference path tracer: slow, unbiased, progressive."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from functools import partial
 from typing import Any
 
+import numpy as np
 import slangpy as spy
+from numpy.typing import NDArray
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
-from pica.errors import SettingsError, plain, shown
+from pica.errors import DeviceError, PicaError, SettingsError, plain, shown
 from pica.frame.aovs import alpha_of, texels
 from pica.frame.context import FrameContext, FrameSequence, Size
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
 from pica.graph.plan import Capture, Plan
-from pica.graph.resources import Lifetime, Texture, update, write
+from pica.graph.resources import write
 from pica.images.labels import NUMBERED, Labels
 from pica.images.lut import Lut
 from pica.images.output import Frame
+from pica.path_tracer.shared_samples import SharedSamples
 from pica.programs.preparation import expect as expect_programs
 from pica.rendering.arguments import (
     Progress,
@@ -29,6 +32,7 @@ from pica.rendering.arguments import (
     checked_camera,
     checked_count,
     checked_size,
+    open_devices,
 )
 from pica.rendering.black_pictures import BlackPictures
 from pica.rendering.closing import Closing, synchronized
@@ -49,8 +53,11 @@ _LIGHT = spy.Format.rgba32_float
 class PathTracer(Closing):
     """Unidirectional path tracing with next-event estimation; box pixel filter, no clamping.
 
-    `max_depth` counts path edges: 1 shows emission only, 2 adds direct light, None sets no limit. Other parameters
-    and errors as Renderer's; SettingsError for a depth below 1, DeviceError where nothing traces rays.
+    `max_depth` counts path edges: 1 shows emission only, 2 adds direct light, None sets no limit. `devices`: in place
+    of `device`, several that share the samples of each picture, as names, numbers in the order of `pica doctor`, or
+    open devices. The first finishes the picture and makes the AOVs; the others' sums of samples come to it through the
+    host, once a picture. Other parameters and errors as Renderer's; SettingsError for a depth below 1, DeviceError
+    where nothing traces rays, and for a device that fails while it shares a picture.
     """
 
     def __init__(
@@ -61,9 +68,16 @@ class PathTracer(Closing):
         max_depth: int | None = None,
         settings: Settings | None = None,
         device: Device | spy.Device | str | None = None,
+        devices: Sequence[Device | spy.Device | str | int] | None = None,
         lut: Lut | None = None,
     ) -> None:
         check_made_with(type(self).__name__, scene, settings, device)
+        if devices is not None:
+            if device is not None:
+                raise PicaError("PathTracer: device and devices are two ways to say one thing")
+            device, *others = open_devices(devices)
+        else:
+            others = []
         checked(f"{type(self).__name__}: lut", optional(instance(Lut)), lut)
         max_depth = plain(max_depth)
         if max_depth is not None and not (isinstance(max_depth, int) and 1 <= max_depth < 1 << 31):
@@ -88,6 +102,13 @@ class PathTracer(Closing):
             self._transparent = self.settings.visibility.background == "transparent"
             self._post = Post(device, self.settings.post, lut)
             self._memory = Memory(device)
+            self._total = device.texture("sum of samples", _LIGHT, self.size)
+            self._received = device.texture("sum of other devices", _LIGHT, self.size if others else (1, 1))
+        self._others = [
+            PathTracer(scene, size=self.size, max_depth=max_depth, settings=settings, device=other) for other in others
+        ]
+        self._samples = 1
+        """Of the picture, by all devices."""
         self._first = self._last = False
         """Whether the sample that is being recorded is the first or the last of its picture."""
 
@@ -97,8 +118,15 @@ class PathTracer(Closing):
 
     @property
     def device_name(self) -> str:
-        """The adapter that renders."""
-        return self.device.name
+        """The adapter that renders; several with " and " between them."""
+        return " and ".join(each.device.name for each in (self, *self._others))
+
+    def close(self) -> None:
+        """Release its memory on all of its devices now. Its pictures stay valid; it renders no others."""
+        if not self.closed:
+            for other in self._others:
+                other.close()
+        super().close()
 
     @synchronized
     def render(
@@ -110,7 +138,8 @@ class PathTracer(Closing):
         denoise: Denoise = False,
         aovs: Collection[str] | None = None,
     ) -> Frame:
-        """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each.
+        """A picture of `samples` paths a pixel. `progress(done, samples)` is called after each; of several devices'
+        samples, after those of the first.
 
         `denoise`: Open Image Denoise removes the remaining noise, with "fast" less well and in an eighth of the time;
         PicaError if it is not installed. `aovs`: as Renderer's, of the G-buffer; they are the first
@@ -123,38 +152,72 @@ class PathTracer(Closing):
         if camera is None:
             camera = self.scene.default_camera(self.size[0] / self.size[1])
         camera = checked_camera("render", camera)
-        self._frames.rewind()
+        self._samples, shared = samples, SharedSamples(samples)
         plan: Plan | None = None
         images: dict[str, Capture] = {}
         labels: Labels | None = None
         timings: dict[str, float] = {}
-        for done in range(1, samples + 1):
-            self._first, self._last = done == 1, done == samples
-            with self.device.lock:
-                frame = self._begin(camera)
-                plan = plan or self._declare(denoiser, requested)
-                captured = plan.names("gbuffer", requested) if self._first else set()
-                if self._last:
-                    captured |= {"color", "display"} | ({"alpha"} if self._transparent else set())
-                frame.requested = frozenset(captured)
-                images |= plan.replay(frame)
-                self._frames.end(frame)
-                if done == 1 and images.keys() & NUMBERED:
-                    labels = self.view.name_labels()
-                if done == samples:
-                    timings = self.device.profiler.flush()
-                    if denoiser is not None:  # the denoiser's inputs belong to the picture
-                        self._declare()
-            if progress is not None:
-                progress(done, samples)
+        with shared.beside([partial(other.sum_of, camera=camera) for other in self._others]) as sums:
+            for index in shared.finishing():
+                self._first, self._last = index == 0, index == samples - 1
+                received = sums() if self._last else []
+                with self.device.lock:
+                    frame = self._begin(camera, index)
+                    plan = plan or self._declare(denoiser, requested)
+                    captured = plan.names("gbuffer", requested) if self._first else set()
+                    if self._last:
+                        self._receive(received)
+                        captured |= {"color", "display"} | ({"alpha"} if self._transparent else set())
+                    frame.requested = frozenset(captured)
+                    images |= plan.replay(frame)
+                    self._frames.end(frame)
+                    if self._first and images.keys() & NUMBERED:
+                        labels = self.view.name_labels()
+                    if self._last:
+                        timings = self.device.profiler.flush()
+                        if denoiser is not None:  # the denoiser's inputs belong to the picture
+                            self._declare()
+                if progress is not None:
+                    progress(shared.taken, samples)
         color, display = self._black_pictures.watched(images, self.scene, self.settings)
         pixels = {name: fetch for name, fetch in images.items() if name not in ("color", "display")}
         tensors = cuda_tensors(self.device, self.size, images)
         return Frame(self.size, color, display, pixels, timings, labels, self.device_name, tensors)
 
-    def _begin(self, camera: Camera) -> FrameContext:
+    @synchronized
+    def sum_of(self, shared: SharedSamples, camera: Camera) -> NDArray[np.float32] | None:
+        """The sum of samples that another device's tracer shares, and of their coverage: (height, width, 4); None if
+        none was left. Raises DeviceError, which ends the picture."""
+        plan: Plan | None = None
+        try:
+            while (index := shared.take()) is not None:
+                with self.device.lock:
+                    self._first = plan is None
+                    frame = self._begin(camera, index)
+                    plan = plan or self._declare()
+                    plan.replay(frame)
+                    self._frames.end(frame)
+            if plan is None:
+                return None
+            with self.device.lock:
+                return np.asarray(self._total.to_numpy(), np.float32)
+        except Exception as error:
+            shared.end()
+            raise DeviceError(f"device {self.device.name!r} failed while it shared a picture: {error}") from error
+
+    def _receive(self, sums: list[NDArray[np.float32] | None]) -> None:
+        """Upload what the other devices have found."""
+        found = [each for each in sums if each is not None]
+        if self._others:
+            nothing = np.zeros((*self.size[::-1], 4), np.float32)
+            self._received.copy_from_numpy(sum(found, start=nothing))
+
+    def _begin(self, camera: Camera, index: int) -> FrameContext:
         self.check_open()  # the callback after a sample may have closed it
         self.view.sync()
+        if self._first:
+            self._frames.rewind()
+        self._frames.skip_to(index)
         frame = self._frames.begin(camera, jittered=False)
         self.view.update(frame, frame.camera)
         return frame
@@ -166,14 +229,11 @@ class PathTracer(Closing):
             with graph.when(lambda frame: self._first):
                 gbuffer = self._gbuffer(graph, self.view)
             with graph.scope("path_tracer"):
-                total = graph.texture("sum of samples", _LIGHT, lifetime=Lifetime.KEPT)
                 with graph.when(lambda frame: self._first):
-                    graph.record(
-                        "clear", lambda frame, total: frame.encoder.clear_texture_float(total), total=write(total)
-                    )
-                self._add_sample(graph, total, denoiser)
+                    graph.record("clear", lambda frame: frame.encoder.clear_texture_float(self._total))
+                self._add_sample(graph, denoiser)
                 with graph.when(lambda frame: self._last):
-                    self._finish(graph, total, denoiser)
+                    self._finish(graph, denoiser)
             assert gbuffer is not None
             plan = Plan(graph)
             self.view.make_programs()
@@ -186,14 +246,14 @@ class PathTracer(Closing):
         graph.provide(scene=self.view)
         return graph
 
-    def _add_sample(self, graph: FrameGraph, total: Texture, denoiser: Denoiser | None) -> None:
-        """Add a path a pixel to `total`."""
+    def _add_sample(self, graph: FrameGraph, denoiser: Denoiser | None) -> None:
+        """Add a path a pixel to the sum."""
         nothing = graph.nothing(_LIGHT)
         features: dict[str, Any] = {"albedos": nothing, "normals": nothing} if denoiser is None else denoiser.sums
         graph.add(
             self._trace,
             graph.size,
-            accumulated=update(total),
+            accumulated=self._total,
             maxDepth=self._max_depth,
             gathersFeatures=int(denoiser is not None),
             hidesBackground=int(self._transparent),
@@ -203,10 +263,18 @@ class PathTracer(Closing):
             **features,
         )
 
-    def _finish(self, graph: FrameGraph, total: Texture, denoiser: Denoiser | None) -> None:
+    def _finish(self, graph: FrameGraph, denoiser: Denoiser | None) -> None:
         """The mean of all samples, and the display."""
         mean = graph.texture("radiance", _LIGHT)
-        graph.add(self._average, graph.grid, accumulated=total, radiance=write(mean))
+        graph.add(
+            self._average,
+            graph.grid,
+            accumulated=self._total,
+            received=self._received,
+            isShared=int(bool(self._others)),
+            samples=lambda frame: self._samples,
+            radiance=write(mean),
+        )
         picture = mean if denoiser is None else denoiser.finish(graph, mean)
         alpha = mean if self._transparent else None
         display = self._post(graph, picture, self._post.exposure(graph), alpha, channel=3)

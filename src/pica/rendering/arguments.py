@@ -1,6 +1,6 @@
 """Checks of the arguments of renderers and path tracers."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from operator import index
 from typing import Any
 
@@ -8,7 +8,7 @@ import slangpy as spy
 
 from pica.errors import DeviceError, PicaError, SettingsError, shown
 from pica.frame.context import Size
-from pica.rhi.device import Device
+from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.scene.values import checked, instance, optional, whole
@@ -87,3 +87,17 @@ def checked_aovs(
         if available is not None and name not in available:
             raise PicaError(f"{caller}: no AOV {shown(name)}; there are {', '.join(available) or 'none'}")
     return frozenset(names)
+
+
+def open_devices(devices: Sequence[Device | spy.Device | str | int]) -> list[Device]:
+    """Several devices, as `open_device` opens each; a number is that of an adapter. Raises DeviceError for none, and
+    for one that is named twice."""
+    if isinstance(devices, str) or not devices:
+        raise DeviceError(f"devices {shown(devices)}: must be a list of one device or more, such as [0, 1]")
+    for each in devices:
+        if not isinstance(each, Device | spy.Device | str | int) or isinstance(each, bool):
+            raise DeviceError(f"devices: {shown(each)} is neither a name nor a number nor an open device")
+    opened = [open_device(f"#{each}" if isinstance(each, int) else each) for each in devices]
+    if len({id(each) for each in opened}) < len(opened):
+        raise DeviceError(f"devices {shown(list(devices))}: one of them is named twice")
+    return opened

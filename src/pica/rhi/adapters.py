@@ -10,7 +10,7 @@ from pathlib import Path
 
 import slangpy as spy
 
-from pica.errors import DeviceError
+from pica.errors import DeviceError, shown
 
 _NEEDED = {
     spy.Feature.bindless: "bindless resources",
@@ -32,6 +32,7 @@ TIERS = {
 """What devices of each tier trace, and what they lack (RTG 19, 19.2.2)."""
 TRACES = 2
 """The first tier with ray tracing."""
+_UUID = re.compile("(?:GPU-)?((?:[0-9a-f]-?){32})", re.IGNORECASE)
 HELP = "run `pica doctor` to see what is missing and how to install it"
 
 
@@ -48,6 +49,8 @@ class DeviceInfo:
     """Ray tracing tier (RTG 19, 19.2.2): 0 none, 1 buffers of rays, 2 ray generation shaders, 3 recursion."""
     missing: list[str]
     """Required features that this device lacks, in words."""
+    uuid: str = ""
+    """32 hexadecimal digits, the same wherever the card is plugged in; empty if the driver does not open."""
 
 
 def tier_of(device: spy.Device) -> int:
@@ -75,6 +78,7 @@ def describe(device: spy.Device, adapter: spy.AdapterInfo) -> DeviceInfo:
         driver=_driver_version(adapter),
         tier=tier_of(device),
         missing=[words for feature, words in _NEEDED.items() if not device.has_feature(feature)],
+        uuid=bytes(adapter.luid).hex(),
     )
 
 
@@ -101,8 +105,9 @@ def list_devices() -> list[DeviceInfo]:
 
 
 def choose(name: str | None) -> spy.AdapterInfo:
-    """The adapter to use: the one whose name contains `name`, else hardware before software. "#1" is the second of all,
-    for machines with several cards of one name.
+    """The adapter to use: the one whose name contains `name`, else hardware before software. For machines with several
+    cards of one name, "#1" is the second of all, and a UUID (32 hexadecimal digits; hyphens and "GPU-" as drivers print
+    them may be there) is that card wherever it is plugged in.
 
     Raises DeviceError if there is none, or none with that name.
     """
@@ -113,10 +118,16 @@ def choose(name: str | None) -> spy.AdapterInfo:
         if int(name[1:]) >= len(candidates):
             raise DeviceError(f"no device {name}; there are {len(candidates)}, from #0")
         return candidates[int(name[1:])]
+    if name is not None and (digits := _UUID.fullmatch(name)):
+        identity = bytes.fromhex(digits[1].replace("-", ""))
+        found = next((adapter for adapter in candidates if bytes(adapter.luid) == identity), None)
+        if found is None:
+            raise DeviceError(f"no device has the UUID {name}; `pica doctor` lists them")
+        return found
     if name is not None:
         matching = [adapter for adapter in candidates if name.lower() in adapter.name.lower()]
         if not matching:
-            raise DeviceError(f"no device named {name!r}; there are: {', '.join(a.name for a in candidates)}")
+            raise DeviceError(f"no device named {shown(name)}; there are: {', '.join(a.name for a in candidates)}")
         candidates = matching
     return min(candidates, key=is_software)
 
