@@ -227,3 +227,16 @@ def test_what_is_known_of_surfels_can_be_seen(device):
     assert 4 < len(colors) < len(np.unique(view["discs"]))
     hues = colors / colors.max(1, keepdims=True)
     assert len(np.unique(np.round(hues, 2), axis=0)) >= 2
+
+
+def test_unlit_surfaces_light_others(device):
+    """What they show is light that no light sample has."""
+    unlit = Material(base_color=(0.9, 0.3, 0.1, 1), unlit=True)
+    scene = scene_of(placed(plane(4, 4, lambert(0.8, 0.8, 0.8))), placed(box(0.5, unlit), move(0, 0.6, 0)))
+    camera = pica.Camera.look_at((0, 3, 3), (0, 0, 0), vertical_fov=np.radians(60))
+    plain = settings(ON | {"debug.filters": "false"})
+    frame = pica.Renderer(scene, size=SIZE, settings=plain, device=device).render(64, camera=camera)
+    expected = pica.PathTracer(scene, size=SIZE, device=device).render(128, camera=camera).color
+    floor = frame.aov("normal")[..., 1] > 0.99
+    floor &= frame.aov("position")[..., 1] < 0.01
+    np.testing.assert_allclose(frame.color[floor].mean(0), expected[floor].mean(0), rtol=0.04)
