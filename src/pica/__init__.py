@@ -51,6 +51,7 @@ if TYPE_CHECKING:  # for type checkers and editors; a test compares it with _HOM
     from pica.scene.dynamic_vertices import DynamicVertices as DynamicVertices
     from pica.scene.emitter import Emitter as Emitter
     from pica.scene.environment import Environment as Environment
+    from pica.scene.field_channel import FieldChannel as FieldChannel
     from pica.scene.iridescence import Iridescence as Iridescence
     from pica.scene.landscape import Landscape as Landscape
     from pica.scene.light import DirectionalLight as DirectionalLight
@@ -137,6 +138,7 @@ _PUBLIC = {
     "pica.scene.dynamic_vertices": ("DynamicVertices",),
     "pica.scene.emitter": ("Emitter",),
     "pica.scene.environment": ("Environment",),
+    "pica.scene.field_channel": ("FieldChannel",),
     "pica.scene.iridescence": ("Iridescence",),
     "pica.scene.landscape": ("Landscape",),
     "pica.scene.light": (

@@ -153,6 +153,19 @@ def gltf() -> GltfFile:
     ]
     targets = [{"node": skinned if path == "weights" else joint, "path": path} for path in outputs]
     channels = [{"sampler": i, "target": target} for i, target in enumerate(targets)]
+    pointers = {
+        "/materials/0/pbrMetallicRoughness/baseColorFactor": [[1.0, 1, 1, 1]] * 3,
+        "/materials/0/emissiveFactor": corner,
+        "/materials/0/extensions/KHR_materials_clearcoat/clearcoatFactor": [0.0, 1.0, 0.5],
+        "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/rotation": [0.0, 1, 2],
+        "/extensions/KHR_lights_punctual/lights/2/spot/outerConeAngle": [0.3, 0.4, 0.5],
+        "/cameras/0/perspective/yfov": [0.5, 0.6, 0.7],
+        f"/nodes/{skinned}/extensions/KHR_node_visibility/visible": [1.0, 0.0, 1.0],
+    }
+    for pointer, values in pointers.items():
+        target = {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}
+        channels.append({"sampler": len(samplers), "target": target})
+        samplers.append({"input": times, "output": file.accessor(values), "interpolation": "LINEAR"})
     file.add("animations", name="all", samplers=samplers, channels=channels)
     used = ["KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_texture_transform", "KHR_materials_unlit"]
     file.json |= {"scene": 0, "extensionsUsed": used}

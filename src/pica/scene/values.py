@@ -144,9 +144,9 @@ def instance(*kinds: type[Any]) -> Check[Any]:
     return check
 
 
-def items(kind: type[Any]) -> Check[tuple[Any, ...]]:
-    """Objects of a class, in any iterable."""
-    one = instance(kind)
+def items(*kinds: type[Any]) -> Check[tuple[Any, ...]]:
+    """Objects of one of some classes, in any iterable."""
+    one = instance(*kinds)
     return lambda values: tuple(one(value) for value in _each(values))
 
 

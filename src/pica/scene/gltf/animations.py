@@ -1,20 +1,29 @@
 """Animations (3.11)."""
 
 import math
+import re
 from collections.abc import Set
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.animation import Animation, Channel, Interpolation, Path
+from pica.errors import shown
+from pica.scene.animation import Animation, Channel, Path
 from pica.scene.construction import unchecked_constructor
+from pica.scene.field_channel import FieldChannel
 from pica.scene.gltf.accessors import read_floats
 from pica.scene.gltf.container import Document
+from pica.scene.gltf.curves import Curve
 from pica.scene.gltf.element import Element
+from pica.scene.gltf.field_animations import FieldTargets, field_channels
+from pica.scene.gltf.materials import Materials
+from pica.scene.gltf.pointers import pointer_of
 from pica.scene.gltf.prefetch import SmallAccessors
+from pica.scene.keyframes import Interpolation
 from pica.scene.limits import OBJECT_BYTES
 from pica.scene.model import Node
+from pica.text import printable
 
 _PATHS: dict[str, Path] = {
     "translation": "translation", "rotation": "rotation", "scale": "scale", "weights": "weights",
@@ -25,17 +34,24 @@ _TYPES: dict[Path, tuple[str, ...]] = {
 _WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 _KEY_BYTES = 4 * 8
 """Bytes per number of a key: itself, and copies in the track of its animation and in that of all together."""
+_NODE_POINTER = re.compile(r"/nodes/(0|[1-9]\d{0,8})/(translation|rotation|scale|weights)")
+_LONGEST = 200
+"""Characters of a pointer in a warning."""
+_INDEX = re.compile(r"/\d+")
 _INTERPOLATIONS: dict[str, Interpolation] = {"STEP": "STEP", "LINEAR": "LINEAR", "CUBICSPLINE": "CUBICSPLINE"}
 
 _plain_channel = unchecked_constructor(Channel)
 
 
-def read_animations(document: Document, nodes: dict[Element, Node], hidden: Set[Element]) -> list[Animation]:
+def read_animations(
+    document: Document, nodes: dict[Element, Node], hidden: Set[Element], materials: Materials
+) -> list[Animation]:
     """The file's animations of `nodes`, the scene's nodes by their indices in the file; `hidden`: those without meshes.
 
     Raises SceneError; warns once of channels with an unsupported target.
     """
-    return [_animation(document, entry, nodes, hidden) for entry in document.entries("animations")]
+    targets = FieldTargets(document, nodes, materials)
+    return [_animation(document, entry, nodes, hidden, targets) for entry in document.entries("animations")]
 
 
 class _Move(NamedTuple):
@@ -46,10 +62,18 @@ class _Move(NamedTuple):
     path: Path
 
 
-def _animation(document: Document, entry: Element, nodes: dict[Element, Node], hidden: Set[Element]) -> Animation:
+def _animation(
+    document: Document, entry: Element, nodes: dict[Element, Node], hidden: Set[Element], targets: FieldTargets
+) -> Animation:
     samplers = entry.objects("samplers")
     moves: list[_Move] = []
+    curves: dict[str, Curve] = {}
     for channel in entry.objects("channels"):
+        pointer = _field_pointer(channel)
+        if pointer:
+            curve = _curve(document, channel.reference("sampler", samplers), pointer, targets)
+            curves |= {} if curve is None else {pointer: curve}
+            continue
         moved, path = _target(document, channel)
         if moved is None or path is None or moved not in nodes or (path == "weights" and moved in hidden):
             continue
@@ -58,7 +82,9 @@ def _animation(document: Document, entry: Element, nodes: dict[Element, Node], h
             raise channel.object("target").fault(fault, "node")
         moves.append(_Move(channel.reference("sampler", samplers), nodes[moved], path))
     least = entry.pica.number("duration", low=0, default=0.0)
-    return entry.apply(Animation, _channels(document, entry, moves), entry.name, duration=least)
+    channels: list[Channel | FieldChannel] = [*_channels(document, entry, moves)]
+    channels += field_channels(targets, document, entry, curves)
+    return entry.apply(Animation, channels, entry.name, duration=least)
 
 
 def _target(document: Document, channel: Element) -> tuple[Element | None, Path | None]:
@@ -66,6 +92,8 @@ def _target(document: Document, channel: Element) -> tuple[Element | None, Path 
     nodes, target = document.entries("nodes"), channel.values.get("target")
     if type(target) is dict:  # as it should be: no Element is needed
         path, row = target.get("path"), target.get("node")
+        if path == "pointer" and (move := _NODE_POINTER.fullmatch(pointer_of(target))) and int(move[1]) < len(nodes):
+            return nodes[int(move[1])], _PATHS[move[2]]
         if type(path) is str and path in _PATHS and type(row) is int and 0 <= row < len(nodes):
             return nodes[row], _PATHS[path]
     channel_target = channel.object("target", required=True)
@@ -74,6 +102,39 @@ def _target(document: Document, channel: Element) -> tuple[Element | None, Path 
         document.warn("animates what is not a node's translation, rotation, scale or weights, which is left out")
         return None, None
     return channel_target.reference("node", nodes), target_path
+
+
+def _field_pointer(channel: Element) -> str:
+    """The pointer of a channel of KHR_animation_pointer; empty for others, and for what nodes' own channels set."""
+    target = channel.values.get("target")
+    if type(target) is not dict or target.get("path") != "pointer":
+        return ""
+    pointer = pointer_of(target)
+    return "" if _NODE_POINTER.fullmatch(pointer) else pointer
+
+
+def _curve(document: Document, sampler: Element, pointer: str, targets: FieldTargets) -> Curve | None:
+    """The keys of a channel with a pointer; None, with a warning, if it points at nothing that animations can set."""
+    found = targets.get(pointer)
+    if found is None:
+        document.warn(f"animates {printable(_INDEX.sub('/{}', pointer)[:_LONGEST])}, which is left out")
+    if not found:
+        return None
+    count = targets.components(pointer)
+    interpolation = sampler.choice("interpolation", _INTERPOLATIONS, default="LINEAR")
+    times = _times(document, sampler)
+    values = read_floats(document, sampler, "output", ("SCALAR" if count == 1 else f"VEC{count}",))
+    shape = (len(times), 3, count) if interpolation == "CUBICSPLINE" else (len(times), count)
+    if values.size != math.prod(shape):
+        raise sampler.fault(f"{len(values)} elements do not fit {len(times)} keys of {shown(pointer)}", "output")
+    return Curve(times, values.reshape(shape).astype(np.float64), interpolation)
+
+
+def _times(document: Document, sampler: Element) -> NDArray[np.float64]:
+    times = read_floats(document, sampler, "input", ("SCALAR",))[:, 0].astype(np.float64)
+    if times[0] < 0 or (np.diff(times) < 0).any():
+        raise sampler.fault("times must ascend from 0", "input")
+    return times
 
 
 def _channels(document: Document, entry: Element, moves: list[_Move]) -> list[Channel]:
@@ -134,9 +195,7 @@ def _ascending(times: NDArray[Any] | None) -> NDArray[np.float64] | None:
 
 def _channel(document: Document, sampler: Element, node: Node, path: Path) -> Channel:
     interpolation = sampler.choice("interpolation", _INTERPOLATIONS, default="LINEAR")
-    times = read_floats(document, sampler, "input", ("SCALAR",))[:, 0].astype(np.float64)
-    if times[0] < 0 or (np.diff(times) < 0).any():
-        raise sampler.fault("times must ascend from 0", "input")
+    times = _times(document, sampler)
     values = read_floats(document, sampler, "output", _TYPES[path])
     width = values.shape[1]
     if path == "weights":

@@ -18,6 +18,7 @@ from pica.scene.gltf.asset_files import AssetFiles
 from pica.scene.gltf.draco import DracoDecoder
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.meshopt_views import CompressedBytes, decompressed, redirected
+from pica.scene.gltf.pointers import animated
 from pica.scene.gltf.prefetch import SmallAccessors
 from pica.scene.limits import Budget
 from pica.text import printable
@@ -115,6 +116,11 @@ class Document:
     def small_accessors(self) -> SmallAccessors:
         """The accessors that have been read together."""
         return SmallAccessors(self)
+
+    @cached_property
+    def animated_pointers(self) -> list[str]:
+        """What animations set by KHR_animation_pointer."""
+        return animated(self.root.values)
 
     def view(self, source: Element, key: str = "bufferView") -> tuple[memoryview, int | None]:
         """The bytes of the buffer view that `source` refers to, and its stride if there is one (3.6.1)."""

@@ -1,7 +1,7 @@
 """Materials (3.9) and their extensions."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import Any
 
@@ -11,10 +11,11 @@ from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf import specular_glossiness
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
+from pica.scene.gltf.pointers import parsed
 from pica.scene.gltf.textures import Textures
 from pica.scene.gltf.variants import Variants
 from pica.scene.iridescence import Iridescence
-from pica.scene.light import WHITE
+from pica.scene.light import WHITE, Color
 from pica.scene.limits import OBJECT_BYTES
 from pica.scene.material import AlphaMode, Material
 from pica.scene.sheen import Sheen
@@ -32,8 +33,15 @@ class Materials:
         self._document = document
         self._textures = Textures(document)
         self._variants = Variants(document)
+        self._animated: dict[Element, list[str]] = {}
+        """Keys of materials that animations set."""
+        for place in map(parsed, document.animated_pointers):
+            entries = document.entries("materials") if place is not None and place.array == "materials" else []
+            if place is not None and place.row < len(entries):
+                self._animated.setdefault(entries[place.row], []).append(place.key)
         self._default = Material(name="default")
-        self._made: dict[Element, Material] = {}
+        self.made: dict[Element, Material] = {}
+        """By their entries in the file."""
         self._unlit: dict[Material, Material] = {}
 
     def get(self, primitive: Element) -> Material:
@@ -42,9 +50,13 @@ class Materials:
         if "material" not in holder:
             return self._default
         entry = holder.reference("material", self._document.entries("materials"))
-        if entry not in self._made:
-            self._made[entry] = self._make(entry)
-        return self._made[entry]
+        if entry not in self.made:
+            self.made[entry] = self._make(entry)
+        return self.made[entry]
+
+    def unlit(self, material: Material) -> Material | None:
+        """What `get_unlit` has made of a material, if it has."""
+        return self._unlit.get(material)
 
     def get_unlit(self, primitive: Element) -> Material:
         """The primitive's material as points and lines without normals have it, which no light reaches (3.9.7)."""
@@ -68,7 +80,8 @@ class Materials:
         for key, read in self._parts.items():
             if key in entry and not (converts and key == _METALLIC_ROUGHNESS):
                 values |= read(entry)
-        if "extensions" not in entry and "emissiveFactor" not in entry and "pica" not in entry.extras:
+        is_plain = "extensions" not in entry and "emissiveFactor" not in entry and "pica" not in entry.extras
+        if is_plain and entry not in self._animated:
             return _plain_material(**values)  # the values are checked already
         return entry.apply(Material, **values | self._extended(entry))
 
@@ -115,12 +128,16 @@ class Materials:
             **self._transmission(entry),
             **_coefficients(entry.pica),
             **self._diffuse_transmission(entry.extension("KHR_materials_diffuse_transmission")),
-            **self._clearcoat(entry.extension("KHR_materials_clearcoat"), _coats(entry.pica)),
-            **self._anisotropy(entry.extension("KHR_materials_anisotropy")),
-            **self._iridescence(entry.extension("KHR_materials_iridescence")),
-            **self._sheen(entry.extension("KHR_materials_sheen")),
+            **self._clearcoat(*self._extension(entry, "KHR_materials_clearcoat"), _coats(entry.pica)),
+            **self._anisotropy(*self._extension(entry, "KHR_materials_anisotropy")),
+            **self._iridescence(*self._extension(entry, "KHR_materials_iridescence")),
+            **self._sheen(*self._extension(entry, "KHR_materials_sheen")),
             **self._specular_glossiness(entry),
         }
+
+    def _extension(self, entry: Element, name: str) -> tuple[Element, bool]:
+        """An extension of a material, and whether it is kept even without effect, as one that is animated."""
+        return entry.extension(name), any(f"extensions/{name}/" in key for key in self._animated.get(entry, ()))
 
     def _specular(self, specular: Element) -> dict[str, Any]:
         return {
@@ -134,19 +151,18 @@ class Materials:
         transmission = entry.extension("KHR_materials_transmission")
         volume = entry.extension("KHR_materials_volume")
         thickness = volume.number("thicknessFactor", low=0, default=0.0)
-        distance = volume.number("attenuationDistance", low=0, default=math.inf)
-        color = volume.numbers("attenuationColor", 3, 0, 1, WHITE)
-        attenuation = tuple(min(-math.log(max(each, 1e-20)) / max(distance, 1e-20), LARGEST) for each in color)
         scatter = entry.extension("KHR_materials_volume_scatter")
-        scattered = tuple(
-            _single_scattering_albedo(each) for each in scatter.numbers("multiscatterColor", 3, 0, 1, (0.0, 0.0, 0.0))
+        absorption, scattering = coefficients(
+            volume.numbers("attenuationColor", 3, 0, 1, WHITE),
+            volume.number("attenuationDistance", low=0, default=math.inf),
+            scatter.numbers("multiscatterColor", 3, 0, 1, (0.0, 0.0, 0.0)),
         )
         return {
             "transmission": transmission.number("transmissionFactor", 0, 1, 0.0),
             "transmission_texture": self._textures.get(transmission, "transmissionTexture"),
             "thin_walled": thickness == 0,  # rays find the true thickness
-            "absorption": tuple(each * (1 - share) for each, share in zip(attenuation, scattered, strict=True)),
-            "scattering": tuple(each * share for each, share in zip(attenuation, scattered, strict=True)),
+            "absorption": absorption,
+            "scattering": scattering,
             "scatter_anisotropy": scatter.number("scatterAnisotropy", -1, 1, 0.0),
             "dispersion": entry.extension("KHR_materials_dispersion").number("dispersion", low=0, default=0.0),
         }
@@ -159,7 +175,7 @@ class Materials:
             "diffuse_transmission_color_texture": self._textures.get(extension, "diffuseTransmissionColorTexture"),
         }
 
-    def _clearcoat(self, clearcoat: Element, coats: tuple[Coat, ...]) -> dict[str, Any]:
+    def _clearcoat(self, clearcoat: Element, kept: bool, coats: tuple[Coat, ...]) -> dict[str, Any]:
         """The extension's coat or, with its textures, those of the extras."""
         strength = clearcoat.number("clearcoatFactor", 0, 1, 0.0)
         roughness = clearcoat.number("clearcoatRoughnessFactor", 0, 1, 0.0)
@@ -169,18 +185,18 @@ class Materials:
             "coat_normal_texture": self._textures.get(clearcoat, "clearcoatNormalTexture"),
         }
         scale = clearcoat.object("clearcoatNormalTexture").number("scale", default=1.0)
-        if strength == 0 and not coats:
+        if strength == 0 and not coats and not kept:
             return {}
         coats = coats or (Coat(strength, roughness, air_below=True),)
         return {"coats": coats, "coat_normal_scale": scale, **textures}
 
-    def _anisotropy(self, extension: Element) -> dict[str, Any]:
+    def _anisotropy(self, extension: Element, kept: bool) -> dict[str, Any]:
         strength = extension.number("anisotropyStrength", 0, 1, 0.0)
         anisotropy = Anisotropy(strength, extension.number("anisotropyRotation", default=0.0))
         texture = self._textures.get(extension, "anisotropyTexture")
-        return {} if strength == 0 else {"anisotropy": anisotropy, "anisotropy_texture": texture}
+        return {} if strength == 0 and not kept else {"anisotropy": anisotropy, "anisotropy_texture": texture}
 
-    def _iridescence(self, iridescence: Element) -> dict[str, Any]:
+    def _iridescence(self, iridescence: Element, kept: bool) -> dict[str, Any]:
         film = Iridescence(
             iridescence.number("iridescenceFactor", 0, 1, 0.0),
             iridescence.number("iridescenceIor", low=1, default=1.3),
@@ -191,21 +207,30 @@ class Materials:
             "iridescence_texture": self._textures.get(iridescence, "iridescenceTexture"),
             "iridescence_thickness_texture": self._textures.get(iridescence, "iridescenceThicknessTexture"),
         }
-        return {} if film.strength == 0 else {"iridescence": film, **textures}
+        return {} if film.strength == 0 and not kept else {"iridescence": film, **textures}
 
     def _specular_glossiness(self, entry: Element) -> dict[str, Any]:
         """Instead of pbrMetallicRoughness, which a file may have for readers without the extension."""
         is_used = entry.has_extension(specular_glossiness.EXTENSION)
         return specular_glossiness.metallic_roughness(self._document, self._textures, entry) if is_used else {}
 
-    def _sheen(self, extension: Element) -> dict[str, Any]:
+    def _sheen(self, extension: Element, kept: bool) -> dict[str, Any]:
         red, green, blue = extension.numbers("sheenColorFactor", 3, 0, 1, (0.0, 0.0, 0.0))
         sheen = Sheen((red, green, blue), extension.number("sheenRoughnessFactor", 0, 1, 0.0))
         textures = {
             "sheen_color_texture": self._textures.get(extension, "sheenColorTexture"),
             "sheen_roughness_texture": self._textures.get(extension, "sheenRoughnessTexture"),
         }
-        return {"sheen": sheen, **textures} if any(sheen.color) else {}
+        return {"sheen": sheen, **textures} if kept or any(sheen.color) else {}
+
+
+def coefficients(color: Iterable[float], distance: float, scattered: Iterable[float]) -> tuple[Color, Color]:
+    """Absorption and scattering coefficients of a medium, by KHR_materials_volume and KHR_materials_volume_scatter."""
+    extinction = [min(-math.log(max(each, 1e-20)) / max(distance, 1e-20), LARGEST) for each in color]
+    pairs = [(each, _single_scattering_albedo(share)) for each, share in zip(extinction, scattered, strict=True)]
+    (r, r_share), (g, g_share), (b, b_share) = pairs
+    absorption = r * (1 - r_share), g * (1 - g_share), b * (1 - b_share)
+    return absorption, (r * r_share, g * g_share, b * b_share)
 
 
 def _coefficients(pica: Element) -> dict[str, Any]:

@@ -46,7 +46,7 @@ class Meshes:
 
     def __init__(self, document: Document) -> None:
         self._document = document
-        self._materials = Materials(document)
+        self.materials = Materials(document)
         self._made: dict[Element, Mesh] = {}
         self._counts: dict[Mesh, _Counts] = {}
         self._batch = SectionBatch()
@@ -116,7 +116,7 @@ class Meshes:
         self, primitive: Element, triangles: NDArray[np.uint32], used: Rows | None, vertex_count: int
     ) -> Section:  # fmt: skip
         """A section of the triangles; the batch may complete it later."""
-        accessors, material = primitive.object("attributes"), self._materials.get(primitive)
+        accessors, material = primitive.object("attributes"), self.materials.get(primitive)
         shared = "NORMAL" in accessors  # otherwise vertices of triangles are not shared
         vertices = triangles.size if not shared else vertex_count if used is None else len(used)
         tangents = tangent_uvs(material) is not None and not (shared and "TANGENT" in accessors)
@@ -140,7 +140,7 @@ class Meshes:
         )
         if not len(triangles):
             return None
-        material = self._materials.get(primitive) if "NORMAL" in accessors else self._materials.get_unlit(primitive)
+        material = self.materials.get(primitive) if "NORMAL" in accessors else self.materials.get_unlit(primitive)
         return primitive.apply(complete, attributes, triangles, material)
 
     def _order(self, primitive: Element, vertex_count: int) -> NDArray[np.uint32]:

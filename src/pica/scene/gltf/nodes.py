@@ -18,7 +18,9 @@ from pica.scene.gltf.deformation import bind, read_skin
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.environments import read_background, read_environment
 from pica.scene.gltf.lights import Lights, read_visibility
+from pica.scene.gltf.materials import Materials
 from pica.scene.gltf.meshes import Meshes
+from pica.scene.gltf.pointers import VISIBLE, parsed
 from pica.scene.gltf.variants import Variants
 from pica.scene.limits import OBJECT_BYTES
 from pica.scene.model import Mesh, Node, Scene
@@ -55,7 +57,7 @@ def build_scene(document: Document) -> Scene:
     entries = {nodes[entry]: entry for entry in dict.fromkeys([*made.special, *far])}
     for node in worth_checking(list(entries)):
         entries[node].apply(node.check)  # a renderer's checks, with the place in the file
-    scene.animations = read_animations(document, nodes, made.hidden)
+    scene.animations = read_animations(document, nodes, made.hidden, made.materials)
     if not any(len(section.indices) for node in scene.nodes() if node.mesh for section in node.mesh.sections):
         document.warn("shows nothing, its scene has no mesh with triangles")
     return scene
@@ -126,6 +128,7 @@ class _MadeNodes(NamedTuple):
     """(nodes, 4, 4) node to parent."""
     hidden: set[Element]
     """Nodes without mesh and light, of KHR_node_visibility."""
+    materials: Materials
 
 
 def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element]) -> _MadeNodes:
@@ -136,7 +139,7 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
     transforms, poses = _places(entries)
     transforms.setflags(write=False)
     near = np.einsum("nij,nij->n", transforms, transforms) <= LARGEST  # so that none is too large
-    hidden = _hidden(hierarchy, entries)
+    hidden = _hidden(document, hierarchy, entries)
     if any("mesh" in entry for entry in entries):
         meshes.expect(entry for entry in entries if entry not in hidden)
     nodes: dict[Element, Node] = {}
@@ -178,15 +181,20 @@ def _make_nodes(document: Document, hierarchy: _Hierarchy, roots: list[Element])
             node._children = [nodes[child] for child in children]
             for child in node._children:
                 child._parent = node
-    return _MadeNodes(nodes, special, transforms, hidden)
+    return _MadeNodes(nodes, special, transforms, hidden, meshes.materials)
 
 
-def _hidden(hierarchy: _Hierarchy, entries: list[Element]) -> set[Element]:
-    """The nodes that KHR_node_visibility hides, with all below them."""
+def _hidden(document: Document, hierarchy: _Hierarchy, entries: list[Element]) -> set[Element]:
+    """The nodes that KHR_node_visibility hides at all times, with all below them."""
+    places = [parsed(pointer) for pointer in document.animated_pointers if pointer.endswith(VISIBLE)]
+    rows = {place.row for place in places if place is not None}
+    moved = {entry for row, entry in enumerate(document.entries("nodes")) if row in rows} if rows else set()
     tops = [
         entry
         for entry in entries
-        if "extensions" in entry and not entry.extension(_VISIBILITY).flag("visible", default=True)
+        if "extensions" in entry
+        and not entry.extension(_VISIBILITY).flag("visible", default=True)
+        and entry not in moved
     ]
     return set(hierarchy.below(tops)) if tops else set()
 

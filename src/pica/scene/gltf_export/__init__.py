@@ -19,8 +19,8 @@ def write(scene: Scene, path: str | Path) -> None:
     for mesh in dict.fromkeys(node.mesh for node in scene.nodes() if node.mesh is not None):
         mesh.check()
     asset = Asset(target)
-    rows = add_nodes(asset, scene)
-    add_animations(asset, scene.animations, rows)
+    rows, materials = add_nodes(asset, scene)
+    add_animations(asset, scene.animations, rows, materials)
     entry = {
         "name": scene.name,
         "nodes": [rows[root] for root in scene.roots],

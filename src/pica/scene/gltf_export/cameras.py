@@ -6,7 +6,7 @@ from pica.scene.gltf_export.container import Asset, differing
 from pica.scene.node import Node
 
 
-def add_camera(asset: Asset, node: Node) -> int | None:
+def add_camera(asset: Asset, node: Node, is_animated: bool) -> int | None:
     """The index of a node's camera; None if it has none."""
     camera = node.camera
     if camera is None:
@@ -26,4 +26,5 @@ def add_camera(asset: Asset, node: Node) -> int | None:
         sensor_height=(camera.sensor_height, 0.024),
         aperture_blades=(camera.aperture_blades, 0),
     )
-    return asset.add_once("cameras", entry | {"extras": asset.extras({}, lens_extras)})
+    entry["extras"] = asset.extras({}, lens_extras)
+    return asset.add_once("cameras", entry, owner=node if is_animated else None)

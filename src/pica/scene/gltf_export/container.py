@@ -33,7 +33,7 @@ class Asset:
         self._binary = bytearray()
         self._files: dict[str, bytes] = {}
         self._accessors: dict[tuple[Any, ...], int] = {}
-        self._entries: dict[tuple[str, str], int] = {}
+        self._entries: dict[tuple[str, str, object], int] = {}
         self._used: set[str] = set()
         self._left_out: Counter[str] = Counter()
 
@@ -49,9 +49,9 @@ class Asset:
         """Append to one of the file's arrays, without keys that are empty, and return the index."""
         return _append(self._root.setdefault(array, []), entry)
 
-    def add_once(self, array: str, entry: dict[str, Any], extension: str = "") -> int:
-        """As `add`, or the index of an equal entry; in an array of an extension of the file."""
-        key = array, _encoded(entry)
+    def add_once(self, array: str, entry: dict[str, Any], extension: str = "", owner: object = None) -> int:
+        """As `add`, or the index of an equal entry of the same owner; in an array of an extension of the file."""
+        key = array, _encoded(entry), owner
         if key not in self._entries:
             entries = self._root.setdefault(array, []) if not extension else self._extension(extension, array)
             self._entries[key] = _append(entries, entry)

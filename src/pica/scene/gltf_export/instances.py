@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.animation import Floats, compose
+from pica.scene.animation import compose
 from pica.scene.gltf_export.container import Asset
+from pica.scene.keyframes import Floats
 
 _OFF = 1e-5
 """By how much a composed matrix may differ, of its largest number."""

@@ -11,7 +11,7 @@ _EXTENSION = "KHR_lights_punctual"
 _VISIBILITY = ("visible_to_camera", "visible_to_reflections", "casts_shadows")
 
 
-def punctual_light(asset: Asset, node: Node) -> dict[str, Any] | None:
+def punctual_light(asset: Asset, node: Node, is_animated: bool) -> dict[str, Any] | None:
     """The extension of a node with a light without a size; None for other nodes."""
     light = node.light
     if not isinstance(light, DirectionalLight | PointLight | SpotLight):
@@ -28,7 +28,7 @@ def punctual_light(asset: Asset, node: Node) -> dict[str, Any] | None:
         cone = {"innerConeAngle": light.inner_cone_angle, "outerConeAngle": light.outer_cone_angle}
         entry |= {"type": "spot", "spot": cone}
     entry["extras"] = asset.extras({}, pica)
-    return {"light": asset.add_once("lights", entry, _EXTENSION)}
+    return {"light": asset.add_once("lights", entry, _EXTENSION, node if is_animated else None)}
 
 
 def area_light(node: Node) -> dict[str, Any] | None:

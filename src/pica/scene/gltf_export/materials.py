@@ -22,18 +22,18 @@ class Materials:
     def __init__(self, asset: Asset) -> None:
         self._asset = asset
         self._textures = Textures(asset)
-        self._added: dict[Material, int] = {}
+        self.added: dict[Material, int] = {}
 
     def get(self, material: Material) -> int:
         """The index of a material."""
-        if material not in self._added:
-            self._added[material] = self._asset.add("materials", self._entry(material))
-        return self._added[material]
+        if material not in self.added:
+            self.added[material] = self._asset.add("materials", self._entry(material))
+        return self.added[material]
 
     def _entry(self, material: Material) -> dict[str, Any]:
         if material.type != STANDARD:
             self._asset.leave_out("material types in Slang, whose materials are standard ones")
-        strength = _strength(material.emission)
+        strength = emissive_strength(material.emission)
         info = self._textures.info
         return {
             "name": material.name,
@@ -146,7 +146,7 @@ class Materials:
         )
 
 
-def _strength(emission: Color) -> float:
+def emissive_strength(emission: Color) -> float:
     """What emission is divided by, so that it is at most 1: a power of two, which loses no digit."""
     return math.ldexp(1.0, math.frexp(max(emission))[1]) if max(emission) > 1 else 1.0
 

@@ -23,7 +23,7 @@ class Meshes:
 
     def __init__(self, asset: Asset) -> None:
         self._asset = asset
-        self._materials = Materials(asset)
+        self.materials = Materials(asset)
         self._added: dict[Mesh, int | None] = {}
 
     def get(self, node: Node) -> int | None:
@@ -71,7 +71,7 @@ class Meshes:
         primitive: dict[str, Any] = {
             "attributes": attributes | self._joints(section),
             "indices": asset.accessor(section.indices.astype(short).reshape(-1), INDICES),
-            "material": self._materials.get(section.material),
+            "material": self.materials.get(section.material),
         }
         if targets := self._targets(section):
             primitive["targets"] = targets

@@ -4,11 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from pica.scene.animation import Pose
+from pica.scene.animation import Channel, Pose
+from pica.scene.field_channel import FieldChannel
 from pica.scene.gltf_export.cameras import add_camera
 from pica.scene.gltf_export.container import Asset
 from pica.scene.gltf_export.instances import instancing
 from pica.scene.gltf_export.lights import area_light, punctual_light, visibility
+from pica.scene.gltf_export.materials import Materials
 from pica.scene.gltf_export.meshes import Meshes
 from pica.scene.gltf_export.skins import add_skin
 from pica.scene.model import Scene
@@ -18,19 +20,19 @@ from pica.scene.skin import Skin
 _DEFAULT = Pose()
 
 
-def add_nodes(asset: Asset, scene: Scene) -> dict[Node, int]:
-    """Add all nodes of a scene; returns their indices, parents first."""
+def add_nodes(asset: Asset, scene: Scene) -> tuple[dict[Node, int], Materials]:
+    """Add all nodes of a scene; returns their indices, parents first, and the materials of their meshes."""
     rows = {node: row for row, node in enumerate(scene.nodes())}
-    moved = {
-        channel.node for animation in scene.animations for channel in animation.channels if channel.path != "weights"
-    }
+    channels = [channel for animation in scene.animations for channel in animation.channels]
+    moved = {channel.node for channel in channels if isinstance(channel, Channel) and channel.path != "weights"}
+    changed = {channel.holder for channel in channels if isinstance(channel, FieldChannel)}
     meshes, skins = Meshes(asset), dict[Skin, int | None]()
     for node in rows:
         entry = {
             "name": node.name,
             "children": [rows[child] for child in node.children],
             **_place(node, node in moved),
-            "camera": add_camera(asset, node),
+            "camera": add_camera(asset, node, node in changed),
         }
         mesh = meshes.get(node)
         instances = None
@@ -43,11 +45,11 @@ def add_nodes(asset: Asset, scene: Scene) -> dict[Node, int]:
             entry |= _deformation(asset, node, rows, skins) if mesh is not None else {}
         entry["mesh"] = mesh
         entry["extensions"] = asset.extensions(
-            KHR_lights_punctual=punctual_light(asset, node), EXT_mesh_gpu_instancing=instances
+            KHR_lights_punctual=punctual_light(asset, node, node in changed), EXT_mesh_gpu_instancing=instances
         )
         entry["extras"] = asset.extras(node.extras, pica)
         asset.add("nodes", entry)
-    return rows
+    return rows, meshes.materials
 
 
 def _place(node: Node, is_moved: bool) -> dict[str, Any]:
