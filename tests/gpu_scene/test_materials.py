@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+from pica.gpu_scene.material_textures import MaterialTextures
 from pica.gpu_scene.materials import MATERIAL, MaterialTable
+from pica.images import pictures
+from pica.images.blocks import BlockPicture
 from pica.scene.camera import Camera
 from pica.scene.changes import ChangeSet
 from pica.scene.illumination import average_emission
@@ -11,6 +14,7 @@ from pica.scene.material import Image, Material, Sampler, Texture, Wrap
 from pica.scenes.basic_meshes import plane
 from pica.scenes.placing import rotate
 from tests.building import checkered, lambert, orthographic, placed, render, scene_of
+from tests.images import ktx2_pictures
 from tests.tracing.kernels import read
 
 FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
@@ -184,3 +188,41 @@ def test_data_of_an_srgb_image_too(device):
     scene = scene_of(placed(plane(2, 2, material), rotate("x", 90)))
     frame = render(device, scene, 1, Camera.look_at((0, 0, 0.5), (0, 0, 0)), (8, 8))
     np.testing.assert_allclose(frame.aov("roughness"), linear(128), atol=5e-3)
+
+
+def compressed(name="uastc"):
+    """The ramp of the tests of KTX 2, 32 x 32, as a file's texture is loaded."""
+    return Image.of_blocks(pictures.read_texture(ktx2_pictures.basis(name), name))
+
+
+def test_compressed_textures_look_like_their_pixels(device):
+    image = compressed()
+    blocks = picture_of(device, lambert(1, base_color_texture=Texture(image)))
+    image.pixels = image.pixels
+    assert image.blocks is None
+    pixels = picture_of(device, lambert(1, base_color_texture=Texture(image)))
+    np.testing.assert_allclose(blocks, pixels, atol=3e-3)
+    assert pixels.std() > 0.1
+
+
+def test_compressed_textures_have_their_own_mipmaps(device):
+    """Far away, the smallest level is all that is seen: here the file's, of another colour than its largest."""
+    blocks = compressed().blocks
+    last = pictures.read_texture(ktx2_pictures.basis("etc1s"), "etc1s").levels[-1]
+    mixed = Image.of_blocks(BlockPicture(32, 32, (*blocks.levels[:-1], last)))
+    far = picture_of(device, lambert(1, base_color_texture=Texture(mixed)), size=(8, 8), uv_scale=100.0)
+    expected = linear(BlockPicture(1, 1, (last,)).pixels()[0, 0, :3])
+    np.testing.assert_allclose(far[4, 4], expected, atol=0.01)
+
+
+def test_compressed_textures_take_a_byte_a_texel(device):
+    image = compressed()
+    textures = MaterialTextures(device, ChangeSet())
+    taken = []
+    for _ in range(2):
+        before = device.memory
+        textures.acquire(image, srgb=False)
+        taken.append(device.memory - before)
+        image.pixels = image.pixels
+        textures.renew(image)
+    assert 32 * 32 < taken[0] < 1.6 * 32 * 32 < 4 * 32 * 32 < taken[1]

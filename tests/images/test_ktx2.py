@@ -6,6 +6,7 @@ import pytest
 
 from pica.errors import SceneError
 from pica.images import pictures
+from pica.images.blocks import BlockPicture
 from pica.images.ktx2 import BYTES_PER_PIXEL, UnsupportedPictureError
 from tests.images.ktx2_pictures import BC7, R8, RAMP, RGB8, RGBA8, RGBA8_SRGB, basis, plain
 
@@ -20,6 +21,32 @@ def test_basis_universal(name: str, channels: int, error: float) -> None:
     assert difference.mean() < error and difference.max() < 8 * error
     if channels == 3:
         assert (pixels[..., 3] == 255).all()
+
+
+@pytest.mark.parametrize(("name", "error"), [("etc1s", 6), ("etc1s_alpha", 6), ("uastc", 3), ("uastc_zstandard", 3)])
+def test_textures_stay_compressed_with_their_mipmaps(name: str, error: float) -> None:
+    blocks = pictures.read_texture(basis(name), "name")
+    assert isinstance(blocks, BlockPicture)
+    assert [level.shape for level in blocks.levels] == [(n, n, 16) for n in (8, 4, 2, 1, 1, 1)]
+    channels = slice(0, 3 if name == "etc1s" else 4)
+    difference = blocks.pixels()[..., channels].astype(float) - RAMP[..., channels]
+    assert np.abs(difference).mean() < error
+    quarter = RAMP.reshape(8, 4, 8, 4, 4).mean((1, 3))
+    assert np.abs(blocks.pixels(2)[..., channels].astype(float) - quarter[..., channels]).mean() < 4 * error
+
+
+def test_pictures_without_mipmaps_become_pixels() -> None:
+    single = changed(basis("uastc"), 40, 1)
+    np.testing.assert_array_equal(pictures.read_texture(single, "name"), pictures.read_image(single, "name"))
+
+
+@pytest.mark.parametrize(
+    ("offset", "value"), [(80 + 24, 1 << 62), (80 + 24 + 8, 1 << 40), (80 + 24 + 16, 1 << 40)], ids=range(3)
+)
+def test_forged_mipmaps(offset: int, value: int) -> None:
+    forged = changed(basis("uastc_zstandard"), offset, value, form="<Q")
+    with pytest.raises(SceneError, match="^name: its mipmap levels are not those of 32x32 pixels"):
+        pictures.read_texture(forged, "name")
 
 
 def test_zstandard_changes_no_pixel() -> None:

@@ -372,5 +372,5 @@ def test_wrong_channels_of_fields(holder: Any, name: str, values: Any, fault: st
 
 def test_values_that_a_field_refuses() -> None:
     move = Animation([FieldChannel(Material(name="paint"), "roughness", np.zeros(1), np.array([[2.0]]))])
-    with pytest.raises(SceneError, match="material 'paint': roughness: 2.0 is not from 0 to 1"):
+    with pytest.raises(SceneError, match=r"material 'paint': roughness: 2.0 is not from 0 to 1"):
         move.apply(0)

@@ -1,13 +1,13 @@
-"""Materials and their textures on the GPU, textures by bindless handle and with mip levels."""
+"""Materials on the GPU, their textures by bindless handle."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass
 
 import numpy as np
-import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.gpu_scene.material_textures import ImageOnGpu, MaterialTextures
 from pica.gpu_scene.material_traits import MaterialTraits
 from pica.programs.library import programs
 from pica.programs.material_types import (
@@ -27,7 +27,7 @@ from pica.rhi.tables import HostTable
 from pica.scene.changes import ChangeSet
 from pica.scene.coat import MAX_COATS, baked
 from pica.scene.illumination import average_emission
-from pica.scene.material import AlphaMode, Image, Material, Sampler, Texture, Wrap
+from pica.scene.material import AlphaMode, Image, Material, Texture
 from pica.scene.material_registry import MaterialSource, material_source
 from pica.scene.shape_registry import shape_source
 
@@ -95,22 +95,6 @@ MATERIAL = np.dtype(
     align=True,
 )
 _MASK, _BLEND, _DOUBLE_SIDED, _UNLIT, _THIN_WALLED = 1, 2, 4, 8, 16
-_WRAP = {
-    Wrap.REPEAT: spy.TextureAddressingMode.wrap,
-    Wrap.MIRRORED_REPEAT: spy.TextureAddressingMode.mirror_repeat,
-    Wrap.CLAMP_TO_EDGE: spy.TextureAddressingMode.clamp_to_edge,
-}
-
-
-@dataclass
-class _ImageOnGpu:
-    """A texture, and the image that it was made of."""
-
-    image: Image
-    srgb: bool
-    texture: spy.Texture
-    view: spy.TextureView
-    users: int = 0
 
 
 @dataclass
@@ -120,7 +104,7 @@ class _Packed:
     row: int
     type: str
     kind: tuple[object, ...]
-    images: list[_ImageOnGpu]
+    images: list[ImageOnGpu]
     emission: float
     users: int = 0
 
@@ -130,12 +114,11 @@ class MaterialTable:
 
     def __init__(self, device: Device, changes: ChangeSet) -> None:
         """`changes`: where images note that they were written to."""
-        self._device, self._changes = device, changes
+        self._device = device
         self.table = HostTable(device, "materials", MATERIAL)
         self.traits = MaterialTraits()
         self._materials: dict[Material, _Packed] = {}
-        self._textures: dict[tuple[Image, bool], _ImageOnGpu] = {}
-        self._samplers: dict[Sampler, spy.Sampler] = {}
+        self._textures = MaterialTextures(device, changes)
         self._types: MaterialTypeSet = ()
         self._type_users: Counter[str] = Counter()
 
@@ -245,8 +228,7 @@ class MaterialTable:
 
     def with_image(self, image: Image) -> list[Material]:
         """The materials in use that have it. Its pixels have changed: the next that is packed uploads them."""
-        for srgb in (False, True):
-            self._textures.pop((image, srgb), None)
+        self._textures.renew(image)
         return [m for m, entry in self._materials.items() if any(used.image is image for used in entry.images)]
 
     def numbered(self) -> Iterator[tuple[int, Material]]:
@@ -274,7 +256,7 @@ class MaterialTable:
         self.table.give_back(entry.row, 1)
 
     def _pack(self, material: Material, row: int) -> _Packed:
-        images: list[_ImageOnGpu] = []
+        images: list[ImageOnGpu] = []
         self.table.rows[row] = self._packed(material, images)
         self._type_users[material.type] += 1
         self.traits.note(row, material)
@@ -283,9 +265,9 @@ class MaterialTable:
     def _forget(self, entry: _Packed) -> None:
         self._type_users[entry.type] -= 1
         for on_gpu in entry.images:
-            self._release_image(on_gpu)
+            self._textures.release(on_gpu)
 
-    def _packed(self, material: Material, images: list[_ImageOnGpu]) -> NDArray[np.void]:
+    def _packed(self, material: Material, images: list[ImageOnGpu]) -> NDArray[np.void]:
         """Its row; the images that it uses are added to `images`."""
         packed = np.zeros((), MATERIAL)
         for name in (
@@ -346,64 +328,15 @@ class MaterialTable:
             texture: Texture | None = getattr(material, f"{slot}_texture")
             if texture is None:
                 continue
-            height, width, _ = texture.image.pixels.shape
+            width, height = texture.image.size
             entry = packed[f"{slot}_texture"]
-            images.append(self._image(texture.image, _is_srgb(texture.image, slot)))
+            images.append(self._textures.acquire(texture.image, _is_srgb(texture.image, slot)))
             entry["texture"] = images[-1].view.descriptor_handle_ro.value
-            entry["sampler"] = self._sampler(texture.sampler).descriptor_handle.value
+            entry["sampler"] = self._textures.sampler(texture.sampler).descriptor_handle.value
             entry["transform"] = np.reshape(texture.transform, (2, 3))
             entry["uv_set"] = texture.uv_set
             entry["texels"] = width * height
         return packed
-
-    def _image(self, image: Image, srgb: bool) -> _ImageOnGpu:
-        """The texture of an image, with one more user; uploaded for the first."""
-        if (image, srgb) not in self._textures:
-            self._textures[image, srgb] = self._upload(image, srgb)
-            image.follow(self._changes)
-        texture = self._textures[image, srgb]
-        texture.users += 1
-        return texture
-
-    def _upload(self, image: Image, srgb: bool) -> _ImageOnGpu:
-        height, width, _ = image.pixels.shape
-        levels = max(width, height).bit_length()
-        with self._device.allocating(f"picture {image.name}, {width}x{height} texels"):
-            texture = self._device.handle.create_texture(
-                format=spy.Format.rgba8_unorm_srgb if srgb else spy.Format.rgba8_unorm,
-                width=width,
-                height=height,
-                mip_count=levels,
-                usage=spy.TextureUsage.shader_resource | spy.TextureUsage.render_target,
-                label=image.name.encode(errors="replace").decode(),  # names in files may be invalid text
-            )
-        self._device.count_memory(texture.memory_usage.device)
-        # SlangPy refuses read-only arrays.
-        texture.copy_from_numpy(np.require(image.pixels, requirements=["C", "W"]))
-        if levels > 1:
-            encoder = self._device.handle.create_command_encoder()
-            encoder.generate_mips(texture)
-            self._device.handle.submit_command_buffer(encoder.finish())
-        return _ImageOnGpu(image, srgb, texture, texture.create_view())
-
-    def _release_image(self, on_gpu: _ImageOnGpu) -> None:
-        on_gpu.users -= 1
-        if not on_gpu.users:
-            self._device.count_memory(-on_gpu.texture.memory_usage.device)
-            if self._textures.get((on_gpu.image, on_gpu.srgb)) is on_gpu:  # otherwise its pixels were edited
-                del self._textures[on_gpu.image, on_gpu.srgb]
-
-    def _sampler(self, sampler: Sampler) -> spy.Sampler:
-        if sampler not in self._samplers:
-            filtering = spy.TextureFilteringMode.linear if sampler.linear else spy.TextureFilteringMode.point
-            self._samplers[sampler] = self._device.sampler(
-                min_filter=filtering,
-                mag_filter=filtering,
-                mip_filter=filtering,
-                address_u=_WRAP[sampler.wrap_u],
-                address_v=_WRAP[sampler.wrap_v],
-            )
-        return self._samplers[sampler]
 
 
 def _kind(material: Material) -> tuple[object, ...]:

@@ -1,16 +1,18 @@
 """KTX 2 pictures (https://registry.khronos.org/KTX/specs/2.0/ktxspec.v2.html), of Basis Universal or of plain pixels.
 
-Their first mipmap level becomes pixels. The libraries decode in this process: mutated pictures neither crashed them nor
-held them up (docs/guide/security.md).
+Those of Basis Universal with mipmap levels become BC7 blocks, others the pixels of their first level. The libraries
+decode in this process: mutated pictures neither crashed them nor held them up (docs/guide/security.md).
 """
 
 import struct
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pica.errors import SceneError
+from pica.images.blocks import SIDE, BlockPicture, blocks_of
 
 KTX2 = b"\xabKTX 20\xbb\r\n\x1a\n"
 BYTES_PER_PIXEL = 8
@@ -24,6 +26,7 @@ _CHANNELS = {9: 1, 15: 1, 16: 2, 22: 2, 23: 3, 29: 3, 37: 4, 43: 4}
 _MOST_LEVELS = 15
 _BLOCK, _BLOCK_BYTES = 4, 16
 """Pixels of a UASTC block along each side."""
+_LEVELS_START, _LEVEL = 80, struct.Struct("<3Q")
 
 
 class UnsupportedPictureError(SceneError):
@@ -42,6 +45,8 @@ class Ktx2Picture(NamedTuple):
     start: int
     """Of the first level in the file."""
     length: int
+    levels: int
+    """Number of mipmap levels."""
 
 
 def read_header(content: bytes) -> Ktx2Picture:
@@ -63,7 +68,7 @@ def read_header(content: bytes) -> Ktx2Picture:
     # The library takes the memory that the index declares before it looks at the data.
     if start + length > len(content) or (scheme != _BASIS_LZ and uncompressed != size):
         raise SceneError(f"its data is not that of {width}x{height} pixels")
-    return Ktx2Picture(width, height, channels, scheme, start, length)
+    return Ktx2Picture(width, height, channels, scheme, start, length, max(levels, 1))
 
 
 def decoded(content: bytes, picture: Ktx2Picture) -> NDArray[np.uint8]:
@@ -71,18 +76,52 @@ def decoded(content: bytes, picture: Ktx2Picture) -> NDArray[np.uint8]:
     return _plain(content, picture) if picture.channels else _basis_universal(content)
 
 
-def _basis_universal(content: bytes) -> NDArray[np.uint8]:
+def decoded_texture(content: bytes, picture: Ktx2Picture) -> NDArray[np.uint8] | BlockPicture:
+    """As `decoded`, or as blocks: of Basis Universal with mipmap levels down to a block."""
+    if picture.channels or max(picture.width, picture.height) >> (picture.levels - 1) > SIDE:
+        return decoded(content, picture)
+    _check_levels(content, picture)
+    library = _library()
+    levels = library.open(content).transcode_levels(library.Target.BC7)
+    for image, size in zip(levels, _level_sizes(picture), strict=True):
+        if image.data.shape[:2] != blocks_of(*size):
+            raise SceneError(f"its mipmap levels are not those of {picture.width}x{picture.height} pixels")
+    return BlockPicture(picture.width, picture.height, tuple(image.data for image in levels))
+
+
+def _check_levels(content: bytes, picture: Ktx2Picture) -> None:
+    """Raises SceneError unless the index of levels (3.9) fits the picture, as `read_header` does for the first."""
+    for level, (width, height) in enumerate(_level_sizes(picture)):
+        entry = content[_LEVELS_START + level * _LEVEL.size :][: _LEVEL.size]
+        start, length, uncompressed = _LEVEL.unpack(entry.ljust(_LEVEL.size, b"\xff"))
+        rows, columns = blocks_of(width, height)
+        fits = picture.scheme == _BASIS_LZ or uncompressed == rows * columns * _BLOCK_BYTES
+        if start + length > len(content) or not fits:
+            raise SceneError(f"its mipmap levels are not those of {picture.width}x{picture.height} pixels")
+
+
+def _level_sizes(picture: Ktx2Picture) -> list[tuple[int, int]]:
+    """Width and height of each level."""
+    return [(max(picture.width >> level, 1), max(picture.height >> level, 1)) for level in range(picture.levels)]
+
+
+def _library() -> ModuleType:
     try:
         import opengl_basisu
     except ImportError:
         fault = "KTX 2 of Basis Universal needs the package opengl_basisu, which has no build for this platform"
         raise UnsupportedPictureError(fault) from None
-    pixels: NDArray[Any] = opengl_basisu.open(content).transcode(opengl_basisu.Target.RGBA8).data
+    return opengl_basisu
+
+
+def _basis_universal(content: bytes) -> NDArray[np.uint8]:
+    library = _library()
+    pixels: NDArray[Any] = library.open(content).transcode(library.Target.RGBA8).data
     return pixels
 
 
 def _plain(content: bytes, picture: Ktx2Picture) -> NDArray[np.uint8]:
-    _, _, channels, scheme, start, length = picture
+    _, _, channels, scheme, start, length, _ = picture
     size = channels * picture.width * picture.height
     data = content[start : start + length]
     if scheme == _ZSTANDARD:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import PIL.Image
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pica.errors import PicaError, SceneError
 from pica.files import open_file, read_file, size_of
 from pica.images import ktx2
+from pica.images.blocks import BlockPicture
 from pica.images.headers import EXR, check_scans, radiance_size
 from pica.images.saving import write_whole
 from pica.text import first_line, printable
@@ -28,6 +29,7 @@ Admit = Callable[[int, int], object]
 """Called with a picture's number of pixels and of bytes, before these are allocated; raises SceneError, with or
 without the picture's name, if that is too much."""
 
+_Decoded = TypeVar("_Decoded")
 _TEXTURE_FORMATS = ("PNG", "JPEG", "WEBP", "AVIF", "DDS")
 _HIGHEST = {".png": (1 << 16) - 1, ".exr": (1 << 32) - 1}
 """The largest label that a file holds."""
@@ -48,13 +50,24 @@ def read_image(data: bytes | memoryview | Path, name: str, admit: Admit = _admit
     Raises SceneError if the picture is missing, broken or too large, UnsupportedPictureError if its kind is not read.
     """
     content = read_file(data, name) if isinstance(data, Path) else bytes(data)
+    return _read(content, name, admit, ktx2.decoded)
+
+
+def read_texture(data: bytes | memoryview, name: str, admit: Admit = _admit_all) -> NDArray[np.uint8] | BlockPicture:
+    """As `read_image`, but KTX 2 of Basis Universal with mipmap levels stays compressed, as blocks."""
+    return _read(bytes(data), name, admit, ktx2.decoded_texture)
+
+
+def _read(
+    content: bytes, name: str, admit: Admit, decode_ktx2: Callable[[bytes, ktx2.Ktx2Picture], _Decoded]
+) -> NDArray[np.uint8] | _Decoded:
     with _faults_named(name):
         if content.startswith(ktx2.KTX2):
             picture = ktx2.read_header(content)
             _check_size(picture.width, picture.height)
             pixels = picture.width * picture.height
             admit(pixels, ktx2.BYTES_PER_PIXEL * pixels)
-            return ktx2.decoded(content, picture)
+            return decode_ktx2(content, picture)
         check_scans(content)
         with PIL.Image.open(io.BytesIO(content), formats=_TEXTURE_FORMATS) as image:
             _check_size(*image.size)

@@ -1,9 +1,10 @@
 """Estimates of the amount of light in a scene, for choices and warnings, without tracing."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pica.scene.light import DirectionalLight, Light, PointLight, SpotLight
-from pica.scene.material import Material
+from pica.scene.material import Image, Material
 from pica.scene.material_registry import STANDARD
 from pica.scene.mesh import Mesh
 from pica.scene.model import Scene
@@ -18,9 +19,16 @@ def average_emission(material: Material) -> float:
     texture = material.emissive_texture
     if texture is not None and luminance > 0:
         exponent = 1.0 if texture.image.encoding == "linear" else 2.2
-        pixels = (texture.image.pixels[::4, ::4, :3] / 255.0) ** exponent
+        pixels = (_quarter(texture.image) / 255.0) ** exponent
         luminance *= float(np.mean(pixels @ (0.2126, 0.7152, 0.0722)))
     return float(luminance)
+
+
+def _quarter(image: Image) -> NDArray[np.uint8]:
+    """(height, width, 3) about a quarter of the image's rows and columns."""
+    if image.blocks is not None:
+        return image.blocks.pixels(min(2, len(image.blocks.levels) - 1))[..., :3]
+    return image.pixels[::4, ::4, :3]
 
 
 def has_lights(scene: Scene) -> bool:

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pica.errors import SceneError, shown
+from pica.images.blocks import BlockPicture
 from pica.names import checked_names
 from pica.scene.anisotropy import Anisotropy
 from pica.scene.arrays import integers, picture
 from pica.scene.changes import Followed
-from pica.scene.checked_field import CheckedField
+from pica.scene.checked_field import CheckedField, read_only
 from pica.scene.coat import Coat, coats
-from pica.scene.construction import fields_only
+from pica.scene.construction import fields_only, unchecked_constructor
 from pica.scene.iridescence import Iridescence
 from pica.scene.light import COLOR, WHITE, Color
 from pica.scene.material_registry import STANDARD
@@ -74,19 +75,59 @@ Encoding = Literal["srgb", "linear"]
 _ENCODING = choice("srgb", "linear")
 
 
+class _Pixels(TrackedField[NDArray[np.uint8]]):
+    """Decoded at each use, and not stored, while an image has blocks."""
+
+    def __get__(self, holder: Any, owner: type) -> Any:
+        blocks = None if holder is None else holder.blocks
+        return super().__get__(holder, owner) if blocks is None else read_only(blocks.pixels())
+
+    def check_again(self, holder: object) -> None:
+        """As of all fields; blocks do not change."""
+        if "pixels" in vars(holder):
+            super().check_again(holder)
+
+
 @fields_only
 @dataclass(eq=False)
 class Image(Followed):
     """Pixels of a texture: (height, width, 4) uint8, row 0 on top; their meaning depends on the use.
 
     Assigned pixels, of any size, are in the next picture. Raises SceneError for other shapes, sides beyond
-    16384, and values that are not integers of 0 to 255.
+    16384, and values that are not integers of 0 to 255. Pictures that stay compressed, as blocks, are decoded whenever
+    `pixels` is read.
     """
 
-    pixels: TrackedField[NDArray[np.uint8]] = TrackedField(picture(integers(np.uint8, "height", "width", 4)))
+    pixels: TrackedField[NDArray[np.uint8]] = _Pixels(picture(integers(np.uint8, "height", "width", 4)))
     name: CheckedField[str] = CheckedField(text, "")
     encoding: TrackedField[Encoding | None] = TrackedField(optional(_ENCODING), None)
     """The encoding of red, green and blue in every use; None: that of each use in Material. Alpha is linear."""
+
+    @property
+    def blocks(self) -> BlockPicture | None:
+        """The picture as a device samples it, until pixels are assigned; None: it is not compressed."""
+        blocks: BlockPicture | None = vars(self).get("_blocks")
+        return blocks
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in texels."""
+        if self.blocks is not None:
+            return self.blocks.width, self.blocks.height
+        return self.pixels.shape[1], self.pixels.shape[0]
+
+    def _written(self, field: str, before: Any) -> None:
+        """As tracked_field.Holder."""
+        if field == "pixels":
+            vars(self).pop("_blocks", None)
+        super()._written(field, before)
+
+    @staticmethod
+    def of_blocks(blocks: BlockPicture, name: str = "", encoding: Encoding | None = None) -> "Image":
+        """An image that stays compressed."""
+        image = _plain_image(name=name, encoding=encoding)
+        vars(image)["_blocks"] = blocks
+        return image
 
     @staticmethod
     def from_array(array: ArrayLike, *, encoding: Encoding, name: str = "") -> "Image":
@@ -99,6 +140,9 @@ class Image(Followed):
         """
         encoding = checked("image: encoding", _ENCODING, encoding)
         return Image(checked("image: array", picture(texels), array), name, encoding)
+
+
+_plain_image = unchecked_constructor(Image)
 
 
 @checked_names(SceneError)

@@ -7,6 +7,7 @@ from urllib.parse import unquote
 
 from pica.errors import shown
 from pica.images import pictures
+from pica.images.blocks import BlockPicture
 from pica.images.ktx2 import UnsupportedPictureError
 from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf.container import Document
@@ -100,11 +101,15 @@ class Textures:
         if digest not in self._by_content:
             label = f"{entry.place('uri')}: {shown(uri)}" if file.name else entry.place()
             try:
-                pixels = pictures.read_image(content, label, self._document.budget.take_picture)
+                picture = pictures.read_texture(content, label, self._document.budget.take_picture)
             except UnsupportedPictureError as error:
                 self._document.warn(f"{error}; left out")
                 return None
-            self._by_content[digest] = entry.apply(Image, pixels, entry.name or file.stem, encoding)
+            name = entry.name or file.stem
+            if isinstance(picture, BlockPicture):
+                self._by_content[digest] = Image.of_blocks(picture, name, encoding)
+            else:
+                self._by_content[digest] = entry.apply(Image, picture, name, encoding)
         return self._by_content[digest]
 
 
