@@ -1,7 +1,9 @@
 """Broken scenes, pictures and environments load or are refused with one line."""
 
 import base64
+import io
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,7 @@ from hypothesis import strategies as st
 
 import pica
 from tests.fuzz import whole_files
-from tests.fuzz.mutations import broken_bytes, broken_json
+from tests.fuzz.mutations import NUMBERS, TEXTS, broken_bytes, broken_json
 from tests.fuzz.outcome import held
 from tests.scene.compressed_files import draco_bytes, draco_file, grid, meshopt_view
 from tests.scene.gltf_files import GltfFile
@@ -99,6 +101,44 @@ def test_other_formats(tmp_path_factory, data):
 
 
 @few
+@given(st.data())
+def test_parts_of_3mf(tmp_path_factory, data):
+    """The XML inside, which broken bytes of the whole file seldom reach: its parts have checksums."""
+    path = tmp_path_factory.getbasetemp() / "fuzzed.3mf"
+    with zipfile.ZipFile(io.BytesIO(whole_files.other_formats()[".3mf"])) as whole:
+        parts = {name: whole.read(name) for name in whole.namelist()}
+    broken = data.draw(st.sampled_from(sorted(parts)))
+    parts[broken] = data.draw(broken_bytes(parts[broken]))
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, content in parts.items():
+            file.writestr(name, content)
+    with held():
+        loaded(path)
+
+
+@given(st.data())
+def test_look_up_tables(tmp_path_factory, data):
+    path = tmp_path_factory.getbasetemp() / "fuzzed.cube"
+    lines = whole_files.look_up_table().decode().splitlines()
+    place = data.draw(st.integers(0, len(lines) - 1))
+    lines[place] = data.draw(st.just(lines[place]) | broken_line(lines[place]))
+    path.write_bytes(data.draw(broken_bytes("\n".join(lines).encode("utf-8", "surrogatepass"))))
+    with held():
+        pica.Lut.load(path)
+
+
+def broken_line(line):
+    """A line of which one word is another."""
+    words = line.split()
+    hostile = st.sampled_from([*map(str, NUMBERS), *TEXTS, "9" * 5000, "1_0", "\u0663", "0x3", "1e999"])
+    return st.builds(
+        lambda place, word: " ".join([*words[:place], word, *words[place + 1 :]]),
+        st.integers(0, len(words) - 1),
+        hostile,
+    )
+
+
+@few
 @given(broken_bytes(whole_files.compressed().binary()))
 def test_binary_of_compressed_files(tmp_path_factory, content):
     path = tmp_path_factory.getbasetemp() / "fuzzed.glb"
@@ -155,10 +195,18 @@ def test_pictures(tmp_path_factory, kind, data):
         loaded(folder / "picture.gltf")
 
 
-@given(st.data(), st.sampled_from(["hdr", "exr", "png"]))
+ENVIRONMENTS = {
+    "hdr": whole_files.hdr,
+    "exr": whole_files.exr,
+    "ktx2": whole_files.cube_map,
+    "png": lambda: whole_files.picture("PNG"),
+}
+
+
+@given(st.data(), st.sampled_from(sorted(ENVIRONMENTS)))
 def test_environments(tmp_path_factory, data, kind):
     folder = tmp_path_factory.getbasetemp()
-    whole = {"hdr": whole_files.hdr, "exr": whole_files.exr, "png": lambda: whole_files.picture("PNG")}[kind]()
+    whole = ENVIRONMENTS[kind]()
     path = folder / f"fuzzed.{kind}"
     path.write_bytes(data.draw(broken_bytes(whole)))
     with held():

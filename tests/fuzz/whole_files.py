@@ -10,7 +10,7 @@ import numpy as np
 import PIL.Image
 
 from pica.images import pictures
-from tests.images import ktx2_pictures
+from tests.images import ktx2_cube_maps, ktx2_pictures
 from tests.scene.compressed_files import draco_file, grid, meshopt_view
 from tests.scene.gltf_files import TRIANGLE, GltfFile
 
@@ -41,6 +41,17 @@ def hdr() -> bytes:
     """8x4 pixels of radiance, not compressed."""
     pixels = np.random.default_rng(2).integers(0, 140, (4, 8, 4), np.uint8)
     return b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + pixels.tobytes()
+
+
+def cube_map() -> bytes:
+    """Six faces of 4x4 pixels of radiance, with Zstandard."""
+    return ktx2_cube_maps.cube_map(np.ones(288, "<f2").tobytes(), 4, ktx2_cube_maps.HALF, zstd=True)
+
+
+def look_up_table() -> bytes:
+    """The identity, with every keyword."""
+    rows = [f"{r} {g} {b}" for b in (0, 0.5, 1) for g in (0, 0.5, 1) for r in (0, 0.5, 1)]
+    return "\n".join(['TITLE "a"', "LUT_3D_SIZE 3", "DOMAIN_MIN 0 0 0", "DOMAIN_MAX 1 1 1", *rows]).encode()
 
 
 @cache

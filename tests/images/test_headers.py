@@ -164,7 +164,7 @@ def test_other_formats_are_refused_whatever_the_name_says(name: str, tmp_path: P
     stream = io.BytesIO()
     Image.new("RGB", (4, 2)).save(stream, "BMP" if name == "a.bmp" else "GIF" if name == "a.gif" else "TGA")
     (tmp_path / name).write_bytes(stream.getvalue())
-    with pytest.raises(SceneError, match=f"{name}: not a .hdr, .exr, .png or .jpg picture"):
+    with pytest.raises(SceneError, match=f"{name}: not a .hdr, .exr, .ktx2, .png or .jpg picture"):
         pictures.read_radiance(tmp_path / name)
 
 

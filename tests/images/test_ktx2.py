@@ -45,7 +45,7 @@ def test_pictures_without_mipmaps_become_pixels() -> None:
 )
 def test_forged_mipmaps(offset: int, value: int) -> None:
     forged = changed(basis("uastc_zstandard"), offset, value, form="<Q")
-    with pytest.raises(SceneError, match="^name: its mipmap levels are not those of 32x32 pixels"):
+    with pytest.raises(SceneError, match=r"^name: its mipmap levels are not those of 32x32 pixels"):
         pictures.read_texture(forged, "name")
 
 

@@ -26,7 +26,7 @@ def prepare(
     everything: Annotated[
         bool, typer.Option("--all", help="All built-in scenes and all that materials and lights can have.")
     ] = False,
-    env: Annotated[Path | None, typer.Option(metavar="FILE", help="Environment picture, .hdr or .exr.")] = None,
+    env: Annotated[Path | None, typer.Option(metavar="FILE", help="Environment, .hdr, .exr or .ktx2.")] = None,
     allow_outside: Annotated[
         bool, typer.Option("--allow-outside", help="Also read files outside SCENE's folder, such as textures in ../")
     ] = False,

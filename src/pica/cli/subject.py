@@ -51,7 +51,7 @@ class View:
     ]
     env: Annotated[
         Path | None,
-        _option("FILE", "Environment picture, .hdr or .exr; a .png or .jpg is taken as sRGB, 0 to 1 nit."),
+        _option("FILE", "Environment, .hdr, .exr or .ktx2 (a cube map); a .png or .jpg is taken as sRGB, 0 to 1 nit."),
     ] = None
     env_strength: Annotated[float | None, _option("X", "Multiplies the environment's light; 0 takes it away.")] = None
     env_rotation: Annotated[

@@ -52,7 +52,7 @@ def radiance_size(file: BinaryIO) -> PictureSize:
         with PIL.Image.open(file, formats=("PNG", "JPEG")) as image:
             return PictureSize(*image.size)
     if not start.startswith(EXR):
-        raise SceneError("not a .hdr, .exr, .png or .jpg picture")
+        raise SceneError("not a .hdr, .exr, .ktx2, .png or .jpg picture")
     try:
         return _exr_size(file)
     except struct.error:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pica.errors import PicaError, SceneError
 from pica.files import open_file, read_file, size_of
-from pica.images import ktx2
+from pica.images import cube_maps, ktx2
 from pica.images.blocks import BlockPicture
 from pica.images.headers import EXR, check_scans, radiance_size
 from pica.images.saving import write_whole
@@ -79,10 +79,14 @@ def read_radiance(
     path: str | Path, admit: Admit = _admit_all, admit_file: Callable[[int], object] = _admit_all
 ) -> NDArray[np.float32]:
     """Read .hdr, .exr, .png or .jpg as linear radiance, (height, width, 3); eight-bit pictures are decoded as sRGB.
+    A cube map in .ktx2 becomes a latitude-longitude picture.
 
     `admit_file` is called before `admit`, with the bytes of the file, and may raise likewise.
     Raises SceneError if the file is missing, broken, too large or of another kind.
     """
+    cube_map = _cube_map(Path(path), admit, admit_file)
+    if cube_map is not None:
+        return cube_map
     bitmap = _open_bitmap(path, admit, admit_file)
     rgb, float32 = slangpy.Bitmap.PixelFormat.rgb, slangpy.Bitmap.ComponentType.float32
     with _faults_named(printable(path)):
@@ -95,6 +99,21 @@ def read_radiance(
         if (bitmap.pixel_format, bitmap.component_type) != (rgb, float32):
             bitmap = bitmap.convert(rgb, float32, False)
         return np.asarray(bitmap)
+
+
+def _cube_map(path: Path, admit: Admit, admit_file: Callable[[int], object]) -> NDArray[np.float32] | None:
+    """A cube map of KTX 2 as `read_radiance` gives it; None for other files."""
+    name = printable(path)
+    with open_file(path, name) as file, _faults_named(name):
+        if file.read(len(ktx2.KTX2)) != ktx2.KTX2:
+            return None
+        admit_file(size_of(file))
+        file.seek(0)
+        content = file.read()
+        cube = cube_maps.read_header(content)
+        _check_size(cube.size.width, cube.size.height)
+        admit(cube.size.pixels, cube.size.pixels * cube.size.pixel_bytes)
+        return cube_maps.decoded(content, cube)
 
 
 def whole_size(path: Path) -> tuple[int, int]:

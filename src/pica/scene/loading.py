@@ -36,7 +36,7 @@ def load(
     variant: str | None = None,
 ) -> Scene:
     """Load a glTF file, or one of another format (docs/guide/files.md), lit from all around by `environment`: a .hdr or
-    .exr file, or one in memory.
+    .exr file, a cube map in .ktx2, or one in memory.
 
     A .png or .jpg is accepted too, as sRGB: its radiance is 0 to 1 nit, so a sun in it is no brighter than white paper.
 
@@ -116,7 +116,7 @@ _KEY_DIRECTION: NDArray[np.float64] = np.array([0.5, 0.7, 0.6]) / np.linalg.norm
 
 
 def read_environment(path: Path, budget: Budget | None = None) -> Environment:
-    """The picture of the surroundings in a .hdr or .exr file, or in a .png or .jpg of 0 to 1 nit. Raises SceneError."""
+    """The surroundings in a .hdr, .exr or .ktx2 file, or in a .png or .jpg of 0 to 1 nit. Raises SceneError."""
     budget, name = budget or Budget(), printable(path)
     radiance = pictures.read_radiance(path, budget.take_picture, lambda length: budget.read_file(path, length))
     try:

@@ -11,7 +11,7 @@ from pica.scene.limits import Budget, Limits
 from pica.scene.loading import load, read_environment
 from pica.scene.model import Scene
 
-ENVIRONMENTS = (".hdr", ".exr")
+ENVIRONMENTS = (".hdr", ".exr", ".ktx2")
 T = TypeVar("T")
 
 
@@ -21,7 +21,7 @@ def uploaded_scene(name: str, content: bytes, limits: Limits | None = None) -> S
 
 
 def uploaded_environment(name: str, content: bytes, limits: Limits | None = None) -> Environment:
-    """The environment of a .hdr or .exr. Raises SceneError."""
+    """The environment of a .hdr, .exr or .ktx2. Raises SceneError."""
     return _read(name, content, ENVIRONMENTS, lambda path: read_environment(path, Budget(limits)))
 
 
