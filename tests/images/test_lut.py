@@ -39,8 +39,9 @@ def test_red_is_fastest(tmp_path):
         (HEAD + ROWS.replace("1.5e-1", "1x"), "is not three numbers"),
         (b"\xff\xfe\0\x1b[31m" + b"9" * 5000, "is not a keyword"),
         ("", "has no LUT_3D_SIZE"),
+        (HEAD.replace("SIZE 2", "SIZE " + "9" * 5000), "is not a size of 2 to 129"),
     ],
-    ids=range(13),
+    ids=range(14),
 )
 def test_a_fault_is_one_line(tmp_path, content, says):
     with pytest.raises(pica.PicaError) as caught:

@@ -13,6 +13,8 @@ from pica.files import open_file, read, size_of
 
 _LARGEST = 129
 """Entries along a side; the format allows 256, which would take 268 MB on the device."""
+_LONGEST = 18
+"""Digits of a size."""
 _MOST_BYTES = 100_000_000
 _NUMBERS = frozenset("+-.0123456789")
 """With which lines of the table begin."""
@@ -53,7 +55,8 @@ def _parsed(name: str, lines: list[str]) -> Lut:
         keyword, *values = line.split()
         where = f"{name}: line {number}"
         if keyword == "LUT_3D_SIZE":
-            size = int(values[0]) if len(values) == 1 and values[0].isascii() and values[0].isdigit() else 0
+            digits = values[0] if len(values) == 1 and values[0].isascii() and values[0].isdigit() else "0"
+            size = int(digits) if len(digits) <= _LONGEST else 0  # Python refuses thousands of digits
             if not 2 <= size <= _LARGEST:
                 raise PicaError(f"{where}: {shown(' '.join(values))} is not a size of 2 to {_LARGEST}")
         elif keyword == "DOMAIN_MIN":
