@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from PIL import Image as Picture
 
 from pica.color import srgb_encode
-from pica.scene.gltf.specular_glossiness import EXTENSION, converted
+from pica.scene.gltf.specular_glossiness import converted
+from pica.scene.gltf.texture_places import SPECULAR_GLOSSINESS as EXTENSION
 from pica.scene.material import Material
 from tests.scene.test_gltf_materials import file_with, material_of
 

@@ -5,14 +5,18 @@ from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from functools import partial
 from json import dumps
+from threading import Timer
 from typing import Any, TextIO, cast
 
 from pica.cli.interrupts import cleaning_up_first
 from pica.cli.streams import Messages, say
 from pica.compiling import listening
+from pica.scene.load_progress import listening as load_listening
 from pica.text import one_line
 
 _COMPILING = "Compiling shaders"
+_LATE = 1.0
+"""Seconds of a load without a bar."""
 
 
 @contextmanager
@@ -29,6 +33,31 @@ def progress(title: str, json: bool = False) -> Iterator[Callable[[int, int], No
         listening(partial(show, _COMPILING)),
     ):
         yield partial(show, title)
+
+
+@contextmanager
+def load_progress(title: str) -> Iterator[None]:
+    """A progress bar of the pictures that a load decodes, on terminals alone, and only if the block takes longer than a
+    second."""
+    if not Messages().isatty():
+        yield
+        return
+    from rich import progress as rich
+    from rich.console import Console
+
+    console = Console(file=cast(TextIO, Messages()))
+    columns = [rich.TextColumn("{task.description}", markup=False), rich.BarColumn(), rich.TimeElapsedColumn()]
+    bar = rich.Progress(*columns, console=console, transient=True)
+    task = bar.add_task(one_line(title), total=None)
+    late = Timer(_LATE, bar.start)
+    late.start()
+    try:
+        with cleaning_up_first(), load_listening(lambda done, total: bar.update(task, completed=done, total=total)):
+            yield
+    finally:
+        late.cancel()
+        late.join()
+        bar.stop()
 
 
 def _line(title: str, done: int, total: int) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pica.cli.report import load_progress
 from pica.errors import PicaError
 from pica.names import did_you_mean
 from pica.scene.conversion.formats import SUFFIXES
@@ -240,7 +241,10 @@ def _load(
     if not name or (not Path(name).suffix and not Path(name).exists()):
         hint = did_you_mean(name, BUILT_IN)
         raise PicaError(f"no file and no built-in scene {name!r}; the built-in ones are {', '.join(BUILT_IN)}{hint}")
-    return pica.load(name, environment=environment, allow_outside=allow_outside, limits=limits, up=up, variant=variant)
+    with load_progress(f"Loading {Path(name).name}"):
+        return pica.load(
+            name, environment=environment, allow_outside=allow_outside, limits=limits, up=up, variant=variant
+        )
 
 
 def _background(text: str) -> tuple[float, float, float] | None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from threading import Lock
 from typing import Any, TypeVar
 
 import numpy as np
@@ -35,6 +36,7 @@ _HIGHEST = {".png": (1 << 16) - 1, ".exr": (1 << 32) - 1}
 """The largest label that a file holds."""
 _LONGEST = 200
 """Characters of a message that may hold text of a file."""
+_filtering = Lock()
 _STRIP = 1 << 16
 """Pixels that are converted at once: few enough to stay in a processor's cache."""
 
@@ -69,7 +71,9 @@ def _read(
             admit(pixels, ktx2.BYTES_PER_PIXEL * pixels)
             return decode_ktx2(content, picture)
         check_scans(content)
-        with PIL.Image.open(io.BytesIO(content), formats=_TEXTURE_FORMATS) as image:
+        with _any_size():
+            opened = PIL.Image.open(io.BytesIO(content), formats=_TEXTURE_FORMATS)
+        with opened as image:
             _check_size(*image.size)
             admit(image.width * image.height, 4 * image.width * image.height)
             return _eight_bits(image)
@@ -122,7 +126,9 @@ def whole_size(path: Path) -> tuple[int, int]:
         height, width, _ = read_radiance(path).shape
         return width, height
     name = printable(path)
-    with open_file(path, name) as file, _faults_named(name), PIL.Image.open(file, formats=("PNG",)) as image:
+    with open_file(path, name) as file, _faults_named(name):
+        with _any_size():
+            image = PIL.Image.open(file, formats=("PNG",))
         image.verify()  # all chunks by their checksums, which is faster than to decode them
         return image.size
 
@@ -233,19 +239,27 @@ def _open_bitmap(path: str | Path, admit: Admit, admit_file: Callable[[int], obj
     path, name = Path(path), printable(path)
     with open_file(path, name) as file, _faults_named(name):
         admit_file(size_of(file))
-        size = radiance_size(file)
+        with _any_size():
+            size = radiance_size(file)
         _check_size(size.width, size.height)
         admit(size.pixels, size.pixels * size.pixel_bytes)
         return slangpy.Bitmap(path)
 
 
 @contextmanager
+def _any_size() -> Iterator[None]:
+    """Pillow does not warn of large pictures, whose size is checked here; in one thread at a time, as filters of
+    warnings are those of the process."""
+    with _filtering, warnings.catch_warnings():
+        warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)
+        yield
+
+
+@contextmanager
 def _faults_named(name: str) -> Iterator[None]:
     """Converts all errors of the picture libraries into one line with the name."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)
-            yield
+        yield
     except SceneError as error:
         raise type(error)(f"{name}: {error}") from None
     except NotImplementedError as error:

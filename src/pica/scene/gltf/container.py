@@ -4,6 +4,7 @@ import base64
 import binascii
 import json
 import warnings
+from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -67,6 +68,9 @@ class Document:
         self.decoded: dict[Element, NDArray[Any]] = {}
         """Content, (count, components), of accessors that are not in a buffer."""
         self.draco = DracoDecoder()
+        self.closing = ExitStack()
+        """What is to end with the load."""
+        self.closing.callback(self.draco.close)
         self._warned: set[str] = set()
         _check_version(self.root.object("asset"))
 
@@ -74,7 +78,7 @@ class Document:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.draco.close()
+        self.closing.close()
 
     @property
     def _is_foreign(self) -> bool:

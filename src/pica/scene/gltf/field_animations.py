@@ -17,7 +17,6 @@ from pica.scene.gltf.pointer_fields import (
     EMISSION,
     LIGHT,
     MATERIAL,
-    TEXTURES,
     TRANSFORM,
     Derived,
     as_it_is,
@@ -25,6 +24,7 @@ from pica.scene.gltf.pointer_fields import (
     texture_transform,
 )
 from pica.scene.gltf.pointers import VISIBLE, Place, parsed
+from pica.scene.gltf.texture_places import TEXTURES
 from pica.scene.keyframes import Floats
 from pica.scene.light import DirectionalLight, PointLight, SpotLight
 from pica.scene.material import Material

@@ -12,6 +12,7 @@ from pica.scene.gltf import specular_glossiness
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.pointers import parsed
+from pica.scene.gltf.texture_places import SPECULAR_GLOSSINESS
 from pica.scene.gltf.textures import Textures
 from pica.scene.gltf.variants import Variants
 from pica.scene.iridescence import Iridescence
@@ -43,6 +44,15 @@ class Materials:
         self.made: dict[Element, Material] = {}
         """By their entries in the file."""
         self._unlit: dict[Material, Material] = {}
+
+    def expect(self, primitives: Iterable[Any]) -> None:
+        """Get ready for the materials of primitives, which are parts of the file's JSON."""
+        if self._document.variant is not None:
+            return
+        rows = (primitive.get("material") for primitive in primitives if type(primitive) is dict)
+        used = dict.fromkeys(row for row in rows if type(row) is int)
+        entries = self._document.entries("materials") if used else []
+        self._textures.expect(entries[row] for row in used if 0 <= row < len(entries))
 
     def get(self, primitive: Element) -> Material:
         """The primitive's material, the default one (3.9.6) where it names none."""
@@ -76,7 +86,7 @@ class Materials:
     def _make(self, entry: Element) -> Material:
         self._document.take(entry, bytes=OBJECT_BYTES)
         values: dict[str, Any] = {"name": entry.name, "extras": entry.extras}
-        converts = entry.has_extension(specular_glossiness.EXTENSION)
+        converts = entry.has_extension(SPECULAR_GLOSSINESS)
         for key, read in self._parts.items():
             if key in entry and not (converts and key == _METALLIC_ROUGHNESS):
                 values |= read(entry)
@@ -211,7 +221,7 @@ class Materials:
 
     def _specular_glossiness(self, entry: Element) -> dict[str, Any]:
         """Instead of pbrMetallicRoughness, which a file may have for readers without the extension."""
-        is_used = entry.has_extension(specular_glossiness.EXTENSION)
+        is_used = entry.has_extension(SPECULAR_GLOSSINESS)
         return specular_glossiness.metallic_roughness(self._document, self._textures, entry) if is_used else {}
 
     def _sheen(self, extension: Element, kept: bool) -> dict[str, Any]:

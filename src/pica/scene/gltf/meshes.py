@@ -73,9 +73,9 @@ class Meshes:
         indices = (node.values["mesh"] for node in nodes if type(node.values.get("mesh")) is int)
         meshes = self._entries
         names = dict.fromkeys(mesh for mesh in indices if 0 <= mesh < len(meshes))
-        self._document.small_accessors.prefetch(
-            accessor for mesh in names for accessor in _accessors_of(meshes[mesh].values.get("primitives"))
-        )
+        primitives = [meshes[mesh].values.get("primitives") for mesh in names]
+        self._document.small_accessors.prefetch(accessor for each in primitives for accessor in _accessors_of(each))
+        self.materials.expect(primitive for each in primitives if type(each) is list for primitive in each)
 
     def complete(self) -> None:
         """Complete the meshes: until then sections may lack all but triangles and material."""

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pica.scene.gltf.texture_places import TEXTURES
 from pica.scene.gltf.textures import transform_matrix
 from pica.scene.keyframes import Floats
 from pica.scene.values import BRIGHTEST, LARGEST
@@ -56,28 +57,6 @@ MATERIAL: dict[str, Field] = {
     f"{_MATERIALS}volume_scatter/scatterAnisotropy": Field("scatter_anisotropy", _ZERO, -1, 1),
 }
 """Keys of materials that are fields as they are."""
-
-TEXTURES = {
-    "pbrMetallicRoughness/baseColorTexture": "base_color_texture",
-    "pbrMetallicRoughness/metallicRoughnessTexture": "metallic_roughness_texture",
-    "normalTexture": "normal_texture",
-    "occlusionTexture": "occlusion_texture",
-    "emissiveTexture": "emissive_texture",
-    f"{_MATERIALS}anisotropy/anisotropyTexture": "anisotropy_texture",
-    f"{_MATERIALS}clearcoat/clearcoatTexture": "coat_texture",
-    f"{_MATERIALS}clearcoat/clearcoatRoughnessTexture": "coat_roughness_texture",
-    f"{_MATERIALS}clearcoat/clearcoatNormalTexture": "coat_normal_texture",
-    f"{_MATERIALS}diffuse_transmission/diffuseTransmissionTexture": "diffuse_transmission_texture",
-    f"{_MATERIALS}diffuse_transmission/diffuseTransmissionColorTexture": "diffuse_transmission_color_texture",
-    f"{_MATERIALS}iridescence/iridescenceTexture": "iridescence_texture",
-    f"{_MATERIALS}iridescence/iridescenceThicknessTexture": "iridescence_thickness_texture",
-    f"{_MATERIALS}sheen/sheenColorTexture": "sheen_color_texture",
-    f"{_MATERIALS}sheen/sheenRoughnessTexture": "sheen_roughness_texture",
-    f"{_MATERIALS}specular/specularTexture": "specular_texture",
-    f"{_MATERIALS}specular/specularColorTexture": "specular_color_texture",
-    f"{_MATERIALS}transmission/transmissionTexture": "transmission_texture",
-}
-"""Texture infos of materials."""
 
 CAMERA = {
     "perspective/yfov": Field("camera.vertical_fov", (0.8,), 1e-3, 3.14),

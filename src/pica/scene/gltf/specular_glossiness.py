@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from pica.color import srgb_decode, srgb_encode
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
+from pica.scene.gltf.texture_places import SPECULAR_GLOSSINESS
 from pica.scene.gltf.textures import Textures
 from pica.scene.light import WHITE
 from pica.scene.material import Image, Texture
-
-EXTENSION = "KHR_materials_pbrSpecularGlossiness"
 
 Colors = NDArray[np.float32]
 
@@ -33,7 +32,7 @@ _LINEAR = srgb_decode(np.arange(256) / 255)
 
 def metallic_roughness(document: Document, textures: Textures, entry: Element) -> dict[str, Any]:
     """Base colour, metallic and roughness as Material has them, of a material with the extension. Raises SceneError."""
-    extension = entry.extension(EXTENSION)
+    extension = entry.extension(SPECULAR_GLOSSINESS)
     factors = np.array(extension.numbers("diffuseFactor", 4, 0, 1, (1.0, 1.0, 1.0, 1.0)), np.float32)
     specular = np.array(extension.numbers("specularFactor", 3, 0, 1, WHITE), np.float32)
     glossiness = np.float32(extension.number("glossinessFactor", 0, 1, 1.0))

@@ -1,17 +1,16 @@
 """Images, samplers and textures, and how materials refer to them (3.8)."""
 
 import math
-from hashlib import sha256
-from pathlib import PurePosixPath
-from urllib.parse import unquote
+from collections.abc import Iterable, Iterator
+from typing import Any
 
-from pica.errors import shown
-from pica.images import pictures
 from pica.images.blocks import BlockPicture
 from pica.images.ktx2 import UnsupportedPictureError
 from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
+from pica.scene.gltf.pictures import Pictures, file_of
+from pica.scene.gltf.texture_places import SPECULAR_GLOSSINESS, SPECULAR_GLOSSINESS_TEXTURES, TEXTURES
 from pica.scene.material import Encoding, Image, Sampler, Texture, Wrap
 
 _WRAPS = {33071: Wrap.CLAMP_TO_EDGE, 33648: Wrap.MIRRORED_REPEAT, 10497: Wrap.REPEAT}
@@ -26,7 +25,8 @@ _PLACING = {"texCoord", "extensions", "extras"}
 """Keys of texture infos for texture coordinates."""
 _DEFAULT_SAMPLER = Sampler()
 _ENCODINGS: dict[str, Encoding] = {"srgb": "srgb", "linear": "linear"}
-_NO_FILE = PurePosixPath()
+_LARGE = 1 << 16
+"""Bytes of a picture that is worth a thread."""
 _plain_texture = unchecked_constructor(Texture)
 
 
@@ -38,6 +38,7 @@ class Textures:
         self._images: dict[Element, Image | None] = {}
         self._samplers: dict[Element, Sampler] = {}
         self._by_content: dict[tuple[bytes, Encoding | None], Image] = {}
+        self._pictures = Pictures(document)
 
     def get(self, owner: Element, key: str) -> Texture | None:
         """The texture of the texture info under `key`; None, with a warning, where its format cannot be read."""
@@ -70,13 +71,32 @@ class Textures:
             )
         return self._samplers[entry]
 
-    def _image(self, texture: Element) -> Image | None:
-        """The first of the texture's pictures that can be read."""
+    def expect(self, materials: Iterable[Element]) -> None:
+        """Begin to decode large pictures of materials, in as many threads as there are cores."""
+        textures = self._document.entries("textures")
+        used = dict.fromkeys(row for material in materials for row in _texture_rows(material))
+        sources = (self._sources(textures[row]) for row in used if 0 <= row < len(textures))
+        large = [entry for entry in dict.fromkeys(each[0] for each in sources if each) if self._is_large(entry)]
+        if len(large) > 1:
+            self._pictures.begin(large)
+
+    def _is_large(self, entry: Element) -> bool:
+        view, views = entry.values.get("bufferView"), self._document.entries("bufferViews")
+        if type(view) is not int or not 0 <= view < len(views):
+            return "uri" in entry
+        length = views[view].values.get("byteLength")
+        return type(length) is int and length >= _LARGE
+
+    def _sources(self, texture: Element) -> list[Element]:
+        """The texture's pictures, the preferred one first."""
         holders = [texture.extension(name) for name in _EXTENSIONS if texture.has_extension(name)]
         holders += [texture, texture.extension(_DDS)]
-        entries = [
-            holder.reference("source", self._document.entries("images")) for holder in holders if "source" in holder
-        ]
+        images = self._document.entries("images")
+        return [holder.reference("source", images) for holder in holders if "source" in holder]
+
+    def _image(self, texture: Element) -> Image | None:
+        """The first of the texture's pictures that can be read."""
+        entries = self._sources(texture)
         for entry in entries:
             if entry not in self._images:
                 self._images[entry] = self._decoded(entry)
@@ -87,30 +107,33 @@ class Textures:
         return None
 
     def _decoded(self, entry: Element) -> Image | None:
-        uri = entry.text("uri", default="")
-        file = _NO_FILE if not uri or uri.startswith("data:") else PurePosixPath(unquote(uri))
-        if "bufferView" in entry:
-            content = self._document.view(entry)[0]
-            self._document.take(entry, bytes=len(content))
-        elif "uri" in entry:
-            content = memoryview(self._document.resource(entry))
-        else:
-            raise entry.fault("has neither a uri nor a buffer view")
         encoding = entry.pica.choice("encoding", _ENCODINGS) if "encoding" in entry.pica else None
-        digest = sha256(content).digest(), encoding
-        if digest not in self._by_content:
-            label = f"{entry.place('uri')}: {shown(uri)}" if file.name else entry.place()
+        digest, decode = self._pictures.get(entry)
+        key = digest, encoding
+        if key not in self._by_content:
             try:
-                picture = pictures.read_texture(content, label, self._document.budget.take_picture)
+                picture = decode()
             except UnsupportedPictureError as error:
                 self._document.warn(f"{error}; left out")
                 return None
-            name = entry.name or file.stem
+            name = entry.name or file_of(entry).stem
             if isinstance(picture, BlockPicture):
-                self._by_content[digest] = Image.of_blocks(picture, name, encoding)
+                self._by_content[key] = Image.of_blocks(picture, name, encoding)
             else:
-                self._by_content[digest] = entry.apply(Image, picture, name, encoding)
-        return self._by_content[digest]
+                self._by_content[key] = entry.apply(Image, picture, name, encoding)
+        return self._by_content[key]
+
+
+def _texture_rows(material: Element) -> Iterator[int]:
+    """The indices of textures in a material; faults are left to their readers."""
+    converts = material.has_extension(SPECULAR_GLOSSINESS)
+    for place in [*TEXTURES, *SPECULAR_GLOSSINESS_TEXTURES]:
+        value: Any = material.values
+        for key in place.split("/"):
+            value = value.get(key) if type(value) is dict else None
+        row = value.get("index") if type(value) is dict else None
+        if type(row) is int and not (converts and place.startswith("pbrMetallicRoughness")):
+            yield row
 
 
 def _matrix(transform: Element) -> tuple[float, float, float, float, float, float]:

@@ -4,7 +4,8 @@ import numpy as np
 
 from pica.scene.field_channel import FieldChannel
 from pica.scene.gltf.curves import Curve
-from pica.scene.gltf.pointer_fields import CAMERA, LIGHT, MATERIAL, STRENGTH, TEXTURES, TRANSFORM, transform
+from pica.scene.gltf.pointer_fields import CAMERA, LIGHT, MATERIAL, STRENGTH, TRANSFORM, transform
+from pica.scene.gltf.texture_places import TEXTURES
 from pica.scene.gltf_export.container import Asset
 from pica.scene.gltf_export.materials import Materials, emissive_strength
 from pica.scene.keyframes import Floats
