@@ -59,9 +59,12 @@ class Meshes:
         """The mesh of a node."""
         entry = node.reference("mesh", self._entries)
         if entry not in self._made:
-            primitives = [decoded(self._document, primitive) for primitive in entry.objects("primitives")]
+            primitives = entry.objects("primitives")
             _check_target_counts(entry, primitives)
-            parts = [self._section(primitive) for primitive in primitives]
+            parts = []
+            for primitive in primitives:
+                parts.append(self._section(decoded(self._document, primitive)))
+                self._document.decoded.clear()  # no other primitive has its accessors
             sections = [section for section in parts if section is not None]
             mesh = self._made[entry] = entry.apply(Mesh, sections, entry.name)
             shining = sum(section.indices.size for section in sections if any(section.material.emission))
