@@ -192,7 +192,7 @@ def test_data_of_an_srgb_image_too(device):
 
 def compressed(name="uastc"):
     """The ramp of the tests of KTX 2, 32 x 32, as a file's texture is loaded."""
-    return Image.of_blocks(pictures.read_texture(ktx2_pictures.basis(name), name))
+    return Image.of_blocks(pictures.open_texture(ktx2_pictures.basis(name), name)())
 
 
 def test_compressed_textures_look_like_their_pixels(device):
@@ -208,7 +208,7 @@ def test_compressed_textures_look_like_their_pixels(device):
 def test_compressed_textures_have_their_own_mipmaps(device):
     """Far away, the smallest level is all that is seen: here the file's, of another colour than its largest."""
     blocks = compressed().blocks
-    last = pictures.read_texture(ktx2_pictures.basis("etc1s"), "etc1s").levels[-1]
+    last = pictures.open_texture(ktx2_pictures.basis("etc1s"), "etc1s")().levels[-1]
     mixed = Image.of_blocks(BlockPicture(32, 32, (*blocks.levels[:-1], last)))
     far = picture_of(device, lambert(1, base_color_texture=Texture(mixed)), size=(8, 8), uv_scale=100.0)
     expected = linear(BlockPicture(1, 1, (last,)).pixels()[0, 0, :3])

@@ -25,7 +25,7 @@ def test_basis_universal(name: str, channels: int, error: float) -> None:
 
 @pytest.mark.parametrize(("name", "error"), [("etc1s", 6), ("etc1s_alpha", 6), ("uastc", 3), ("uastc_zstandard", 3)])
 def test_textures_stay_compressed_with_their_mipmaps(name: str, error: float) -> None:
-    blocks = pictures.read_texture(basis(name), "name")
+    blocks = pictures.open_texture(basis(name), "name")()
     assert isinstance(blocks, BlockPicture)
     assert [level.shape for level in blocks.levels] == [(n, n, 16) for n in (8, 4, 2, 1, 1, 1)]
     channels = slice(0, 3 if name == "etc1s" else 4)
@@ -37,7 +37,7 @@ def test_textures_stay_compressed_with_their_mipmaps(name: str, error: float) ->
 
 def test_pictures_without_mipmaps_become_pixels() -> None:
     single = changed(basis("uastc"), 40, 1)
-    np.testing.assert_array_equal(pictures.read_texture(single, "name"), pictures.read_image(single, "name"))
+    np.testing.assert_array_equal(pictures.open_texture(single, "name")(), pictures.read_image(single, "name"))
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_pictures_without_mipmaps_become_pixels() -> None:
 def test_forged_mipmaps(offset: int, value: int) -> None:
     forged = changed(basis("uastc_zstandard"), offset, value, form="<Q")
     with pytest.raises(SceneError, match=r"^name: its mipmap levels are not those of 32x32 pixels"):
-        pictures.read_texture(forged, "name")
+        pictures.open_texture(forged, "name")()
 
 
 def test_zstandard_changes_no_pixel() -> None:

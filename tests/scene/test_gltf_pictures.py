@@ -2,6 +2,7 @@
 
 import threading
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pica.errors import SceneError
-from pica.images.pictures import encoded_png, read_texture
+from pica.images.pictures import Admit, encoded_png, open_texture
 from pica.scene.gltf import pictures, read
 from pica.scene.limits import Budget, Limits
 from pica.scene.load_progress import listening
@@ -41,11 +42,16 @@ def images(scene: Scene) -> list[NDArray[np.uint8]]:
 def test_large_pictures_are_decoded_once_in_other_threads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     threads: list[str] = []
 
-    def recording(*values: object) -> object:
-        threads.append(threading.current_thread().name)
-        return read_texture(*values)  # type: ignore[arg-type]
+    def recording(content: bytes, label: str, admit: Admit) -> Callable[[], object]:
+        decode = open_texture(content, label, admit)
 
-    monkeypatch.setattr(pictures, "read_texture", recording)
+        def recorded() -> object:
+            threads.append(threading.current_thread().name)
+            return decode()
+
+        return recorded
+
+    monkeypatch.setattr(pictures, "open_texture", recording)
     small = np.full((4, 4, 4), 9, np.uint8)
     contents = [encoded_png(pixels) for pixels in (noise(1), noise(2), noise(1), small)]
     reported: list[tuple[int, int]] = []
@@ -68,7 +74,7 @@ def test_a_broken_picture_is_named_and_no_thread_stays(tmp_path: Path) -> None:
 
 def test_limits_hold_in_threads(tmp_path: Path) -> None:
     path = textured(encoded_png(noise(1)), encoded_png(noise(2))).write(tmp_path)
-    with pytest.raises(SceneError, match=r"images\[\d\]: would take 25,600 pixels, 51,200 pixels with all before"):
+    with pytest.raises(SceneError, match=r"images\[1\]: would take 25,600 pixels, 51,200 pixels with all before"):
         read(path, Budget(Limits(pixels=40_000)))
 
 

@@ -52,31 +52,38 @@ def read_image(data: bytes | memoryview | Path, name: str, admit: Admit = _admit
     Raises SceneError if the picture is missing, broken or too large, UnsupportedPictureError if its kind is not read.
     """
     content = read_file(data, name) if isinstance(data, Path) else bytes(data)
-    return _read(content, name, admit, ktx2.decoded)
+    return _opened(content, name, admit, ktx2.decoded)()
 
 
-def read_texture(data: bytes | memoryview, name: str, admit: Admit = _admit_all) -> NDArray[np.uint8] | BlockPicture:
-    """As `read_image`, but KTX 2 of Basis Universal with mipmap levels stays compressed, as blocks."""
-    return _read(bytes(data), name, admit, ktx2.decoded_texture)
+def open_texture(
+    data: bytes | memoryview, name: str, admit: Admit = _admit_all
+) -> Callable[[], NDArray[np.uint8] | BlockPicture]:
+    """What decodes a picture as `read_image`, in any thread, but leaves KTX 2 of Basis Universal with mipmap levels
+    compressed, as blocks. Its size is checked and admitted at once. Both raise SceneError as `read_image`."""
+    return _opened(bytes(data), name, admit, ktx2.decoded_texture)
 
 
-def _read(
+def _opened(
     content: bytes, name: str, admit: Admit, decode_ktx2: Callable[[bytes, ktx2.Ktx2Picture], _Decoded]
-) -> NDArray[np.uint8] | _Decoded:
+) -> Callable[[], NDArray[np.uint8] | _Decoded]:
     with _faults_named(name):
         if content.startswith(ktx2.KTX2):
             picture = ktx2.read_header(content)
             _check_size(picture.width, picture.height)
             pixels = picture.width * picture.height
             admit(pixels, ktx2.BYTES_PER_PIXEL * pixels)
-            return decode_ktx2(content, picture)
+            return partial(_decoded, name, partial(decode_ktx2, content, picture))
         check_scans(content)
         with _any_size():
-            opened = PIL.Image.open(io.BytesIO(content), formats=_TEXTURE_FORMATS)
-        with opened as image:
-            _check_size(*image.size)
-            admit(image.width * image.height, 4 * image.width * image.height)
-            return _eight_bits(image)
+            image = PIL.Image.open(io.BytesIO(content), formats=_TEXTURE_FORMATS)
+        _check_size(*image.size)
+        admit(image.width * image.height, 4 * image.width * image.height)
+        return partial(_decoded, name, partial(_eight_bits, image))
+
+
+def _decoded(name: str, decode: Callable[[], _Decoded]) -> _Decoded:
+    with _faults_named(name):
+        return decode()
 
 
 def read_radiance(

@@ -2,7 +2,6 @@
 
 from collections.abc import Hashable
 from dataclasses import dataclass, fields
-from threading import Lock
 
 import numpy as np
 
@@ -60,7 +59,6 @@ class Budget:
         self._limits = limits or Limits()
         self._taken = dict.fromkeys((field.name for field in fields(Limits)), 0)
         self._files: set[Hashable] = set()
-        self._lock = Lock()
         self._file_bytes = self._decompressed = 0
 
     def read_file(self, file: Hashable, length: int) -> None:
@@ -82,11 +80,7 @@ class Budget:
         self.take(pixels=pixels, bytes=taken)
 
     def take(self, **amounts: int) -> None:
-        """Count amounts, by the names of Limits, before they are allocated; in any thread."""
-        with self._lock:
-            self._take(amounts)
-
-    def _take(self, amounts: dict[str, int]) -> None:
+        """Count amounts, by the names of Limits, before they are allocated."""
         for name, amount in amounts.items():
             total = self._taken[name] = self._taken[name] + amount
             limit = getattr(self._limits, name)

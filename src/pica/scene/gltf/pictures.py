@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from pica.errors import shown
 from pica.images.blocks import BlockPicture
-from pica.images.pictures import read_texture
+from pica.images.ktx2 import UnsupportedPictureError
+from pica.images.pictures import open_texture
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.load_progress import LoadProgress
@@ -31,14 +32,17 @@ class Pictures:
         self._begun: dict[Element, tuple[bytes, Callable[[], Picture]]] = {}
 
     def begin(self, entries: Iterable[Element]) -> None:
-        """Read images, and begin to decode them. Raises SceneError for one that cannot be read."""
+        """Read images, and begin to decode them. Raises SceneError for one that cannot be read, or is too large."""
         threads = ThreadPoolExecutor(os.cpu_count(), thread_name_prefix="pica-pictures")
         self._document.closing.callback(threads.shutdown, cancel_futures=True)
         futures: dict[bytes, Future[Picture]] = {}
         for entry in entries:
-            digest, decode = self._read(entry)
+            digest, open_picture = self._read(entry)
             if digest not in futures:
-                futures[digest] = threads.submit(decode)
+                try:
+                    futures[digest] = threads.submit(open_picture())
+                except UnsupportedPictureError:  # raised again, and handled, when it is used
+                    continue
             self._begun[entry] = digest, futures[digest].result
         progress = LoadProgress(len(futures))
         for future in futures.values():
@@ -46,9 +50,13 @@ class Pictures:
 
     def get(self, entry: Element) -> tuple[bytes, Callable[[], Picture]]:
         """A digest of an image's content, and what decodes it. Raises SceneError, as decoding does."""
-        return self._begun.pop(entry, None) or self._read(entry)
+        if entry in self._begun:
+            return self._begun.pop(entry)
+        digest, open_picture = self._read(entry)
+        return digest, lambda: open_picture()()
 
-    def _read(self, entry: Element) -> tuple[bytes, Callable[[], Picture]]:
+    def _read(self, entry: Element) -> tuple[bytes, Callable[[], Callable[[], Picture]]]:
+        """A digest of an image's content, and what opens it."""
         content: Any
         if "bufferView" in entry:
             content = self._document.view(entry)[0]
@@ -59,7 +67,7 @@ class Pictures:
             raise entry.fault("has neither a uri nor a buffer view")
         uri = entry.text("uri", default="")
         label = f"{entry.place('uri')}: {shown(uri)}" if file_of(entry).name else entry.place()
-        return sha256(content).digest(), partial(read_texture, content, label, self._document.budget.take_picture)
+        return sha256(content).digest(), partial(open_texture, content, label, self._document.budget.take_picture)
 
 
 def file_of(entry: Element) -> PurePosixPath:
