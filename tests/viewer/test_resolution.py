@@ -2,7 +2,7 @@
 
 from itertools import pairwise
 
-from pica.viewer.resolution import Resolution
+from pica.viewer.resolution import Resolution, fitted
 
 FULL = (640, 360)
 
@@ -62,3 +62,11 @@ def test_another_size_begins_small():
     assert resolution.size == (80, 45)
     resolution.full = (40, 20)
     assert resolution.size == (40, 20), "it does not get any smaller"
+
+
+def test_pictures_fit_the_page():
+    assert fitted((640, 360), (1280, 720)) == (640, 360)
+    assert fitted((1920, 1080), (640, 360)) == (640, 360)
+    width, height = fitted((500, 2000), (640, 360))
+    assert width * height <= 640 * 360 * 1.01 and height == 4 * width
+    assert fitted((10**9, 1), (640, 360)) == (4096, 1)

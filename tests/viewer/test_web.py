@@ -12,7 +12,7 @@ viser = pytest.importorskip("viser", reason="the extra pica[view] is not install
 
 from pica.viewer.web.client_camera import ClientPose, rotation_of, up_of  # noqa: E402
 from pica.viewer.web.panel import described  # noqa: E402
-from pica.viewer.web.server import WebViewer, fitted  # noqa: E402
+from pica.viewer.web.server import WebViewer  # noqa: E402
 from tests.viewer.page import Page, quaternion  # noqa: E402
 from tests.viewer.serving import serving  # noqa: E402
 
@@ -198,14 +198,6 @@ def test_poses_go_over_and_back():
     np.testing.assert_array_equal(up_of(CAMERA), (0, 1, 0))
     tilted = pica.Camera.look_at((0, 0, 4), (0, 0, 0), up=(1, 1, 0))
     np.testing.assert_allclose(up_of(tilted), np.array((1, 1, 0)) / np.sqrt(2), atol=1e-12)
-
-
-def test_pictures_fit_the_page():
-    assert fitted((640, 360), (1280, 720)) == (640, 360)
-    assert fitted((1920, 1080), (640, 360)) == (640, 360)
-    width, height = fitted((500, 2000), (640, 360))
-    assert width * height <= 640 * 360 * 1.01 and height == 4 * width
-    assert fitted((10**9, 1), (640, 360)) == (4096, 1)
 
 
 def test_what_is_picked_is_described_without_a_surface():

@@ -4,6 +4,11 @@ import math
 
 from pica.scene.model import Scene
 
+FASTEST = 8.0
+"""Times the speed of the animation, of what user interfaces offer."""
+_ENDLESS = 10.0
+"""Seconds of the range in which the time of animations without an end is chosen."""
+
 
 class Playback:
     """Sets the scene to a time, which runs while `playing`."""
@@ -35,6 +40,11 @@ class Playback:
             if self.animation is None or self.animation in (number, animation.name)
         ]
         return max(chosen, default=0.0)
+
+    @property
+    def longest(self) -> float:
+        """Seconds of the range in which a time is chosen: the duration of the longest animation."""
+        return max((animation.duration for animation in self._scene.animations), default=0.0) or _ENDLESS
 
     def seek(self, time: float) -> None:
         """Set the scene to a time in seconds."""

@@ -26,6 +26,8 @@ _STRENGTHS = {"illuminance": "lux", "intensity": "candela", "radiance": "nits"}
 """Units of lights by the field that they have one of."""
 _BRIGHT = 1e-6
 """Emission below which it has no colour."""
+_MATERIALS = 8
+"""Of a node, that have properties here."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +53,11 @@ class PropertyGroup:
 
 
 def property_groups(node: Node, materials: Sequence[Material], visibility: Visibility) -> list[PropertyGroup]:
-    """The properties of a node, of its light, and of materials."""
+    """The properties of a node, of its light, and of the first of its materials."""
     groups = [PropertyGroup(f"Node {node.name}".strip(), tuple(_node_properties(node, visibility)))]
     if node.light is not None:
         groups.append(PropertyGroup(type(node.light).__name__, tuple(_light_properties(node, node.light))))
-    for material in materials:
+    for material in materials[:_MATERIALS]:
         groups.append(PropertyGroup(f"Material {material.name}".strip(), tuple(_material_properties(material))))
     return groups
 

@@ -13,6 +13,8 @@ _LEAST = 32
 """Pixels of a picture, along its shorter side."""
 _GROWTH = 4
 """Times as many pixels as the picture before, at rest."""
+_LONGEST = 4096
+"""Pixels of a picture, each way."""
 
 
 class Resolution:
@@ -92,3 +94,10 @@ class Resolution:
     def _pixels(self, before: int, after: int) -> float:
         """How many times as many pixels pictures of another divisor have."""
         return (_DIVISORS[before] / _DIVISORS[after]) ** 2
+
+
+def fitted(canvas: Size, size: Size) -> Size:
+    """The size of pictures for a canvas: its shape, with at most as many pixels as `size` has, nor more than it has."""
+    width, height = (min(length, _LONGEST) for length in canvas)
+    scale = min(1.0, (size[0] * size[1] / (width * height)) ** 0.5)
+    return max(1, round(width * scale)), max(1, round(height * scale))

@@ -7,6 +7,11 @@ from typing import Any, Literal
 from pica.settings import Settings
 from pica.settings.setting import Value
 
+_FEW = 64
+"""Whole numbers that a slider has room for."""
+_NARROW = 10
+"""Length of a range of numbers that a slider has room for."""
+
 
 @dataclass(frozen=True)
 class SettingControl:
@@ -24,6 +29,12 @@ class SettingControl:
     """Of numbers."""
     high: float | None = None
     choices: tuple[str, ...] = ()
+
+    @property
+    def fits_slider(self) -> bool:
+        """Whether the range of a number is so short that a slider can set all of its values."""
+        assert self.low is not None and self.high is not None
+        return self.high - self.low <= (_FEW if self.kind == "integer" else _NARROW)
 
 
 @dataclass(frozen=True)
@@ -70,6 +81,17 @@ def level_of(group: str, settings: Settings) -> str:
 def preset_of(settings: Settings) -> str:
     """The preset that the settings equal; "" if they are none."""
     return next((name for name in presets() if Settings.preset(name) == settings), "")
+
+
+def at_level(group: str, level: str, settings: Settings) -> Settings:
+    """The settings with a group at a level. Raises SettingsError."""
+    return settings.with_values({group: level})
+
+
+def with_value(path: str, value: Value, settings: Settings) -> Settings:
+    """The settings with another value of one, whose whole numbers may come as 2.0. Raises SettingsError."""
+    whole = isinstance(settings.values()[path], int) and isinstance(value, float) and value.is_integer()
+    return settings.with_values({path: int(value) if whole else value})
 
 
 def _control(path: str, setting: Mapping[str, Any]) -> SettingControl:

@@ -50,6 +50,12 @@ class Picture:
     seconds: float
     """That it took, without the other one of a comparison."""
 
+    @property
+    def size(self) -> Size:
+        """(width, height) in pixels."""
+        height, width = self.pixels.shape[:2]
+        return width, height
+
 
 class Viewer:
     """What is looked at, and how: scene, time, settings, what is shown, what is selected.
@@ -221,6 +227,12 @@ class Viewer:
         found = self.picked = renderer.pick(column, row, through_glass=through_glass)
         self._select(None if found is None else found.node, () if found is None else (found.material,))
         return found
+
+    def replaced(self, scene: Scene) -> "Viewer":
+        """A viewer of another scene with this one's settings and device; this one is closed."""
+        after = Viewer(scene, settings=self.settings, device=self.device, frames=self.frames)
+        self.close()
+        return after
 
     def close(self) -> None:
         """Release the renderers' device memory."""

@@ -5,11 +5,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pica.renderer import Picked
-from pica.scene.node import Node
 from pica.settings import Settings
+from pica.viewer.camera_moves import camera_moves
 from pica.viewer.camera_path import SECONDS
 from pica.viewer.comparison import PATH_TRACED
+from pica.viewer.playback import FASTEST
 from pica.viewer.setting_controls import presets
+from pica.viewer.texts import camera_names, cost_rows, picked_rows, status
 from pica.viewer.viewer import DISPLAY, Picture, Viewer
 from pica.viewer.web.inputs import Input
 from pica.viewer.web.scene_panel import SceneActions, ScenePanel
@@ -20,8 +22,6 @@ if TYPE_CHECKING:
 
 _ALL = "(all together)"
 _NONE = "(none)"
-_FASTEST = 8.0
-"""Times the speed of the animation."""
 
 
 class Actions(SceneActions, Protocol):
@@ -82,12 +82,9 @@ class Panel:
 
     def show_costs(self, picture: Picture, milliseconds: Mapping[str, float]) -> None:
         """Show the size and the times of a picture."""
-        height, width = picture.pixels.shape[:2]
-        self.say(f"{width}x{height}, {picture.frames} frames, {1000 * picture.seconds:.0f} ms a frame")
-        rows = sorted(((name, time) for name, time in milliseconds.items() if time > 0), key=lambda row: -row[1])
-        lines = [f"| {name.replace('_', ' ')} | {time:.2f} |" for name, time in rows]
-        total = f"| all | {sum(milliseconds.values()):.2f} |"
-        self._times.content = "\n".join(["| effect | ms |", "|---|---:|", *lines, total])
+        self.say(status(picture))
+        lines = [f"| {name} | {time:.2f} |" for name, time in cost_rows(milliseconds)]
+        self._times.content = "\n".join(["| effect | ms |", "|---|---:|", *lines])
 
     def _add_view(self) -> None:
         gui, viewer = self._gui, self._viewer
@@ -119,14 +116,10 @@ class Panel:
         cameras = self._viewer.scene.cameras()
         with gui.add_folder("Camera"):
             if cameras:
-                names = [f"{number}: {camera.name or 'camera'}" for number, camera in enumerate(cameras)]
+                names = camera_names(cameras)
                 chosen = gui.add_dropdown("Of the scene", names)
                 chosen.on_update(lambda event: self._take_camera(event, names.index(event.target.value)))
-            for label, act in (
-                ("Home", lambda control: control.home()),
-                ("Frame all", lambda control: control.frame_all()),
-                ("Focus what is selected", self._focus),
-            ):
+            for label, act in camera_moves(self._viewer).items():
                 gui.add_button(label).on_click(partial(self._move, act=act))
             gui.add_button("Save picture").on_click(self._save)
             hint = f"For pica render --camera-path: 'Add' after each move, 'Save' at the end; {SECONDS:g} s between two"
@@ -136,11 +129,11 @@ class Panel:
 
     def _add_time(self) -> None:
         gui, playback = self._gui, self._viewer.playback
-        length = max(animation.duration for animation in self._viewer.scene.animations) or 10.0
+        length = playback.longest
         with gui.add_folder("Animation"):
             playing = gui.add_checkbox("Play", playback.playing)
             seconds = gui.add_slider("Seconds", 0.0, length, length / 1000, min(max(playback.time, 0.0), length))
-            speed = gui.add_slider("Speed", -_FASTEST, _FASTEST, 0.1, playback.speed)
+            speed = gui.add_slider("Speed", -FASTEST, FASTEST, 0.1, playback.speed)
             loop = gui.add_checkbox("Loop", playback.loop)
             which = gui.add_dropdown("Which", (_ALL, *playback.names))
         self._playing = self._listening(playing, lambda value: setattr(playback, "playing", value))
@@ -148,10 +141,6 @@ class Panel:
         self._listening(speed, lambda value: setattr(playback, "speed", value))
         self._listening(loop, lambda value: setattr(playback, "loop", value))
         self._listening(which, lambda name: playback.choose(None if name == _ALL else playback.names.index(name)))
-
-    def _focus(self, control: Any) -> None:
-        if (point := self._viewer.focus) is not None:
-            control.focus(point)
 
     def _listening(self, handle: Any, change: Callable[[Any], object]) -> Input:
         """Call `change` between two pictures, with each value that a client sets."""
@@ -182,21 +171,7 @@ def described(picked: Picked | None) -> str:
     """What was picked, as Markdown; names are shown as they are."""
     if picked is None:
         return "Click a surface."
-    part = f"section {picked.section}" if picked.section is not None else f"primitives {picked.primitives}"
-    rows = {
-        "node": _path(picked.node) + (f", instance {picked.instance}" if picked.node.instances is not None else ""),
-        "mesh": f"{picked.mesh.name or '(no name)'}, {part}, element {picked.element}",
-        "material": picked.material.name or "(no name)",
-        "position": ", ".join(f"{value:.4g}" for value in picked.position) + " m",
-        "normal": ", ".join(f"{value:.3f}" for value in picked.normal),
-        "distance": f"{picked.distance:.4g} m",
-    }
-    return "\n".join(["| | |", "|---|---|", *(f"| {name} | {_plain(value)} |" for name, value in rows.items())])
-
-
-def _path(node: Node) -> str:
-    above = "" if node.parent is None else f"{_path(node.parent)}/"
-    return above + (node.name or "#")
+    return "\n".join(["| | |", "|---|---|", *(f"| {name} | {_plain(value)} |" for name, value in picked_rows(picked))])
 
 
 def _plain(text: str) -> str:

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     import viser
 
 _NOTHING = "(nothing)"
-_MATERIALS = 8
-"""Of a node, that have inputs."""
 
 
 class SceneActions(Protocol):
@@ -65,8 +63,7 @@ class ScenePanel:
             self._tree.handle.options = options
         line = next((line for line, node in self._lines.items() if node is viewer.node), _NOTHING)
         self._tree.show(line, again)
-        light = None if viewer.node is None else type(viewer.node.light)
-        layout = viewer.node, viewer.materials, light
+        layout = viewer.node, viewer.materials, None if viewer.node is None else type(viewer.node.light)
         if layout != self._layout:
             self._layout = layout
             self._build()
@@ -83,7 +80,7 @@ class ScenePanel:
         if node is None:
             return
         with self._place:
-            for group in property_groups(node, self._viewer.materials[:_MATERIALS], self._viewer.visibility):
+            for group in property_groups(node, self._viewer.materials, self._viewer.visibility):
                 folder = self._gui.add_folder(group.label)
                 self._folders.append(folder)
                 with folder:

@@ -20,7 +20,7 @@ from pica.scene.limits import Limits
 from pica.settings import Settings
 from pica.text import printable
 from pica.viewer.camera_control import CameraControl
-from pica.viewer.resolution import Size
+from pica.viewer.resolution import Size, fitted
 from pica.viewer.uploads import uploaded_environment, uploaded_scene
 from pica.viewer.view import View
 from pica.viewer.viewer import Picture, Viewer
@@ -39,8 +39,6 @@ _STEP = 1 / 60
 """Seconds to wait for what plays when there is nothing else to render."""
 _POLL = 0.1
 """Seconds between two looks for what the program has changed in the scene."""
-_LONGEST = 4096
-"""Pixels of a picture, each way."""
 
 
 class _Client:
@@ -172,9 +170,8 @@ class WebViewer:
 
         def opened() -> None:
             with self._loading(name):
-                scene, before = uploaded_scene(name, content, self._limits), self.viewer
-            self.viewer = Viewer(scene, settings=before.settings, device=before.device, frames=before.frames)
-            before.close()
+                scene = uploaded_scene(name, content, self._limits)
+            self.viewer = self.viewer.replaced(scene)
             self._server.gui.reset()
             self._begin(None)
             for client in self._clients.values():
@@ -327,13 +324,6 @@ class WebViewer:
 def _send(client: _Client, name: str, content: bytes) -> None:
     """Send a file, which the browser saves."""
     client.handle.send_file_download(name, content, save_immediately=True)
-
-
-def fitted(canvas: Size, size: Size) -> Size:
-    """The size of pictures for a canvas: its shape, with at most as many pixels as `size` has, nor more than it has."""
-    width, height = (min(length, _LONGEST) for length in canvas)
-    scale = min(1.0, (size[0] * size[1] / (width * height)) ** 0.5)
-    return max(1, round(width * scale)), max(1, round(height * scale))
 
 
 def import_viser() -> Any:

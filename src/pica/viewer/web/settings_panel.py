@@ -5,14 +5,15 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from pica.settings import Settings
-from pica.settings.setting import Value
 from pica.viewer.setting_controls import (
     ControlGroup,
     SettingControl,
+    at_level,
     level_of,
     preset_of,
     presets,
     setting_controls,
+    with_value,
 )
 from pica.viewer.web.inputs import Input
 
@@ -21,10 +22,6 @@ if TYPE_CHECKING:
 
 _OWN = "(own values)"
 """Shown where the values are of no preset or level."""
-_FEW = 64
-"""Whole numbers that a slider has room for."""
-_NARROW = 10
-"""Length of a range of numbers that a slider has room for."""
 
 Change = Callable[[Callable[[Settings], Settings]], None]
 """Asks for other settings, as a function of those of now."""
@@ -59,10 +56,10 @@ class SettingsPanel:
         if group.levels:
             hint = " ".join(f"{name}: {text}" for name, text in group.levels.items())
             level = self._gui.add_dropdown("Level", (*group.levels, _OWN), initial_value=_OWN, hint=hint)
-            self._levels[group.name] = self._listening(level, partial(_at_level, group.name))
+            self._levels[group.name] = self._listening(level, partial(at_level, group.name))
         for control in group.controls:
             handle = self._made(control, settings.values()[control.path])
-            self._inputs[control.path] = self._listening(handle, partial(_with_value, control.path))
+            self._inputs[control.path] = self._listening(handle, partial(with_value, control.path))
 
     def _made(self, control: SettingControl, value: Any) -> Any:
         gui, label, hint = self._gui, control.label, control.text
@@ -73,18 +70,9 @@ class SettingsPanel:
         low, high = control.low, control.high
         assert low is not None and high is not None
         whole = control.kind == "integer"
-        if high - low <= (_FEW if whole else _NARROW):
+        if control.fits_slider:
             return gui.add_slider(label, low, high, 1 if whole else 0.01, value, hint=hint)
         return gui.add_number(label, value, min=low, max=high, step=1 if whole else 0.1, hint=hint)
 
     def _listening(self, handle: Any, changed: Callable[[Any, Settings], Settings]) -> Input:
         return Input(handle, lambda value: value != _OWN and self._change(partial(changed, value)))
-
-
-def _at_level(group: str, level: str, settings: Settings) -> Settings:
-    return settings.with_values({group: level})
-
-
-def _with_value(path: str, value: Value, settings: Settings) -> Settings:
-    whole = isinstance(settings.values()[path], int) and isinstance(value, float) and value.is_integer()
-    return settings.with_values({path: int(value) if whole else value})
