@@ -1,8 +1,8 @@
-"""`pica view`: a scene live in the browser."""
+"""`pica view`: a scene live in the browser, or in a window."""
 
 import sys
 from contextlib import redirect_stdout
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -10,6 +10,10 @@ from pica.cli import options
 from pica.cli.interrupts import cleaning_up_first
 from pica.cli.report import print_json, print_line
 from pica.cli.subject import View, find_animation, parse_limits, takes_view
+
+if TYPE_CHECKING:
+    from pica import Camera, Limits, Scene
+    from pica.viewer.viewer import Viewer
 
 
 @takes_view
@@ -29,14 +33,21 @@ def view(
         ),
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(metavar="N", help="Port to listen on; 0 takes any free one.")] = 8080,
+    window: Annotated[
+        bool, typer.Option("--window", help="Show it in a window of this machine instead of a browser.")
+    ] = False,
     device: options.Device = None,
     json: options.Json = False,
 ) -> None:
-    """Look at SCENE live in the browser: move the camera, change settings, pick surfaces. Ctrl-C ends it."""
+    """Look at SCENE live, in a browser or a window: move the camera, change settings, pick surfaces. Ctrl-C ends it."""
     from pica.viewer.viewer import Viewer
-    from pica.viewer.web.server import WebViewer, import_viser
 
-    import_viser()  # rather than once all is loaded
+    if window:
+        _check_display()
+    else:
+        from pica.viewer.web.server import import_viser
+
+        import_viser()  # rather than once all is loaded
     settings = options.parse_settings(preset, values, ev)
     pixels = options.parse_size(size)
     baked = options.load_light_map(light_map, settings)
@@ -51,7 +62,47 @@ def view(
         animation=find_animation(scene, subject.animation),
     )
     limits, camera = parse_limits(subject.limit), subject.camera_in(scene)
-    web = WebViewer(viewer, size=pixels, host=host, port=port, camera=camera, limits=limits)
+    if window:
+        _show_window(viewer, pixels, camera, limits, subject)
+    else:
+        _serve(viewer, pixels, camera, limits, host, port, json)
+
+
+def _check_display() -> None:
+    """Raises PicaError without a display, before anything is loaded."""
+    from pica.viewer.window.presenter import open_window
+
+    open_window((64, 64)).close()
+
+
+def _show_window(
+    viewer: "Viewer", size: tuple[int, int], camera: "Camera | None", limits: "Limits", subject: View
+) -> None:
+    from pica.viewer.window.window_viewer import WindowViewer
+
+    def load(name: str) -> "Scene":
+        return View(name, allow_outside=subject.allow_outside, limit=subject.limit).load()
+
+    shown = WindowViewer(viewer, size=size, camera=camera, load=load, limits=limits)
+    with cleaning_up_first():
+        try:
+            shown.run()
+        finally:
+            shown.close()
+
+
+def _serve(
+    viewer: "Viewer",
+    size: tuple[int, int],
+    camera: "Camera | None",
+    limits: "Limits",
+    host: str,
+    port: int,
+    json: bool,
+) -> None:
+    from pica.viewer.web.server import WebViewer
+
+    web = WebViewer(viewer, size=size, host=host, port=port, camera=camera, limits=limits)
     if json:
         print_json({"address": web.address})
     else:

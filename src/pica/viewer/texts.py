@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from pica.renderer import Picked
+from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.node import Node
 from pica.viewer.viewer import Picture
@@ -18,6 +19,11 @@ def cost_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, float]]:
     """Names of effects and their milliseconds, longest first, and the sum of all."""
     rows = sorted(((name, time) for name, time in milliseconds.items() if time > 0), key=lambda row: -row[1])
     return [*((name.replace("_", " "), time) for name, time in rows), ("all", sum(milliseconds.values()))]
+
+
+def memory(device: Device) -> str:
+    """What pica has allocated on a device."""
+    return f"{device.memory / 1e6:.0f} MB of device memory"
 
 
 def camera_names(cameras: Sequence[Camera]) -> list[str]:

@@ -41,8 +41,8 @@ DISPLAY = "display"
 class Picture:
     """A picture of a view."""
 
-    pixels: NDArray[np.uint8] = field(repr=False)
-    """(height, width, 3) sRGB."""
+    content: NDArray[np.uint8] | spy.Texture = field(repr=False)
+    """(height, width, 3) sRGB, or a texture of it that the next picture overwrites."""
     is_full: bool
     """Whether it has the size that was asked for."""
     frames: int
@@ -53,8 +53,15 @@ class Picture:
     @property
     def size(self) -> Size:
         """(width, height) in pixels."""
-        height, width = self.pixels.shape[:2]
+        if isinstance(self.content, spy.Texture):
+            return self.content.width, self.content.height
+        height, width = self.content.shape[:2]
         return width, height
+
+    @property
+    def pixels(self) -> NDArray[np.uint8]:
+        """(height, width, 3) sRGB."""
+        return self.content.to_numpy()[..., :3] if isinstance(self.content, spy.Texture) else self.content
 
 
 class Viewer:
@@ -198,13 +205,14 @@ class Viewer:
         is_still = is_whole and view.state == self._state_of(view)
         return is_still and (not self._compares or self._comparison is None or self._comparison.is_complete(view))
 
-    def render(self, view: View, now: float | None = None) -> Picture:
+    def render(self, view: View, now: float | None = None, *, on_device: bool = False) -> Picture:
         """The next picture of a view: a small one if something has changed, else a finer one, or one frame more. Waits
-        for the device. `now`: seconds of any clock, None for that of the system."""
+        for the device. `now`: seconds of any clock, None for that of the system. `on_device`: the display stays there
+        as a texture, unless it has an outline or a comparison, which the host draws."""
         if view.parts is not None and self._is_gathered(view):
             return self._picture(view, view.parts.at(self.split), 0.0)
         view.follow(self._state_of(view), time.perf_counter() if now is None else now)
-        return self._next(view)
+        return self._next(view, on_device=on_device)
 
     def render_full(self, view: View) -> Picture:
         """A picture of the whole size at once, for a screenshot: one frame more of the current one, or the first."""
@@ -245,21 +253,26 @@ class Viewer:
             self._revision += 1
         self.node, self.materials = node, materials
 
-    def _next(self, view: View, has_outline: bool = True) -> Picture:
+    def _next(self, view: View, has_outline: bool = True, on_device: bool = False) -> Picture:
         """The picture of a view's current size and state."""
         began = time.perf_counter()
         outline = has_outline and self.node is not None
+        stays = on_device and self._shown == DISPLAY and not outline and not self._compares
 
         def capture() -> set[str]:
+            if stays:
+                return set()
             # With some settings there is no such AOV.
             return {self._shown if self._shown in self.showable else DISPLAY, *(["instance"] if outline else ())}
 
         captured = self._renderer.advance(view, self._shown == DISPLAY, capture)
         self._last = view, view.state
+        view.frames += 1
+        if stays:
+            return self._on_device(view, began)
         name = self._shown if self._shown in captured else DISPLAY
         values = captured[name]()
         pixels = values if name == DISPLAY else preview(name, values)
-        view.frames += 1
         selected = self._selected_pixels(pixels, captured["instance"]) if outline else None
         own, other = time.perf_counter() - began, None
         if self._compares and self._comparison is not None:
@@ -269,18 +282,31 @@ class Viewer:
             pixels = view.parts.at(self.split)
         elif selected is not None:
             pixels = outlined(pixels, selected)
-        if not self._compiles and (other is None or view.frames == 1):  # at rest the path tracer takes more
-            view.resolution.measure(time.perf_counter() - began)
-        self._compiles = False
+        if other is None or view.frames == 1:  # at rest the path tracer takes more
+            self._measure(view, time.perf_counter() - began)
         return self._picture(view, pixels, own)
+
+    def _on_device(self, view: View, began: float) -> Picture:
+        """The picture of the renderer's newest frame, as a texture."""
+        with self.device.lock:
+            self.device.handle.wait_for_idle()
+        seconds, view.parts = time.perf_counter() - began, None
+        self._measure(view, seconds)
+        return self._picture(view, self._renderer.display, seconds)
+
+    def _measure(self, view: View, seconds: float) -> None:
+        """A picture took so long."""
+        if not self._compiles:
+            view.resolution.measure(seconds)
+        self._compiles = False
 
     @property
     def _compares(self) -> bool:
         """Whether pictures have two parts: AOVs have one."""
         return self._comparison is not None and self._shown == DISPLAY
 
-    def _picture(self, view: View, pixels: NDArray[np.uint8], seconds: float) -> Picture:
-        return Picture(pixels, view.resolution.is_full, view.frames, seconds)
+    def _picture(self, view: View, content: NDArray[np.uint8] | spy.Texture, seconds: float) -> Picture:
+        return Picture(content, view.resolution.is_full, view.frames, seconds)
 
     def _selected_pixels(self, pixels: NDArray[np.uint8], fetch: Lazy) -> NDArray[np.bool_]:
         """(height, width) where what is selected shows. `fetch`: the AOV "instance"."""

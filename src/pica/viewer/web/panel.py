@@ -11,7 +11,7 @@ from pica.viewer.camera_path import SECONDS
 from pica.viewer.comparison import PATH_TRACED
 from pica.viewer.playback import FASTEST
 from pica.viewer.setting_controls import presets
-from pica.viewer.texts import camera_names, cost_rows, picked_rows, status
+from pica.viewer.texts import camera_names, cost_rows, memory, picked_rows, status
 from pica.viewer.viewer import DISPLAY, Picture, Viewer
 from pica.viewer.web.inputs import Input
 from pica.viewer.web.scene_panel import SceneActions, ScenePanel
@@ -84,7 +84,7 @@ class Panel:
         """Show the size and the times of a picture."""
         self.say(status(picture))
         lines = [f"| {name} | {time:.2f} |" for name, time in cost_rows(milliseconds)]
-        self._times.content = "\n".join(["| effect | ms |", "|---|---:|", *lines])
+        self._times.content = "\n".join(["| effect | ms |", "|---|---:|", *lines, "", memory(self._viewer.device)])
 
     def _add_view(self) -> None:
         gui, viewer = self._gui, self._viewer

@@ -1,0 +1,1 @@
+"""The viewer in a window of this machine, by SlangPy's window and Dear ImGui."""
