@@ -147,7 +147,9 @@ def arriving(device, scene, values):
     """What the maps of the only light say, (height, width); 0 where there is nothing."""
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
     renderer.advance(ABOVE, capture=("debug.shadows.filtered",))
-    return renderer.captured["debug.shadows.filtered"]()[..., 0].astype(np.float32)
+    lights = renderer.captured["debug.shadows.filtered"]()
+    assert lights.shape == (SIZE[1], SIZE[0], 1)
+    return lights[..., 0].astype(np.float32)
 
 
 def test_a_ball_has_no_acne(device):

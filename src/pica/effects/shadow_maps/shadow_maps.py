@@ -3,6 +3,7 @@
 from functools import partial
 from typing import Any
 
+import numpy as np
 import slangpy as spy
 
 from pica.effects.shadow_maps.mapped_lights import MappedLights
@@ -58,7 +59,7 @@ class ShadowMaps(Effect):
                 **{name: partial(self._parameter, name) for name in self.maps.parameters},
             )
             graph.offer("shadows", (bits,), lambda values: visibility_layers(values, slots.count))
-            graph.offer("debug.shadows.filtered", (filtered,), lambda values: values)
+            graph.offer("debug.shadows.filtered", (filtered,), lambda values: np.moveaxis(values[..., 0], 0, -1))
         return ShadowTextures(bits, filtered, samples=None)
 
     def _update(self, frame: FrameContext, scene: SceneView, light: Any) -> None:
