@@ -27,14 +27,14 @@ BEARABLE = 5.0
 
 @pytest.fixture(scope="module", params=["127.0.0.1", "0.0.0.0"])
 def web(device, request):
-    """Directly, and through the gate."""
+    """For this machine, and for others with the token."""
     with serving(device, host=request.param) as served:
         yield served
 
 
 def opened(web) -> Page:
     gate = web._gate
-    if gate is None:
+    if not gate.token:
         return Page(web.address)
     return Page(f"http://127.0.0.1:{gate.port}", f"pica-{gate.port}={gate.token}")
 

@@ -1,4 +1,4 @@
-"""Other machines need the token: clients without it get nothing."""
+"""Other machines need the token, and on this one pages of other servers get nothing."""
 
 import contextlib
 import http.client
@@ -13,7 +13,9 @@ from tests.viewer.scenes import CAMERA, CANVAS, is_whole
 
 pytest.importorskip("viser", reason="the extra pica[view] is not installed")
 
-from pica.viewer.web.gate import Gate, is_loopback
+import viser
+
+from pica.viewer.web.gate import Gate, hidden_address, is_loopback
 from tests.viewer.page import Page
 from tests.viewer.serving import serving
 
@@ -39,7 +41,7 @@ def get(port: int, path: str, headers=()) -> tuple[int, dict[str, str], bytes]:
 def test_the_address_has_the_token_and_the_name_of_the_machine(web):
     parts = urlsplit(web.address)
     assert parts.hostname == socket.gethostname().lower() and parts.query == f"token={web._gate.token}"
-    other = Gate("127.0.0.1", 0, 1)
+    other = Gate("0.0.0.0", 0, ("127.0.0.1", 1))
     assert len(web._gate.token) >= 20 and web._gate.token != other.token
     other.close()
     other.close()
@@ -50,7 +52,7 @@ def test_the_address_has_the_token_and_the_name_of_the_machine(web):
 )
 def test_without_the_token_there_is_nothing(web, port, path):
     status, _, body = get(port, path.replace("{token}", web._gate.token))
-    assert (status, body) == (403, b"Open the address that pica view has printed, with its token.")
+    assert (status, body) == (403, b"Open the address that pica view has printed.")
 
 
 def test_no_cookie_but_the_token_s_opens_the_socket(web, port):
@@ -77,8 +79,58 @@ def test_the_address_gives_the_cookie_that_gives_the_page(web, port):
     page.close()
 
 
-def test_the_server_behind_listens_on_this_machine_alone(web):
-    assert web._server.get_host() == "127.0.0.1" != urlsplit(web.address).hostname
+@pytest.mark.parametrize("served", ["web", "local"])
+def test_the_server_behind_listens_where_no_page_finds_it(served, request):
+    web = request.getfixturevalue(served)
+    inner = web._server.get_host()
+    assert is_loopback(inner) and inner != "127.0.0.1"
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", web._server.get_port()), timeout=10)
+    assert hidden_address() != hidden_address()
+
+
+@pytest.fixture(scope="module")
+def local(device):
+    """A server for this machine."""
+    with serving(device) as served:
+        yield served
+
+
+def handshake(web, *headers: str) -> bytes:
+    """The status of the answer to a WebSocket's first request with these headers."""
+    lines = [
+        "GET / HTTP/1.1",
+        "Upgrade: websocket",
+        "Connection: Upgrade",
+        "Sec-WebSocket-Version: 13",
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
+        f"Sec-WebSocket-Protocol: viser-v{viser.__version__}",
+        *headers,
+    ]
+    with socket.create_connection(("127.0.0.1", urlsplit(web.address).port), timeout=10) as raw:
+        raw.sendall("\r\n".join([*lines, "", ""]).encode())
+        return raw.recv(12)
+
+
+def test_pages_of_the_server_itself_open_its_socket(local):
+    port = urlsplit(local.address).port
+    for host in ("127.0.0.1", "localhost", "[::1]"):
+        assert handshake(local, f"Host: {host}:{port}", f"Origin: http://{host}:{port}") == b"HTTP/1.1 101"
+    assert handshake(local, f"Host: 127.0.0.1:{port}") == b"HTTP/1.1 101", "no page, but a program"
+    assert handshake(local, "Host: localhost:9000", "Origin: http://localhost:9000") == b"HTTP/1.1 101", "a tunnel"
+
+
+def test_pages_of_other_servers_do_not(local):
+    port = urlsplit(local.address).port
+    here = f"Host: 127.0.0.1:{port}"
+    for origin in ("http://example.org", f"http://127.0.0.1:{port + 1}", f"http://localhost:{port}", "null", "", "//"):
+        assert handshake(local, here, f"Origin: {origin}") == b"HTTP/1.1 403", origin
+    for host in (f"example.org:{port}", "", f"127.0.0.1.example.org:{port}", "[", "localhost:x@example.org"):
+        assert handshake(local, f"Host: {host}", f"Origin: http://{host}") in (b"HTTP/1.1 403", b""), host
+    assert handshake(local, f"Origin: http://127.0.0.1:{port}") == b"HTTP/1.1 403", "no host"
+    two = here, f"Origin: http://127.0.0.1:{port}", "Origin: http://example.org"
+    assert handshake(local, *two) == b""
+    assert handshake(local, here, f"Host: example.org:{port}", f"Origin: http://example.org:{port}") == b""
 
 
 def test_what_is_no_request_is_dropped(web, port):
@@ -115,4 +167,4 @@ def test_loopback_addresses_need_none():
 
 def test_an_address_that_is_taken_is_an_error(port):
     with pytest.raises(pica.PicaError, match=f"cannot listen on '0.0.0.0', port {port} "):
-        Gate("0.0.0.0", port, 1)
+        Gate("0.0.0.0", port, ("127.0.0.1", 1))

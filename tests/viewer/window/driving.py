@@ -122,10 +122,10 @@ def act(count: int, picture: Path) -> dict[str, Any]:
 
 def cycle(count: int) -> dict[str, Any]:
     """Resize, choose presets and open scenes, over and over."""
-    window, memory, scenes = opened((160, 100)), [], []
+    window, memory, scenes = opened((96, 64)), [], []
     for number in range(count):
         scenes.append(weakref.ref(window.viewer.scene))
-        window._window.resize(160 + 20 * (number % 3), 100 + 10 * (number % 2))
+        window._window.resize(96 + 16 * (number % 3), 64 + 8 * (number % 2))
         window.choose_settings(lambda _, name=("raster", "performance")[number % 2]: pica.Settings.preset(name))
         window.open(f"scene {number % 2}")
         for _ in range(4):

@@ -1,8 +1,12 @@
-"""Lets those clients through to a server on this machine that know a token.
+"""Lets those clients through to a server on this machine that may use it.
 
-The server itself listens on the loopback interface alone. A browser that opens the address with the token gets a
-cookie, and sends it with each request and with the handshake of its WebSocket (RFC 6265); then its bytes are passed on
-as they are. All others get a line that says so.
+On a loopback address these are pages of the server's own: a browser names the page that opens a WebSocket in its header
+Origin (RFC 6455, 10.2), and the name by which it has found the server in Host, so that another page cannot pass by a
+name of its own for this machine (DNS rebinding). On other addresses they know a token: a browser that opens the address
+with the token gets a cookie, and sends it with each request and with the handshake of its WebSocket (RFC 6265). Then
+bytes are passed on as they are. All others get a line that says so.
+
+The server itself listens at a random address of the loopback network, where no page finds it.
 """
 
 import asyncio
@@ -25,7 +29,7 @@ _CLIENTS = 64
 """Connections at once; a page takes one, and some more while it loads."""
 T = TypeVar("T")
 _CHUNK = 1 << 16
-_HELP = b"Open the address that pica view has printed, with its token."
+_HELP = b"Open the address that pica view has printed."
 _REFUSED = (
     b"HTTP/1.1 403 Forbidden\r\nContent-Type: text/plain\r\nContent-Length: %d\r\nConnection: close\r\n\r\n%s"
     % (len(_HELP), _HELP)
@@ -40,13 +44,19 @@ def is_loopback(host: str) -> bool:
         return False
 
 
-class Gate:
-    """Listens on an address until `close`, by a thread of its own, with a new token."""
+def hidden_address() -> str:
+    """A random address of the loopback network, 127.0.0.0/8."""
+    return ".".join(["127", *(str(1 + secrets.randbelow(254)) for _ in range(3))])
 
-    def __init__(self, host: str, port: int, inner: int) -> None:
-        """`port`: 0 for any free one. `inner`: the server's port on 127.0.0.1. Raises PicaError if the address cannot
-        be listened on."""
-        self.token = secrets.token_urlsafe(16)
+
+class Gate:
+    """Listens on an address until `close`, by a thread of its own."""
+
+    def __init__(self, host: str, port: int, inner: tuple[str, int]) -> None:
+        """`port`: 0 for any free one. `inner`: the server's address and port. Raises PicaError if the address cannot be
+        listened on."""
+        self.token = "" if is_loopback(host) else secrets.token_urlsafe(16)
+        """That clients must know, a new one; "" on loopback addresses, where there is none."""
         self.port = port
         self._inner, self._open = inner, 0
         self._loop = asyncio.new_event_loop()
@@ -88,10 +98,10 @@ class Gate:
                 return
             async with asyncio.timeout(_SECONDS):
                 head = await reader.readuntil(b"\r\n\r\n")
-            target, cookies = _parsed(head)
-            if self._is_token(cookies.get(self._cookie, "")):
+            target, headers = _parsed(head)
+            if self._may_pass(headers):
                 await self._pass_on(head, reader, writer)
-            elif self._is_token(parse_qs(urlsplit(target).query).get("token", [""])[0]):
+            elif self.token and self._is_token(parse_qs(urlsplit(target).query).get("token", [""])[0]):
                 writer.write(
                     f"HTTP/1.1 303 See Other\r\nLocation: /\r\nContent-Length: 0\r\nConnection: close\r\n"
                     f"Set-Cookie: {self._cookie}={self.token}; HttpOnly; SameSite=Lax; Path=/\r\n\r\n".encode()
@@ -101,9 +111,17 @@ class Gate:
             await writer.drain()
         except (OSError, ValueError, CookieError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
             pass  # a client that speaks no HTTP, or has gone
+        except asyncio.CancelledError:
+            pass  # by `close`; asyncio of Python 3.11 writes a traceback for tasks of connections that end by it
         finally:
             self._open -= 1
             writer.close()
+
+    def _may_pass(self, headers: dict[str, str]) -> bool:
+        if not self.token:
+            return _is_own_page(headers)
+        cookies = SimpleCookie(headers.get("cookie", ""))
+        return self._cookie in cookies and self._is_token(cookies[self._cookie].value)
 
     @property
     def _cookie(self) -> str:
@@ -115,7 +133,7 @@ class Gate:
 
     async def _pass_on(self, head: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Connect a client with the server until either ends."""
-        from_server, to_server = await asyncio.open_connection("127.0.0.1", self._inner)
+        from_server, to_server = await asyncio.open_connection(*self._inner)
         try:
             to_server.write(head)
             pipes = [asyncio.create_task(_copy(*ends)) for ends in ((reader, to_server), (from_server, writer))]
@@ -137,12 +155,21 @@ async def _copy(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> N
 
 
 def _parsed(head: bytes) -> tuple[str, dict[str, str]]:
-    """The target and the cookies of a request. Raises ValueError or CookieError for what is none."""
+    """The target and the headers of a request, by their names in lower case. Raises ValueError for what is none."""
     lines = head.decode("latin-1").split("\r\n")
     _, target, _ = lines[0].split(" ")
-    cookies: SimpleCookie = SimpleCookie()
+    headers: dict[str, str] = {}
     for line in lines[1:]:
         name, _, value = line.partition(":")
-        if name.lower() == "cookie":
-            cookies.load(value.strip())
-    return target, {name: cookie.value for name, cookie in cookies.items()}
+        name, value = name.lower(), value.strip()
+        if name in headers and name in ("host", "origin"):
+            raise ValueError(f"two headers {name}")
+        headers[name] = f"{headers[name]}; {value}" if name in headers else value
+    return target, headers
+
+
+def _is_own_page(headers: dict[str, str]) -> bool:
+    """Whether a request is for this machine by its own name, and of no page or of one from there."""
+    host, origin = headers.get("host", ""), headers.get("origin")
+    is_here = is_loopback(urlsplit(f"//{host}").hostname or "")
+    return is_here and (origin is None or urlsplit(origin).netloc == host)

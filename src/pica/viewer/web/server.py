@@ -25,7 +25,7 @@ from pica.viewer.uploads import uploaded_environment, uploaded_scene
 from pica.viewer.view import View
 from pica.viewer.viewer import Picture, Viewer
 from pica.viewer.web.client_camera import ClientPose, show
-from pica.viewer.web.gate import Gate, is_loopback
+from pica.viewer.web.gate import Gate, hidden_address
 from pica.viewer.web.panel import Panel
 
 if TYPE_CHECKING:
@@ -86,14 +86,14 @@ class WebViewer:
         self._told_at = float("-inf")
         logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # faults of clients are no concern of users
         with contextlib.redirect_stdout(io.StringIO()):
-            inner = (host, port) if is_loopback(host) else ("127.0.0.1", 0)
-            self._server = viser.ViserServer(host=inner[0], port=inner[1], label="pica", verbose=False)
+            inner = hidden_address()
+            self._server = viser.ViserServer(host=inner, port=0, label="pica", verbose=False)
         _share_nothing(self._server)
-        self._gate = None if is_loopback(host) else Gate(host, port, self._server.get_port())
-        self.address = f"http://{_in_url(host)}:{self._server.get_port()}"
+        self._gate = Gate(host, port, (inner, self._server.get_port()))
+        self.address = f"http://{_in_url(host)}:{self._gate.port}"
         """Of the page."""
-        if self._gate is not None:
-            self.address = f"http://{_in_url(host)}:{self._gate.port}/?token={self._gate.token}"
+        if self._gate.token:
+            self.address += f"/?token={self._gate.token}"
         self._server.scene.set_up_direction("+y")
         self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
         self._begin(camera)
@@ -129,8 +129,7 @@ class WebViewer:
         self._stopped.set()
         self._wake.set()
         with self.lock, contextlib.redirect_stdout(io.StringIO()):  # after the picture under way
-            if self._gate is not None:
-                self._gate.close()
+            self._gate.close()
             self._server.stop()
 
     def change(self, act: Callable[[], object]) -> None:
