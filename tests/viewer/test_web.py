@@ -1,9 +1,11 @@
 """The viewer in the browser: pages that speak viser's protocol, good ones and bad ones."""
 
+import io
 import socket
 
 import numpy as np
 import pytest
+import rich.console
 
 import pica
 from tests.viewer.scenes import CAMERA, CANVAS, is_whole, redness, until
@@ -44,6 +46,16 @@ def test_the_camera_of_the_page_moves_the_picture(page):
     page.picture(is_whole)
     page.look(pica.Camera.look_at((-1, 1.5, 4), (-1, 0.5, 0)), CANVAS)
     page.picture(lambda pixels: is_whole(pixels) and redness(pixels).mean() > 55)  # the camera has gone left
+
+
+def test_viser_prints_nothing_not_even_in_a_notebook(device, monkeypatch):
+    written = io.StringIO()
+    console = rich.console.Console(file=written)  # as in a notebook, where it does not write to standard output
+    monkeypatch.setattr(rich, "_console", console)
+    with serving(device):
+        pass
+    console.print("done")
+    assert written.getvalue() == "done\n"
 
 
 def test_pictures_have_the_shape_of_the_page(page):

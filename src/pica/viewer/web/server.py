@@ -1,7 +1,6 @@
 """Shows a viewer in browsers: one renderer for all clients, each with a camera of its own."""
 
 import contextlib
-import io
 import logging
 import queue
 import socket
@@ -10,6 +9,8 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
+
+import rich
 
 from pica.compiling import listening
 from pica.errors import PicaError, shown
@@ -85,7 +86,7 @@ class WebViewer:
         self._wake, self._stopped = threading.Event(), threading.Event()
         self._told_at = float("-inf")
         logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # faults of clients are no concern of users
-        with contextlib.redirect_stdout(io.StringIO()):
+        with _silent():
             inner = hidden_address()
             self._server = viser.ViserServer(host=inner, port=0, label="pica", verbose=False)
         _share_nothing(self._server)
@@ -128,7 +129,7 @@ class WebViewer:
         """End `run`, and the connections."""
         self._stopped.set()
         self._wake.set()
-        with self.lock, contextlib.redirect_stdout(io.StringIO()):  # after the picture under way
+        with self.lock, _silent():  # after the picture under way
             self._gate.close()
             self._server.stop()
 
@@ -346,6 +347,18 @@ def _check_free(host: str, port: int) -> None:
     except OSError as error:
         why = error.strerror or str(error)
         raise PicaError(f"cannot listen on {shown(host)}, port {port} ({why}); port 0 takes any free one") from None
+
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """Without what viser prints by rich, such as its address behind the gate: in notebooks standard output is not where
+    that goes."""
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    try:
+        yield
+    finally:
+        console.quiet = before
 
 
 def _share_nothing(server: "viser.ViserServer") -> None:
