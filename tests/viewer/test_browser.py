@@ -1,5 +1,6 @@
 """The page in a real browser, where there is one: dragging orbits, a click picks, a setting changes the picture."""
 
+import base64
 import io
 import shutil
 import time
@@ -75,6 +76,29 @@ def test_a_file_is_opened_from_the_page(device, open_browser, tmp_path):
         chooser.value.set_files(path)
         until(lambda: not len(redness(screenshot(page)[:, 330:600])))
         page.get_by_text("2 frames").wait_for(timeout=60_000)
+
+
+def test_a_file_is_dropped_onto_the_page(device, open_browser, tmp_path):
+    green = scene()
+    green.roots[1].mesh.sections[0].material.base_color = (0.1, 0.8, 0.1, 1.0)
+    green.save(tmp_path / "green.glb")
+    content = base64.b64encode((tmp_path / "green.glb").read_bytes()).decode()
+    with serving(device, (320, 200)) as web:
+        page = open_browser({"width": 1000, "height": 640})
+        page.goto(web.address)
+        page.get_by_text("2 frames").wait_for(timeout=60_000)
+        until(lambda: len(redness(screenshot(page)[:, 330:600])) > 1000)
+        data = page.evaluate_handle(
+            """(content) => {
+                const data = new DataTransfer();
+                const bytes = Uint8Array.from(atob(content), (letter) => letter.charCodeAt(0));
+                data.items.add(new File([bytes], "green.glb"));
+                return data;
+            }""",
+            content,
+        )
+        page.dispatch_event("canvas >> nth=0", "drop", {"dataTransfer": data})
+        until(lambda: not len(redness(screenshot(page)[:, 330:600])))
 
 
 def test_a_notebook_s_cell_shows_the_page(device, open_browser):

@@ -41,7 +41,7 @@ def get(port: int, path: str, headers=()) -> tuple[int, dict[str, str], bytes]:
 def test_the_address_has_the_token_and_the_name_of_the_machine(web):
     parts = urlsplit(web.address)
     assert parts.hostname == socket.gethostname().lower() and parts.query == f"token={web._gate.token}"
-    other = Gate("0.0.0.0", 0, ("127.0.0.1", 1))
+    other = Gate("0.0.0.0", 0, ("127.0.0.1", 1), None)
     assert len(web._gate.token) >= 20 and web._gate.token != other.token
     other.close()
     other.close()
@@ -167,4 +167,4 @@ def test_loopback_addresses_need_none():
 
 def test_an_address_that_is_taken_is_an_error(port):
     with pytest.raises(pica.PicaError, match=f"cannot listen on '0.0.0.0', port {port} "):
-        Gate("0.0.0.0", port, ("127.0.0.1", 1))
+        Gate("0.0.0.0", port, ("127.0.0.1", 1), None)

@@ -1,5 +1,9 @@
 """Files that pages send: another scene, an environment, and what is neither."""
 
+import gzip
+import http.client
+from urllib.parse import quote, urlsplit
+
 import numpy as np
 import pytest
 
@@ -102,3 +106,42 @@ def test_uploads_have_the_limits_of_loading(glb, sky):
         uploaded_scene("two.glb", glb, pica.Limits(vertices=3))
     with pytest.raises(pica.SceneError, match=r"'sky.exr'.*pica.Limits"):
         uploaded_environment("sky.exr", sky, pica.Limits(pixels=3))
+
+
+def requested(web, method, path, content=b"", **headers):
+    """The status and the content of an answer."""
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(web.address).port, timeout=30)
+    connection.request(method, path, content, headers)
+    answer = connection.getresponse()
+    return answer.status, answer.read()
+
+
+def test_a_file_that_is_dropped_is_opened(web, page, glb, sky):
+    before = web.viewer
+    assert requested(web, "POST", f"/dropped?name={quote('two & more.glb')}", glb) == (204, b"")
+    page.picture(lambda pixels: is_whole(pixels) and not len(redness(pixels)))
+    assert web.viewer is not before
+    assert requested(web, "POST", "/dropped?name=blue.exr", sky)[0] == 204
+    page.picture(lambda pixels: is_whole(pixels) and pixels[:5, :, 2].mean() > pixels[:5, :, 0].mean() + 30)
+    assert requested(web, "POST", "/dropped", b"what")[0] == 204
+    page.text("the name must end in .glb")
+
+
+def test_only_the_page_itself_drops_files(web, glb):
+    before, port = web.viewer, urlsplit(web.address).port
+    assert requested(web, "POST", "/dropped?name=two.glb", glb, Origin="http://example.org")[0] == 403
+    own = {"Origin": f"http://127.0.0.1:{port}", "Content-Length": str(1 << 40)}
+    assert requested(web, "POST", "/dropped?name=two.glb", **own)[0] == 413
+    for length in ("-1", "many"):
+        try:
+            status, _ = requested(web, "POST", "/dropped?name=two.glb", **{"Content-Length": length})
+        except (http.client.HTTPException, ConnectionError):
+            continue
+        assert status == 413
+    assert web.viewer is before and web._due.empty()
+
+
+def test_the_page_has_the_script_that_sends_files(web):
+    status, content = requested(web, "GET", "/", **{"Accept-Encoding": "gzip"})
+    page = gzip.decompress(content)
+    assert status == 200 and page.count(b"/dropped?name=") == 1 and page.rstrip().endswith(b"</html>")

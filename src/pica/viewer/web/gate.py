@@ -14,7 +14,7 @@ import contextlib
 import ipaddress
 import secrets
 import threading
-from collections.abc import Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from http.cookies import CookieError, SimpleCookie
 from typing import Any, TypeVar
 from urllib.parse import parse_qs, urlsplit
@@ -28,6 +28,8 @@ _SECONDS = 10.0
 _CLIENTS = 64
 """Connections at once; a page takes one, and some more while it loads."""
 T = TypeVar("T")
+Answer = Callable[[str, dict[str, str], asyncio.StreamReader], Awaitable[bytes | None]]
+"""Answers a request, by its first line and its headers, in the place of the server; None: the server does."""
 _CHUNK = 1 << 16
 _HELP = b"Open the address that pica view has printed."
 _REFUSED = (
@@ -52,13 +54,13 @@ def hidden_address() -> str:
 class Gate:
     """Listens on an address until `close`, by a thread of its own."""
 
-    def __init__(self, host: str, port: int, inner: tuple[str, int]) -> None:
-        """`port`: 0 for any free one. `inner`: the server's address and port. Raises PicaError if the address cannot be
-        listened on."""
+    def __init__(self, host: str, port: int, inner: tuple[str, int], answer: Answer) -> None:
+        """`port`: 0 for any free one. `inner`: the server's address and port. `answer`: called first with the requests
+        of clients that may pass. Raises PicaError if the address cannot be listened on."""
         self.token = "" if is_loopback(host) else secrets.token_urlsafe(16)
         """That clients must know, a new one; "" on loopback addresses, where there is none."""
         self.port = port
-        self._inner, self._open = inner, 0
+        self._inner, self._answer, self._open = inner, answer, 0
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, name="pica.gate", daemon=True)
         self._thread.start()
@@ -98,9 +100,14 @@ class Gate:
                 return
             async with asyncio.timeout(_SECONDS):
                 head = await reader.readuntil(b"\r\n\r\n")
-            target, headers = _parsed(head)
+            request, headers = _parsed(head)
+            _, target, _ = request.split(" ")
             if self._may_pass(headers):
-                await self._pass_on(head, reader, writer)
+                answer = await self._answer(request, headers, reader)
+                if answer is None:
+                    await self._pass_on(head, reader, writer)
+                else:
+                    writer.write(answer)
             elif self.token and self._is_token(parse_qs(urlsplit(target).query).get("token", [""])[0]):
                 writer.write(
                     f"HTTP/1.1 303 See Other\r\nLocation: /\r\nContent-Length: 0\r\nConnection: close\r\n"
@@ -119,7 +126,7 @@ class Gate:
 
     def _may_pass(self, headers: dict[str, str]) -> bool:
         if not self.token:
-            return _is_own_page(headers)
+            return is_loopback(_host(headers)) and _is_own_page(headers)
         cookies = SimpleCookie(headers.get("cookie", ""))
         return self._cookie in cookies and self._is_token(cookies[self._cookie].value)
 
@@ -155,9 +162,8 @@ async def _copy(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> N
 
 
 def _parsed(head: bytes) -> tuple[str, dict[str, str]]:
-    """The target and the headers of a request, by their names in lower case. Raises ValueError for what is none."""
+    """The first line and the headers of a request, by their names in lower case. Raises ValueError for what is none."""
     lines = head.decode("latin-1").split("\r\n")
-    _, target, _ = lines[0].split(" ")
     headers: dict[str, str] = {}
     for line in lines[1:]:
         name, _, value = line.partition(":")
@@ -165,11 +171,15 @@ def _parsed(head: bytes) -> tuple[str, dict[str, str]]:
         if name in headers and name in ("host", "origin"):
             raise ValueError(f"two headers {name}")
         headers[name] = f"{headers[name]}; {value}" if name in headers else value
-    return target, headers
+    return lines[0], headers
+
+
+def _host(headers: dict[str, str]) -> str:
+    """The name by which the client has found the server. Raises ValueError for what is none."""
+    return urlsplit(f"//{headers.get('host', '')}").hostname or ""
 
 
 def _is_own_page(headers: dict[str, str]) -> bool:
-    """Whether a request is for this machine by its own name, and of no page or of one from there."""
-    host, origin = headers.get("host", ""), headers.get("origin")
-    is_here = is_loopback(urlsplit(f"//{host}").hostname or "")
-    return is_here and (origin is None or urlsplit(origin).netloc == host)
+    """Whether a request is of no page, or of one from there where it goes."""
+    origin = headers.get("origin")
+    return origin is None or urlsplit(origin).netloc == headers.get("host", "")

@@ -6,8 +6,10 @@ import queue
 import socket
 import threading
 import time
+import urllib.request
 import warnings
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import rich
@@ -22,10 +24,11 @@ from pica.settings import Settings
 from pica.text import printable
 from pica.viewer.camera_control import CameraControl
 from pica.viewer.resolution import Size, fitted
-from pica.viewer.uploads import uploaded_environment, uploaded_scene
+from pica.viewer.uploads import ENVIRONMENTS, uploaded_environment, uploaded_scene
 from pica.viewer.view import View
 from pica.viewer.viewer import Picture, Viewer
 from pica.viewer.web.client_camera import ClientPose, show
+from pica.viewer.web.dropping import DroppedFiles
 from pica.viewer.web.gate import Gate, hidden_address
 from pica.viewer.web.panel import Panel
 
@@ -36,6 +39,8 @@ _QUALITY = {False: 75, True: 95}
 """JPEG quality of pictures in motion, and of whole ones."""
 _TEXTS_EVERY = 0.5
 """Seconds between two updates of the panel's texts."""
+_PAGE_SECONDS = 30.0
+"""That viser's server on this machine may take for its page."""
 _STEP = 1 / 60
 """Seconds to wait for what plays when there is nothing else to render."""
 _POLL = 0.1
@@ -90,7 +95,8 @@ class WebViewer:
             inner = hidden_address()
             self._server = viser.ViserServer(host=inner, port=0, label="pica", verbose=False)
         _share_nothing(self._server)
-        self._gate = Gate(host, port, (inner, self._server.get_port()))
+        behind = inner, self._server.get_port()
+        self._gate = Gate(host, port, behind, DroppedFiles(_page(*behind), self.open).answer)
         self.address = f"http://{_in_url(host)}:{self._gate.port}"
         """Of the page."""
         if self._gate.token:
@@ -164,6 +170,11 @@ class WebViewer:
     def choose_settings(self, change: Callable[[Settings], Settings]) -> None:
         """As Actions.choose_settings."""
         self.change(lambda: self.viewer.configure(change(self.viewer.settings)))
+
+    def open(self, name: str, content: bytes) -> None:
+        """Show the scene of a file, or light this one by an environment."""
+        is_environment = Path(name).suffix.lower() in ENVIRONMENTS
+        (self.open_environment if is_environment else self.open_scene)(name, content)
 
     def open_scene(self, name: str, content: bytes) -> None:
         """As Actions.open_scene; settings stay as they are."""
@@ -347,6 +358,13 @@ def _check_free(host: str, port: int) -> None:
     except OSError as error:
         why = error.strerror or str(error)
         raise PicaError(f"cannot listen on {shown(host)}, port {port} ({why}); port 0 takes any free one") from None
+
+
+def _page(host: str, port: int) -> bytes:
+    """The page of viser's server."""
+    with urllib.request.urlopen(f"http://{host}:{port}/", timeout=_PAGE_SECONDS) as answer:
+        content: bytes = answer.read()
+        return content
 
 
 @contextlib.contextmanager
