@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+import slangpy as spy
+from scipy import ndimage
 
 import pica
 from pica.scenes.basic_meshes import box, plane
@@ -252,3 +254,26 @@ def test_only_what_there_is_is_compared_with(viewer):
     with pytest.raises(pica.PicaError, match="compare: 'fast' is not one of path_traced, "):
         viewer.compare("fast")
     assert viewer.compared_with is None
+
+
+@pytest.mark.parametrize("upscale", [1.0, 1.5])
+def test_the_display_stays_on_the_device_with_its_outline(viewer, view, upscale):
+    viewer.set("antialiasing.upscale", upscale)
+    [cube] = [node for node in viewer.scene.nodes() if node.name == "cube"]
+    for node in (None, cube, viewer.scene.roots[1]):
+        viewer.select(node)
+        settled(viewer, view)
+        fetched = viewer.render(view, 100.0)
+        stays = viewer.render(view, 100.0, on_device=True)
+        assert isinstance(stays.content, spy.Texture) and stays.size == SIZE and stays.pixels.shape == (64, 96, 3)
+        before, after = ((picture.pixels == (255, 140, 0)).all(-1) for picture in (fetched, stays))
+        assert before.any() == after.any() == (node is not None)
+        near = ndimage.binary_dilation(before, np.ones((3, 3)))
+        assert not (after & ~near).any(), "another frame, whose jitter moves edges"
+        same = ~(before | after)
+        assert np.abs(fetched.pixels.astype(int) - stays.pixels)[same].mean() < 1
+    viewer.show("normal")
+    assert isinstance(viewer.render(view, 101.0, on_device=True).content, np.ndarray)
+    viewer.show("display")
+    viewer.select(None)
+    viewer.set("antialiasing.upscale", 1.0)

@@ -23,7 +23,8 @@ class ViewRenderer:
     def __init__(self, scene: Scene, settings: Settings, device: Device, light_map: LightMap | None = None) -> None:
         self._scene, self._settings, self._device, self._light_map = scene, settings, device, light_map
         self._renderer: Renderer | None = None
-        self._display: spy.Texture | None = None
+        self.textures: Mapping[str, spy.Texture] = {}
+        """Of the newest frame, as of Renderer.advance: the next one overwrites them."""
         self._view: Callable[[], View | None] = lambda: None
         """Of the newest frame."""
 
@@ -32,12 +33,6 @@ class ViewRenderer:
         """The renderer, after the first frame."""
         assert self._renderer is not None
         return self._renderer
-
-    @property
-    def display(self) -> spy.Texture:
-        """The display of the newest frame, rgba8_unorm, which the next one overwrites."""
-        assert self._display is not None
-        return self._display
 
     @property
     def settings(self) -> Settings:
@@ -76,8 +71,7 @@ class ViewRenderer:
         elif self._view() is not view:
             self._renderer.reset()
         self._view = ref(view)
-        textures = self._renderer.advance(view.control.camera, jittered=jittered, capture=capture)
-        self._display = textures["display"]
+        self.textures = self._renderer.advance(view.control.camera, jittered=jittered, capture=capture)
         return self._renderer.captured
 
     def close(self) -> None:

@@ -25,7 +25,7 @@ from pica.viewer.camera_control import CameraControl
 from pica.viewer.camera_path import RecordedPath
 from pica.viewer.comparison import Comparison, SplitPicture, compared
 from pica.viewer.edits import Edits
-from pica.viewer.outline import outlined
+from pica.viewer.outline import DeviceOutline, outlined
 from pica.viewer.playback import Playback
 from pica.viewer.resolution import Size
 from pica.viewer.scene_watch import SceneWatch
@@ -105,6 +105,7 @@ class Viewer:
         self.interrupted: Callable[[], bool] = lambda: False
         """Whether a picture of the path tracer should be given up, as something is to change."""
         self._renderer = ViewRenderer(scene, settings or Settings(), self.device, light_map)
+        self._outline = DeviceOutline(self.device)
         self._comparison: Comparison | None = None
         self._shown = DISPLAY
         self._watch = SceneWatch(scene)
@@ -208,7 +209,7 @@ class Viewer:
     def render(self, view: View, now: float | None = None, *, on_device: bool = False) -> Picture:
         """The next picture of a view: a small one if something has changed, else a finer one, or one frame more. Waits
         for the device. `now`: seconds of any clock, None for that of the system. `on_device`: the display stays there
-        as a texture, unless it has an outline or a comparison, which the host draws."""
+        as a texture, unless it has a comparison, which the host draws."""
         if view.parts is not None and self._is_gathered(view):
             return self._picture(view, view.parts.at(self.split), 0.0)
         view.follow(self._state_of(view), time.perf_counter() if now is None else now)
@@ -245,6 +246,7 @@ class Viewer:
     def close(self) -> None:
         """Release the renderers' device memory."""
         self._renderer.close()
+        self._outline.close()
         if self._comparison is not None:
             self._comparison.close()
 
@@ -257,7 +259,7 @@ class Viewer:
         """The picture of a view's current size and state."""
         began = time.perf_counter()
         outline = has_outline and self.node is not None
-        stays = on_device and self._shown == DISPLAY and not outline and not self._compares
+        stays = on_device and self._shown == DISPLAY and not self._compares
 
         def capture() -> set[str]:
             if stays:
@@ -269,7 +271,7 @@ class Viewer:
         self._last = view, view.state
         view.frames += 1
         if stays:
-            return self._on_device(view, began)
+            return self._on_device(view, outline, began)
         name = self._shown if self._shown in captured else DISPLAY
         values = captured[name]()
         pixels = values if name == DISPLAY else preview(name, values)
@@ -286,13 +288,18 @@ class Viewer:
             self._measure(view, time.perf_counter() - began)
         return self._picture(view, pixels, own)
 
-    def _on_device(self, view: View, began: float) -> Picture:
+    def _on_device(self, view: View, outline: bool, began: float) -> Picture:
         """The picture of the renderer's newest frame, as a texture."""
+        texture = self._renderer.textures["display"]
+        if outline and self.node is not None:
+            scene = self._renderer.newest.view
+            is_selected = np.isin(scene.labels()[:, 0], scene.numbers_of(self.node.walk()))
+            texture = self._outline(texture, self._renderer.textures["visibility"], is_selected)
         with self.device.lock:
             self.device.handle.wait_for_idle()
         seconds, view.parts = time.perf_counter() - began, None
         self._measure(view, seconds)
-        return self._picture(view, self._renderer.display, seconds)
+        return self._picture(view, texture, seconds)
 
     def _measure(self, view: View, seconds: float) -> None:
         """A picture took so long."""

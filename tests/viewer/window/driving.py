@@ -88,7 +88,7 @@ def some_value(widget: Any, chance: random.Random) -> Any:
         case ui.SliderInt() | ui.DragInt():
             return widget.min  # the largest maps take gigabytes
         case _:
-            return chance.uniform(widget.min, min(widget.max, widget.min + 20))
+            return chance.uniform(widget.min, min(widget.max, widget.min + 1))
 
 
 def act(count: int, picture: Path) -> dict[str, Any]:
