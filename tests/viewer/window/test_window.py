@@ -6,10 +6,14 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PIL import Image
+
+from pica.errors import DeviceError
+from pica.viewer.window.presenter import Presenter
 
 ROOT = Path(__file__).resolve().parents[3]
 on_display = pytest.mark.skipif(shutil.which("Xvfb") is None, reason="no Xvfb, which is a display without a screen")
@@ -90,3 +94,12 @@ def test_without_a_display_one_line_names_the_browser(tmp_path):
     assert done.returncode == 2 and not done.stdout
     [line] = done.stderr.strip().splitlines()
     assert "--window needs a display" in line and "browser" in line
+
+
+def test_a_device_that_presents_nothing_is_one_line():
+    def refused(window):
+        raise RuntimeError("no surface\nat line 1")
+
+    device = SimpleNamespace(name="card", handle=SimpleNamespace(create_surface=refused))
+    with pytest.raises(DeviceError, match=r"^device 'card' can present to no window \(no surface\); .*browser$"):
+        Presenter(device, None)

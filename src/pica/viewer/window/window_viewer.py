@@ -83,8 +83,8 @@ class WindowViewer:
 
     def step(self, seconds: float) -> None:
         """One turn of `run`, this long after the one before: input, a picture if one is due, and what is drawn."""
-        self._window.process_events()
         try:
+            self._window.process_events()
             self._do_due()
             self._input.fly(seconds, self.view.control)
             self._play(seconds)
