@@ -2,6 +2,7 @@
 
     python -m tests.viewer.window.driving actions COUNT PICTURE
     python -m tests.viewer.window.driving cycles COUNT
+    python -m tests.viewer.window.driving drag
 
 Prints a JSON object.
 """
@@ -10,12 +11,15 @@ import gc
 import json
 import random
 import resource
+import subprocess
 import sys
+import time
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import slangpy as spy
 from PIL import ImageGrab
 from slangpy import ui
@@ -120,6 +124,33 @@ def act(count: int, picture: Path) -> dict[str, Any]:
     return {"used": len(used), "controls": len(set(used)), "errors": errors, "saved": saved}
 
 
+def drag() -> dict[str, Any]:
+    """Drag beside the panel and on it, each time in one go while the window does not look."""
+    window = opened()
+    settle(window)
+    moved = []
+    for start in (470, 550):
+        subprocess.run(["xdotool", "mousemove", "100", "100"], check=True)
+        for _ in range(5):
+            window.step(0.01)
+        before = window.view.control.camera
+        there = "mousemove {0} 120 mousedown 1 mousemove {1} 120 mousemove {2} 120 mouseup 1"
+        subprocess.run(["xdotool", *there.format(start, start + 5, start + 10).split()], check=True)
+        time.sleep(0.2)
+        for _ in range(5):
+            window.step(0.01)
+        moved.append(window.view.control.camera is not before)
+    subprocess.run(["xdotool", "keydown", "w"], check=True)
+    before, distance = window.view.control.camera.transform[:3, 3], window.view.control.distance
+    time.sleep(0.2)
+    window.step(60.0)
+    flown = float(np.linalg.norm(window.view.control.camera.transform[:3, 3] - before)) / distance
+    subprocess.run(["xdotool", "keyup", "w", "key", "F1"], check=True)
+    time.sleep(0.2)
+    window.step(0.01)
+    return {"moved": moved, "flown": flown, "panel": window.panel.visible}
+
+
 def cycle(count: int) -> dict[str, Any]:
     """Resize, choose presets and open scenes, over and over."""
     window, memory, scenes = opened((96, 64)), [], []
@@ -141,6 +172,11 @@ def cycle(count: int) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    what, count, *more = sys.argv[1:]
-    result = act(int(count), Path(*more)) if what == "actions" else cycle(int(count))
+    match sys.argv[1:]:
+        case "actions", count, picture:
+            result = act(int(count), Path(picture))
+        case "cycles", count:
+            result = cycle(int(count))
+        case _:
+            result = drag()
     print(json.dumps(result))

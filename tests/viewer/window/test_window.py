@@ -71,6 +71,14 @@ def test_every_control_is_used_and_the_window_shows_scene_and_panel(tmp_path, di
 
 
 @on_display
+@pytest.mark.skipif(shutil.which("xdotool") is None, reason="no xdotool, which moves the mouse")
+def test_the_mouse_and_the_keys_of_the_display(tmp_path, display):
+    result = driven(tmp_path, display, "drag", timeout=240)
+    assert result["moved"] == [False, True], "on the panel nothing, beside it the camera"
+    assert result["flown"] == pytest.approx(0.1, rel=1e-3) and result["panel"] is False
+
+
+@on_display
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 def test_a_thousand_actions_end_in_no_error(tmp_path, display):

@@ -32,6 +32,8 @@ _LIVELY = 0.5
 """Seconds after an input in which the panel is drawn again, as it answers with animations."""
 _IDLE = 0.01
 """Seconds to sleep when there is nothing to render or draw."""
+_STRIDE = 0.1
+"""Seconds of flight for a picture at most: slow ones are no leaps."""
 _TEXTS_EVERY = 0.5
 """Seconds between two updates of the panel's texts."""
 
@@ -86,7 +88,7 @@ class WindowViewer:
         try:
             self._window.process_events()
             self._do_due()
-            self._input.fly(seconds, self.view.control)
+            self._input.fly(min(seconds, _STRIDE), self.view.control)
             self._play(seconds)
             rendered = self._render()
         except PicaError as error:
@@ -235,6 +237,8 @@ class WindowViewer:
 
     def _on_mouse(self, event: spy.MouseEvent) -> None:
         self._live()
+        if event.is_button_down() or event.is_scroll():
+            self._presenter.present(self._content)  # ImGui knows what is below the mouse once it has drawn
         if self._presenter.takes_mouse(event) and not self._input.is_active:
             return
         clicked = self._input.mouse(event, self._size, self.view.control)
@@ -247,11 +251,9 @@ class WindowViewer:
         self._live()
         if event.is_key_release():
             self._input.release(event.key)
-        if self._presenter.takes_key(event) or not event.is_key_press():
-            return
-        if event.key == spy.KeyCode.tab:
+        if event.key == spy.KeyCode.f1 and event.is_key_press():
             self._frame.visible = not self._frame.visible
-        else:
+        elif not self._presenter.takes_key(event) and event.is_key_press():
             self._input.press(event.key)
 
 
