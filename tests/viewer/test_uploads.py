@@ -73,7 +73,7 @@ def test_another_scene_is_shown_instead_with_the_same_settings(web, page, glb):
 
 
 def test_an_environment_is_opened_turned_and_undone(web, page, sky):
-    page.upload("Open .hdr, .exr", "blue.exr", sky)
+    page.upload("Open .hdr, .exr, .ktx2", "blue.exr", sky)
     page.picture(lambda pixels: is_whole(pixels) and pixels[2, 48, 2] / 1.25 > pixels[2, 48, 0])
     page.set("Turned by", 90.0)
     until(lambda: web.viewer.scene.environment.rotation == pytest.approx(np.pi / 2))
@@ -92,8 +92,8 @@ def test_what_is_no_scene_is_said_and_changes_nothing(web, page, sky, glb):
         ("Open .glb", "sky.exr", sky, "'sky.exr': the name must end in .glb"),
         ("Open .glb", "broken.glb", glb[:100], "'broken.glb'"),
         ("Open .glb", "../../none.glb", b"", "'../../none.glb'"),
-        ("Open .hdr, .exr", "two.glb", glb, "must end in .hdr or .exr"),
-        ("Open .hdr, .exr", "picture.hdr", b"garbage", "'picture.hdr'"),
+        ("Open .hdr, .exr, .ktx2", "two.glb", glb, "must end in .hdr or .exr"),
+        ("Open .hdr, .exr, .ktx2", "picture.hdr", b"garbage", "'picture.hdr'"),
     ]:
         page.upload(label, name, content)
         said = page.text(fault)

@@ -47,7 +47,7 @@ class ScenePanel:
         self._environment: list[tuple[Property, Input]] = []
         self._environment_place = gui.add_folder("Environment")
         with self._environment_place:
-            sky = gui.add_upload_button("Open .hdr, .exr", hint="An environment, for all light from around")
+            sky = gui.add_upload_button("Open .hdr, .exr, .ktx2", hint="An environment, for all light from around")
             sky.on_upload(partial(self._upload, actions.open_environment))
         with gui.add_folder("File"):
             scene = gui.add_upload_button("Open .glb", mime_type=".glb", hint="Another scene instead of this one")
