@@ -31,6 +31,7 @@ if TYPE_CHECKING:  # for type checkers and editors; a test compares it with _HOM
     from pica.errors import SettingsError as SettingsError
     from pica.errors import ShaderError as ShaderError
     from pica.errors import ShapeError as ShapeError
+    from pica.images.frame_batch import FrameBatch as FrameBatch
     from pica.images.lut import Lut as Lut
     from pica.images.output import Frame as Frame
     from pica.images.pictures import write_labels as write_labels
@@ -126,6 +127,7 @@ _PUBLIC = {
         "ShapeError",
     ),
     "pica.light_map.light_map": ("LightMap",),
+    "pica.images.frame_batch": ("FrameBatch",),
     "pica.images.lut": ("Lut",),
     "pica.images.output": ("Frame",),
     "pica.path_tracer.path_tracer": ("PathTracer",),

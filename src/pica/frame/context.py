@@ -38,7 +38,7 @@ class FrameContext:
     block: ParameterBlock
     """The constants that shaders read."""
     started: float
-    """time.perf_counter() when the frame began."""
+    """time.perf_counter() when the frame, or the batch that it is in, began."""
     camera_moved: bool
     """Whether the camera differs from the frame before; true in a first frame."""
     changed: bool
@@ -86,6 +86,15 @@ class FrameContext:
     def output_grid(self) -> tuple[int, int, int]:
         """One thread a pixel of `output_size`."""
         return (*self.output_size, 1)
+
+
+class Batch:
+    """Frames of one or more views, in one recording that is submitted by the `end` of the first view's sequence."""
+
+    def __init__(self, device: Device, views: int = 1) -> None:
+        self.started = time.perf_counter()
+        device.profiler.begin_frame(views)
+        self.recording = DeviceRecording(device.handle.create_command_encoder(), device.profiler)
 
 
 class FrameSequence:
@@ -151,18 +160,18 @@ class FrameSequence:
         """Count from frame `index` on."""
         self._index = index
 
-    def begin(self, camera: Camera, jittered: bool = True) -> FrameContext:
-        """The next frame. Frame 0 samples pixel centres, later ones are jittered about them."""
-        started = time.perf_counter()
+    def begin(self, camera: Camera, jittered: bool = True, batch: Batch | None = None) -> FrameContext:
+        """The next frame. Frame 0 samples pixel centres, later ones are jittered about them. `batch`: in which it is
+        recorded; None: alone."""
+        batch = batch or Batch(self._device)
         previous = self._previous or camera
         jitter = (radical_inverse(2, self._index), radical_inverse(3, self._index)) if jittered else (0.0, 0.0)
         index, size = self._index, self.size
         self._bind(camera, previous, jitter)
         moved = self._first or not same_view(previous, camera)
-        self._device.profiler.begin_frame()
         context = FrameContext(
             device=self._device,
-            recording=DeviceRecording(self._device.handle.create_command_encoder(), self._device.profiler),
+            recording=batch.recording,
             size=size,
             output_size=self.output_size,
             index=index,
@@ -170,7 +179,7 @@ class FrameSequence:
             camera=camera,
             jitter=jitter,
             block=self.block,
-            started=started,
+            started=batch.started,
             camera_moved=moved,
             changed=moved,
         )

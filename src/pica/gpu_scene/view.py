@@ -73,7 +73,7 @@ class SceneView:
         self.positions.on_meshes_added(deformation.mesh for deformation in gpu.deformations.values())
         self.block = device.parameter_block("gpu_scene/scene.slang", "scene")
         self._environment_revision = -1
-        self._bind()
+        self.bind()
         gpu.views.add(self)
         self._finalizer = finalize(self, device.lock.defer, self.own.close)
         self._finalizer.atexit = False
@@ -218,7 +218,7 @@ class SceneView:
         self._leaves_glass = settings.transparency.mode != "off"
         self._meets_layers = settings.transparency.mode == "ray_traced"
         self._follows_diffuse = settings.translucency.mode != "off"
-        self._bind()
+        self.bind()
 
     def make_programs(self) -> None:
         """Compile missing programs before the first frame, once the view is up to date: MaterialTable.make_programs."""
@@ -239,7 +239,7 @@ class SceneView:
         self.positions.update(recording.encoder)
         self._update_lights(recording)
         self.scene.flush(recording)
-        self._bind()
+        self.bind()
         seen = self.scene.revision, self.own.revision
         lights = self.scene.lights_revision, self.own.revision if self._own_lights is not None else 0
         self.lights_changed, self._lights_seen = lights != self._lights_seen, lights
@@ -277,8 +277,8 @@ class SceneView:
             self._own_lights.update(recording.encoder, scene.placed_lights)
         self._lights_moved = scene.lights_moved
 
-    def _bind(self) -> None:
-        """Bind the current buffers to the parameter block."""
+    def bind(self) -> None:
+        """Bind the current buffers to the parameter block. `update` does, before other views may replace them."""
         scene, geometry = self.scene, self.scene.geometry
         if self._environment_revision != scene.environment.revision:
             self._environment_revision = scene.environment.revision

@@ -1,6 +1,6 @@
 """Steps of a compiled graph: passes, other recorded work, and parameter blocks that follow the frame."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -30,7 +30,10 @@ Condition = Callable[[Any], bool]
 """Function of the frame; called in each frame."""
 Step = Callable[..., None]
 """Takes the frame, threads and named values, and records a dispatch. `blocks`, where it has them: names of parameter
-blocks that it asks the graph for."""
+blocks that it asks the graph for. `record_in_parts`, where it has that: as the call, but returns what Node.record
+does."""
+Parts = Iterator[None]
+"""Records something in parts: whatever is recorded must be submitted and finished before the next part."""
 
 
 @dataclass(eq=False)
@@ -107,8 +110,8 @@ class Node:
             self.values[name] = find(frame)
         return self.values
 
-    def record(self, frame: Frame) -> None:
-        """Record it into the frame."""
+    def record(self, frame: Frame) -> Parts | None:
+        """Record it into the frame; what it returns records the rest."""
         raise NotImplementedError
 
 
@@ -119,14 +122,18 @@ class PassNode(Node):
     step: Step | None = None
     threads: Threads | Callable[[Any], Threads] = ()
 
-    def record(self, frame: Frame) -> None:
+    def record(self, frame: Frame) -> Parts | None:
         """Dispatch it."""
         assert self.step is not None
         values = self.resolve(frame)
         threads = self.threads(frame) if callable(self.threads) else self.threads
+        in_parts: Callable[..., Parts] | None = getattr(self.step, "record_in_parts", None)
+        if in_parts is not None:
+            return in_parts(frame, threads, **values)
         frame.variant = self._variant()
         self.step(frame, threads, **values)
         frame.variant = 0
+        return None
 
     def _variant(self) -> int:
         """A number for each state that the histories among its arguments may be in."""

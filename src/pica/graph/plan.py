@@ -1,7 +1,7 @@
 """A compiled graph: checked, with memory for each resource, replayed each frame."""
 
 from collections import defaultdict
-from collections.abc import Collection, Hashable
+from collections.abc import Collection, Generator, Hashable, Sequence
 from dataclasses import dataclass
 from itertools import count
 from typing import Any, NamedTuple
@@ -13,6 +13,7 @@ from pica.graph.offers import Array, Offer, Read
 from pica.graph.resources import Buffer, Lifetime, Resource, Texture
 from pica.graph.snapshot import Snapshot
 from pica.rhi.device import Device
+from pica.rhi.passes import Recording
 
 OUTSIDE = "scene"
 """The owner of passes outside of graphs: updates of the scene before a frame."""
@@ -46,6 +47,28 @@ class Capture:
         with self.device.lock:
             self.device.handle.wait_for_idle()
             return self.read(*(part.array() for part in self.parts))
+
+
+Replay = Generator[None, None, dict[str, Capture]]
+"""Records a frame; yields whenever all that is recorded must be submitted and finished before it goes on."""
+
+
+def replay_together(device: Device, recording: Recording, replays: Sequence[Replay]) -> list[dict[str, Capture]]:
+    """Record several frames into one recording, which is submitted once for all that wait. Returns what each does."""
+    captured: list[dict[str, Capture]] = [{} for _ in replays]
+    running = list(enumerate(replays))
+    while running:
+        waiting = []
+        for number, replay in running:
+            try:
+                next(replay)
+                waiting.append((number, replay))
+            except StopIteration as end:
+                captured[number] = end.value
+        running = waiting
+        if running:
+            device.finish(recording)
+    return captured
 
 
 class Plan:
@@ -85,14 +108,20 @@ class Plan:
 
         `only`: the passes of this effect alone.
         """
+        return replay_together(self._device, frame, [self.replay_in_parts(frame, only)])[0]
+
+    def replay_in_parts(self, frame: Frame, only: str | None = None) -> Replay:
+        """As `replay`, for `replay_together`."""
         captures = self._captures_of(frame.requested)
         fetched: dict[str, Capture] = {}
         for node in self.nodes:
             if only is not None and node.scope != only:
                 continue
             if node.when is None or node.when(frame):
-                frame.profiler.owner = PlanPart(self.serial, node.scope, node.index)
-                node.record(frame)
+                frame.profiler.owner = owner = PlanPart(self.serial, node.scope, node.index)
+                for _ in node.record(frame) or ():
+                    yield
+                    frame.profiler.owner = owner
             for name in captures.get(node.index, ()):
                 fetched[name] = self._capture(frame, name)
         frame.profiler.owner = None

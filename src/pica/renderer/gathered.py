@@ -59,3 +59,12 @@ class Gathered:
         pixels = at_size(size, captures)
         color, display = watch({"color": color, "display": display, **pixels})
         return Frame(size, color, display, pixels, timings, self._labels, device.name, tensors)
+
+
+def labels_frame(
+    device: Device, size: Size, timings: Mapping[str, float], captured: Mapping[str, Capture], view: SceneView
+) -> Frame:
+    """The captures of a G-buffer alone, which has just been recorded."""
+    labels = view.name_labels() if captured.keys() & NUMBERED else None
+    tensors = cuda_tensors(device, size, captured)
+    return Frame(size, None, None, at_size(size, captured), timings, labels, device.name, tensors)

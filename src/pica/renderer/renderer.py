@@ -1,44 +1,42 @@
 """The hybrid renderer, as users have it."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, overload
 from weakref import ref
 
 import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.errors import PicaError, SettingsError
-from pica.frame.aovs import at_size
-from pica.frame.context import FrameContext, FrameSequence, Size
+from pica.frame.context import Batch, FrameContext, Size
 from pica.frame.effect import Effect
-from pica.frame.relighting import Relighting
-from pica.gpu_scene.view import SceneView
 from pica.graph.description import GraphDescription
-from pica.graph.plan import Capture, Plan, newest
-from pica.images.labels import NUMBERED
+from pica.graph.plan import Capture, Plan, replay_together
+from pica.images.frame_batch import FrameBatch
 from pica.images.lut import Lut
 from pica.images.output import Frame
 from pica.light_map.light_map import LightMap
 from pica.programs.preparation import expect as expect_programs
 from pica.renderer.frame_plan import FramePlan
-from pica.renderer.gathered import Gathered
+from pica.renderer.gathered import Gathered, labels_frame
 from pica.renderer.insertion import Declare, Insertion, checked_insertion
 from pica.renderer.picking import Picked, Picker
-from pica.renderer.stages import EVERY_GROUP, Stages
+from pica.renderer.stages import Stages
+from pica.renderer.view import Select, View
 from pica.rendering.arguments import (
     Progress,
     check_made_with,
     check_progress,
     checked_aovs,
     checked_camera,
+    checked_cameras,
     checked_count,
     checked_pixel,
     checked_size,
 )
 from pica.rendering.black_pictures import BlackPictures
 from pica.rendering.closing import Closing, synchronized
-from pica.rendering.tensors import cuda_tensors
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -51,6 +49,7 @@ _FIRST_SAMPLES = 8
 """Frames of a first picture on graphics cards: as many as it takes to have the error of the picture in motion."""
 _LATEST = (1 << 31) - 1
 """Number of a frame; shaders count in 32 bits."""
+_MOST_VIEWS = 4096
 
 
 class Renderer(Closing):
@@ -60,7 +59,12 @@ class Renderer(Closing):
     name, or None for the best one. Without ray tracing, stages that need it fall back, each with a warning
     (docs/guide/devices.md); `settings` has the result.
     `light_map`: for global_illumination.mode "light_map", which the preset "raster" has; paths end in it too.
-    `lut`: changes the colours of the display (docs/guide/viewing.md).
+    `lut`: changes the colours of the display (docs/guide/viewing.md). `views`: cameras in each call, each with noise,
+    exposure and histories of its own (docs/guide/scaling.md):
+
+        renderer = pica.Renderer(scene, size=(128, 128), views=64)
+        batch = renderer.render(4, camera=cameras)  # a pica.FrameBatch; batch.color is (64, 128, 128, 3)
+
     Raises DeviceError without a usable device, SceneError for an invalid scene or one that is not the light
     map's, and PicaError for an impossible size.
     """
@@ -74,6 +78,7 @@ class Renderer(Closing):
         device: Device | spy.Device | str | None = None,
         light_map: LightMap | None = None,
         lut: Lut | None = None,
+        views: int | None = None,
     ) -> None:
         check_made_with(type(self).__name__, scene, settings, device)
         checked(f"{type(self).__name__}: lut", optional(instance(Lut)), lut)
@@ -81,16 +86,19 @@ class Renderer(Closing):
         if light_map is not None:
             light_map.check_scene(scene)
         size = checked_size(size)
+        checked("Renderer: views", optional(whole(1, _MOST_VIEWS)), views, PicaError)
         super().__init__(open_device(device), scene, size)
         expect_programs(self.device)
         self._settings = runnable(self.device, settings or Settings())
+        self._makes_batches = views is not None
+        """Whether it takes and gives one camera and picture for each view, instead of one."""
         with self.device.lock:
-            self.view = SceneView(self.device, scene, self.settings)
-            self._frames = self._make_frames()
-            self._stages = Stages(self.device, self.settings, self.view, light_map, lut)
-        self._frame_plan = FramePlan(self.device)
+            of_each = self.device, scene, size, self.settings, light_map, lut
+            self._views = [View(*of_each, number) for number in range(views or 1)]
+        self.view = self._views[0].scene
+        """The first view's data of the scene."""
         self.effect_inputs: dict[str, Any] = {}
-        """Inputs of the newest frame's effects, by their names in shaders."""
+        """Inputs of the newest frame's effects, by their names in shaders; of the first view."""
         self.debug = False
         """Whether `render` also keeps intermediate results of effects, as AOVs of the last frame with the prefix
         "debug.": `[name for name in frame.aov_names if name.startswith("debug.")]` (docs/guide/labels.md)."""
@@ -98,8 +106,20 @@ class Renderer(Closing):
         """Functions that fetch the captures of the newest `advance`, by name."""
         self._running = False
         self._picker = Picker(self.device, self.tracer)
-        self._relighting = Relighting()
         self._black_pictures = BlackPictures()
+
+    @property
+    def views(self) -> int:
+        """How many cameras it renders in a call."""
+        return len(self._views)
+
+    @property
+    def _stages(self) -> Stages:
+        return self._views[0].stages
+
+    @property
+    def _frame_plan(self) -> FramePlan:
+        return self._views[0].plan
 
     @property
     def device_name(self) -> str:
@@ -118,13 +138,13 @@ class Renderer(Closing):
 
     @property
     def host_seconds(self) -> float:
-        """The host's time to record and submit the newest frame."""
-        return self._frames.host_seconds
+        """The host's time to record and submit the newest frame of all views."""
+        return self._views[0].frames.host_seconds
 
     @property
     def render_size(self) -> Size:
         """At which all up to antialiasing works; `size` is that of the pictures."""
-        return self._frames.size
+        return self._views[0].frames.size
 
     @property
     def effects(self) -> list[Effect]:
@@ -150,7 +170,7 @@ class Renderer(Closing):
     @synchronized
     def graph(self) -> GraphDescription:
         """The passes of the newest frame with what they read and write, their times and their memory. Waits for the
-        device. Raises PicaError before the first frame."""
+        device. Of the first view. Raises PicaError before the first frame."""
         with self.device.lock:
             return self._frame_plan.describe()
 
@@ -168,7 +188,8 @@ class Renderer(Closing):
         taken = {"scene", "shared", *(effect.name for effect in self.effects)}
         taken.update(insertion.name for insertion in self._frame_plan.inserted)
         insertion = checked_insertion(declare, after, name, taken, ref(self))
-        self._frame_plan.inserted.append(insertion)
+        for view in self._views:
+            view.plan.inserted.append(insertion)
         self.renew_frame()
         return insertion
 
@@ -176,14 +197,15 @@ class Renderer(Closing):
     def remove(self, insertion: Insertion) -> None:
         """Remove an `insert`. Does nothing if it is removed already."""
         if insertion in self._frame_plan.inserted:
-            self._frame_plan.inserted.remove(insertion)
+            for view in self._views:
+                view.plan.inserted.remove(insertion)
             self.renew_frame()
 
     @synchronized
     def renew_frame(self) -> None:
         """Declare the frame again, with a new picture: inserted passes are others. Histories of effects stay."""
-        self._frame_plan.outdate()
-        self._stages.antialiasing.restart()
+        for view in self._views:
+            view.renew()
 
     @synchronized
     def reset(self, frame: int = 0) -> None:
@@ -192,20 +214,17 @@ class Renderer(Closing):
         `frame`: its number instead, on which noise and jitter depend, so that a film that is begun in its middle has
         the samples of one that is rendered from its start. Raises PicaError for a number below 0.
         """
-        self._frames.reset(checked("reset: frame", whole(0, _LATEST), frame, PicaError))
-        self._drop_histories()
-
-    def _drop_histories(self) -> None:
-        self._frame_plan.memory.reset()
-        self._stages.reset()
+        frame = checked("reset: frame", whole(0, _LATEST), frame, PicaError)
+        for view in self._views:
+            view.reset(frame)
 
     @synchronized
     def resize(self, size: Size) -> None:
         """Render at another (width, height) from the next frame on, without history. Raises PicaError."""
         self._size = checked_size(size)
         with self.device.lock:
-            self._frames.resize(self.size)
-            self._drop_histories()
+            for view in self._views:
+                view.resize(self.size)
 
     @synchronized
     def configure(self, settings: Settings) -> None:
@@ -213,25 +232,12 @@ class Renderer(Closing):
         checked("configure: settings", instance(Settings), settings, SettingsError)
         settings = runnable(self.device, settings)
         with self.device.lock:
-            self.view.configure(settings)
-            before, self._settings = self.settings, settings
-            changed = before.changed_groups(settings)
-            if before.antialiasing.upscale != settings.antialiasing.upscale:
-                changed = EVERY_GROUP  # all works at another size
-            if changed & {"seed", "antialiasing"}:
-                self._frames = self._make_frames()
-            self._frame_plan.memory.reset(self._stages.follow(settings, changed))
+            changed = self.settings.changed_groups(settings)
+            self._settings = settings
+            for view in self._views:
+                view.configure(settings)
             if "rays" in changed:
                 self._picker = Picker(self.device, self.tracer)
-            self._frame_plan.outdate()
-        if changed & {"seed", "rays", "visibility", "antialiasing"}:
-            self.reset()  # the history of the G-buffer or the camera is invalid
-        elif changed - {"geometry", "post"}:
-            self._stages.antialiasing.restart()
-
-    def _make_frames(self) -> FrameSequence:
-        settings = self.settings
-        return FrameSequence(self.device, self.size, settings.seed, settings.antialiasing.upscale)
 
     @synchronized
     def prepare(self) -> None:
@@ -240,7 +246,7 @@ class Renderer(Closing):
         Renders no picture and leaves no history. Raises as `render`.
         """
         with self.device.lock:
-            self._advance(self._default_camera(), wait=True)
+            self._advance([self._default_camera()] * self.views, wait=True)
         self.reset()
         self._running = False
 
@@ -260,76 +266,75 @@ class Renderer(Closing):
         such names once the frame's structure is known. `seconds`: as in `render`.
         After the first frame, new and replaced material types are compiled in the background: until they are
         ready, objects of new types are hidden, and those of replaced types are as before. Raises MaterialTypeError,
-        once, for a type with a fault; the next call goes on without it. Raises PicaError for an unknown name.
+        once, for a type with a fault; the next call goes on without it. Raises PicaError for an unknown name, and if
+        the renderer has `views`.
         """
 
         def select(plan: Plan) -> frozenset[str]:
             names = capture() if callable(capture) else capture
             return checked_aovs("advance", names, plan.offers) or frozenset()
 
+        self._check_one_view("advance")
         elapsed = checked("advance: seconds", optional(number(0)), seconds, PicaError)
+        cameras = self._cameras_of("advance", camera)
         with self.device.lock:
             unshown = self._unshown_frames()
             for done in range(unshown):
-                self._advance(camera, not self._running, jittered, continues=done > 0)
-            return self._advance(
-                camera, not self._running, jittered, continues=unshown > 0, seconds=elapsed, select=select
-            )
+                self._advance(cameras, not self._running, jittered, continues=done > 0)
+            self._advance(cameras, not self._running, jittered, continues=unshown > 0, seconds=elapsed, select=[select])
+            return self._views[0].textures()
 
     def _unshown_frames(self) -> int:
         """Before the next one, whose histories they begin."""
         first = self.settings.antialiasing.first_samples or (1 if self.device.is_software else _FIRST_SAMPLES)
-        return first - 1 if self._frames.is_first else 0
+        return first - 1 if self._views[0].frames.is_first else 0
 
     @synchronized
     def count_rays(self, camera: Camera) -> dict[str, int]:
-        """Rays by pass of one more frame. Waits for the device."""
+        """Rays by pass of one more frame. Waits for the device. Raises PicaError if the renderer has `views`."""
+        self._check_one_view("count_rays")
+        cameras = self._cameras_of("count_rays", camera)
         with self.device.lock:
-            self._advance(camera, not self._running, select=lambda plan: plan.names_of("rays"))
+            self._advance(cameras, not self._running, select=[lambda plan: plan.names_of("rays")])
         return {name.removeprefix("rays."): int(fetch()) for name, fetch in self.captured.items()}
 
     def _advance(
         self,
-        camera: Camera,
+        cameras: Sequence[Camera],
         wait: bool,
         jittered: bool = True,
-        denoiser: Denoiser | None = None,
+        denoisers: Sequence[Denoiser | None] | None = None,
         last: bool = False,
         continues: bool = False,
         seconds: float | None = None,
-        select: Callable[[Plan], frozenset[str]] = lambda plan: frozenset(),
-    ) -> dict[str, spy.Texture]:
-        """One frame. `last`: `denoiser` finishes its picture. `continues`: it is one more of the same picture.
-        `seconds`: as in `render`. `select`: the frame's captures, of what it offers."""
-        frame = self._begin(camera, wait, jittered)
-        frame.continues = continues
-        frame.seconds = 0.0 if continues and seconds is not None else seconds
+        select: Sequence[Select] | None = None,
+    ) -> list[dict[str, Capture]]:
+        """A frame of each view, with its captures. `last`: the denoisers finish their pictures. `continues`: it is one
+        more of the same pictures. `seconds`: as in `render`. `select`: each view's captures, of what it offers."""
+        frames = self._begin(cameras, wait, jittered)
+        for frame in frames:
+            frame.continues = continues
+            frame.seconds = 0.0 if continues and seconds is not None else seconds
         self._running = True
-        self._stages.slots.update(self.view.lights)
-        plan, frame.requested = self._frame_plan.of(self._stages, self._frames, self.view, select, denoiser, last)
-        self.captured = plan.replay(frame)
-        self._frames.end(frame)
-        signals = self._frame_plan.signals
-        self.effect_inputs = {
-            "frame": self._frames.block,
-            "gbuffer": signals.gbuffer.block.parameters,
-            "scene": self.view,
-            "lightSlots": self._stages.slots,
-        }
-        buffers = {**signals.gbuffer.textures, "color": signals.picture, "display": signals.display}
-        return {name: newest(texture) for name, texture in buffers.items()}
+        of_each = zip(
+            self._views, frames, select or [_nothing] * self.views, denoisers or [None] * self.views, strict=True
+        )
+        replays = [view.replay(frame, choose, denoiser, last) for view, frame, choose, denoiser in of_each]
+        captured = replay_together(self.device, frames[0], replays)
+        self._views[0].frames.end(frames[0])
+        self.captured, self.effect_inputs = captured[0], self._views[0].inputs()
+        return captured
 
-    def _begin(self, camera: Camera, wait: bool, jittered: bool) -> FrameContext:
-        """A frame in which the scene is up to date."""
+    def _begin(self, cameras: Sequence[Camera], wait: bool, jittered: bool) -> list[FrameContext]:
+        """A frame of each view, in which the scene is up to date."""
         self.check_open()  # a callback after a frame may have closed it
-        camera = checked_camera("render", camera)
-        self.view.sync(wait)
-        frame = self._frames.begin(camera, jittered)
-        frame.changed |= self.view.update(frame, camera)
-        frame.changed_lights = self.view.lights_changed
-        frame.since_relit = self._relighting.count(frame.changed_lights, frame.first)
-        return frame
+        batch = Batch(self.device, self.views)
+        frames = [view.begin(camera, batch, wait, jittered) for view, camera in zip(self._views, cameras, strict=True)]
+        for view in self._views[:-1]:
+            view.scene.bind()  # views after it may have moved what all share to larger buffers
+        return frames
 
+    @overload
     @synchronized
     def render(
         self,
@@ -341,14 +346,42 @@ class Renderer(Closing):
         denoise: Denoise = False,
         aovs: Collection[str] | None = None,
         seconds: float | None = None,
-    ) -> Frame:
+    ) -> Frame: ...
+
+    @overload
+    @synchronized
+    def render(
+        self,
+        frames: int = 16,
+        *,
+        camera: Sequence[Camera],
+        cut: bool = False,
+        progress: Progress | None = None,
+        denoise: Denoise = False,
+        aovs: Collection[str] | None = None,
+        seconds: float | None = None,
+    ) -> FrameBatch: ...
+
+    @synchronized
+    def render(
+        self,
+        frames: int = 16,
+        *,
+        camera: Camera | Sequence[Camera] | None = None,
+        cut: bool = False,
+        progress: Progress | None = None,
+        denoise: Denoise = False,
+        aovs: Collection[str] | None = None,
+        seconds: float | None = None,
+    ) -> Frame | FrameBatch:
         """Render `frames` frames and return the last, which holds the mean of all since the last change.
 
         The whole scene is shown: new material types are compiled before the frame that needs them.
         The G-buffer's AOVs are those of the first of these frames, with motion since the previous call; all
         others are the last's (Frame.aov_info).
 
-        `camera` None takes Scene.default_camera. `cut`: histories of earlier calls are discarded, as after `reset`;
+        `camera` None takes Scene.default_camera; a renderer with `views` takes a camera for each, and returns a
+        FrameBatch. `cut`: histories of earlier calls are discarded, as after `reset`;
         a camera whose picture overlaps little with the previous frame is detected as a cut without it. `progress(done,
         frames)` is called after each frame. `denoise`: as PathTracer's, at the end. `aovs`: names of the AOVs to keep,
         () for none, None for all but "uv", which costs a pass; each is a copy, which costs memory and time. `seconds`:
@@ -361,28 +394,41 @@ class Renderer(Closing):
         check_progress("render", progress)
         requested = self._requested(aovs)
         elapsed = checked("render: seconds", optional(number(0)), seconds, PicaError)
-        denoiser = denoiser_of(self.device, self.size, denoise)
-        camera = self._default_camera() if camera is None else camera
+        denoisers = [denoiser_of(self.device, self.size, denoise) for _ in self._views]
+        cameras = self._cameras_of("render", camera)
         if checked("render: cut", flag, cut, PicaError):
             self.reset()
-        gathered, timings = Gathered(frames, self._unshown_frames(), requested, self.debug), {}
-        for done in gathered.numbers:
+        unshown, timings = self._unshown_frames(), {}
+        gathered = [Gathered(frames, unshown, requested, self.debug) for _ in self._views]
+        for done in gathered[0].numbers:
             with self.device.lock:
-                last, continues = gathered.is_last(done), not gathered.is_first(done)
-                select = partial(gathered.names, number=done)
-                self._advance(camera, True, True, denoiser, last, continues, elapsed, select)
-                gathered.add(done, self.captured, self.view)
+                last, continues = gathered[0].is_last(done), not gathered[0].is_first(done)
+                select = [partial(each.names, number=done) for each in gathered]
+                captured = self._advance(cameras, True, True, denoisers, last, continues, elapsed, select)
+                for each, captures, view in zip(gathered, captured, self._views, strict=True):
+                    each.add(done, captures, view.scene)
                 if last:
                     timings = self.device.profiler.flush()
-                    if denoiser is not None:  # the denoiser's inputs belong to the picture
-                        self._frame_plan.of(self._stages, self._frames, self.view, lambda plan: frozenset())
+                    if denoise:
+                        for view in self._views:
+                            view.without_denoiser()
             if progress is not None and done > 0:
                 progress(done, frames)
         watch = partial(self._black_pictures.watched, scene=self.scene, settings=self.settings)
-        return gathered.frame(self.device, self.size, timings, watch)
+        return self._result([each.frame(self.device, self.size, timings, watch) for each in gathered])
+
+    @overload
+    @synchronized
+    def labels(self, *, camera: Camera | None = None, aovs: Collection[str] | None = None) -> Frame: ...
+
+    @overload
+    @synchronized
+    def labels(self, *, camera: Sequence[Camera], aovs: Collection[str] | None = None) -> FrameBatch: ...
 
     @synchronized
-    def labels(self, *, camera: Camera | None = None, aovs: Collection[str] | None = None) -> Frame:
+    def labels(
+        self, *, camera: Camera | Sequence[Camera] | None = None, aovs: Collection[str] | None = None
+    ) -> Frame | FrameBatch:
         """The G-buffer's AOVs, without any light, for a fraction of a picture's cost.
 
         They equal the first frame of `render` after `reset`, bit for bit, except that motion is since the previous
@@ -390,21 +436,23 @@ class Renderer(Closing):
         `camera`, `aovs` and errors as in `render`; PicaError too for AOVs that only a picture has.
         """
         requested = checked_aovs("labels", aovs, self._stages.gbuffer.aov_names)
-        camera = self._default_camera() if camera is None else camera
+        cameras = self._cameras_of("labels", camera)
         with self.device.lock:
-            self._frames.rewind()
-            frame = self._begin(camera, wait=True, jittered=False)
-            plan, frame.requested = self._frame_plan.of_gbuffer(
-                self._stages, self._frames, self.view, lambda plan: frozenset(plan.names("gbuffer", requested))
-            )
-            images = plan.replay(frame, only="gbuffer")
-            self._frames.end(frame)
-            self._frames.rewind()
-            self._drop_histories()
-            labels = self.view.name_labels() if images.keys() & NUMBERED else None
+            for view in self._views:
+                view.frames.rewind()
+            frames = self._begin(cameras, wait=True, jittered=False)
+            select: Select = lambda plan: frozenset(plan.names("gbuffer", requested))  # noqa: E731
+            replays = [view.replay_gbuffer(frame, select) for view, frame in zip(self._views, frames, strict=True)]
+            captured = replay_together(self.device, frames[0], replays)
+            self._views[0].frames.end(frames[0])
+            for view in self._views:
+                view.frames.rewind()
+                view.drop_histories()
             timings = self.device.profiler.flush()
-        pixels, tensors = at_size(self.size, images), cuda_tensors(self.device, self.size, images)
-        return Frame(self.size, None, None, pixels, timings, labels, self.device_name, tensors)
+            labelled = zip(captured, self._views, strict=True)
+            return self._result(
+                [labels_frame(self.device, self.size, timings, each, view.scene) for each, view in labelled]
+            )
 
     @synchronized
     def pick(self, x: int, y: int, *, through_glass: bool = False) -> Picked | None:
@@ -416,12 +464,13 @@ class Renderer(Closing):
         are opaque, points of blended surfaces wherever they show at all. Changes of the scene count from the next frame
         on, this renderer's or another one's of the scene. Waits for the device; the first call compiles a program.
         Raises PicaError before the first frame, after `resize` until the next one, and for a pixel outside of the
-        picture; DeviceError if nothing traces rays on the device.
+        picture, and if the renderer has `views`; DeviceError if nothing traces rays on the device.
         """
+        self._check_one_view("pick")
         pixel = checked_pixel("pick", (x, y), self.size)
         passes = checked("pick: through_glass", flag, through_glass, PicaError)
         with self.device.lock:
-            return self._picker(self._frames, self.view, pixel, passes)
+            return self._picker(self._views[0].frames, self.view, pixel, passes)
 
     def _requested(self, aovs: Any) -> frozenset[str] | None:
         """The requested AOVs of `render`; None for all. Debug AOVs and those of
@@ -436,5 +485,27 @@ class Renderer(Closing):
         transparent = self.settings.visibility.background == "transparent"
         return requested | {"alpha"} if transparent and requested is not None else requested
 
+    def _cameras_of(self, caller: str, camera: Any) -> list[Camera]:
+        """A camera for each view. Raises PicaError for another number of them, SceneError for what is none."""
+        if self._makes_batches:
+            return checked_cameras(caller, camera, self.views)
+        return [self._default_camera() if camera is None else checked_camera(caller, camera)]
+
     def _default_camera(self) -> Camera:
         return self.scene.default_camera(self.size[0] / self.size[1])
+
+    def _check_one_view(self, caller: str) -> None:
+        if self._makes_batches:
+            raise PicaError(f"{caller}: this renderer has views={self.views}, whose cameras render and labels take")
+
+    def _result(self, frames: list[Frame]) -> Frame | FrameBatch:
+        return FrameBatch(frames) if self._makes_batches else frames[0]
+
+    def _release(self) -> None:
+        for view in self._views:
+            view.scene.close()
+
+
+def _nothing(_plan: Plan) -> frozenset[str]:
+    """No captures."""
+    return frozenset()

@@ -56,8 +56,19 @@ def checked_count(what: str, count: Any) -> int:
 
 def checked_camera(caller: str, camera: Any) -> Camera:
     """A camera. Raises SceneError for anything else."""
+    if isinstance(camera, list | tuple):
+        raise PicaError(f"{caller}: camera: {len(camera)} cameras: this renderer takes one; Renderer(views=...) others")
     result: Camera = checked(f"{caller}: camera", instance(Camera), camera)
     return result
+
+
+def checked_cameras(caller: str, cameras: Any, views: int) -> list[Camera]:
+    """A camera for each of so many views. Raises PicaError for another number, SceneError for anything but cameras."""
+    given = list(cameras) if isinstance(cameras, Sequence) else None
+    if given is None or len(given) != views:
+        count = shown(cameras) if given is None else f"{len(given)} cameras"
+        raise PicaError(f"{caller}: camera: {count}: must be a list of {views}, one for each view of the renderer")
+    return [checked_camera(caller, camera) for camera in given]
 
 
 def check_progress(caller: str, progress: Any) -> None:

@@ -73,9 +73,13 @@ class Closing:
         with self._calls:
             if not self.device.closed:
                 with self.device.lock:
-                    self.view.close()
+                    self._release()
             for name in vars(self).keys() - _KEPT:
                 delattr(self, name)
+
+    def _release(self) -> None:
+        """Free its data of the scene."""
+        self.view.close()
 
     @property
     def closed(self) -> bool:

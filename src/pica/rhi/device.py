@@ -23,7 +23,7 @@ from pica.rhi.adapters import HELP, TRACES, DeviceInfo, adapter_of, choose, desc
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.fair_lock import FairLock
 from pica.rhi.memory_use import MemoryUse
-from pica.rhi.passes import ComputePass, RasterPass, RasterState
+from pica.rhi.passes import ComputePass, RasterPass, RasterState, Recording
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
 from pica.rhi.slang_files import Source, stem
@@ -163,6 +163,12 @@ class Device:
             recording = DeviceRecording(self.handle.create_command_encoder(), self.profiler)
             yield recording
             self.handle.submit_command_buffer(recording.encoder.finish())
+
+    def finish(self, recording: Recording) -> None:
+        """Submit what is recorded, and wait for it; the recording goes on with another encoder."""
+        submission = self.handle.submit_command_buffer(recording.encoder.finish())
+        recording.encoder = self.handle.create_command_encoder()
+        self.handle.wait_for_submit(submission)
 
     @property
     def scatter(self) -> ComputePass:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import slangpy as spy
 
 MAX_PASSES = 128
+"""Timed in a view's frame."""
 FRAMES_IN_FLIGHT = 3
 MAX_FRAMES = 1024
 _GROUP = spy.float3(0.4, 0.6, 0.9)
@@ -38,13 +39,11 @@ class Profiler:
         self._labels = any(name in os.environ for name in _DEBUGGERS)
         """Whether a debugger of graphics shows the names of passes; others would pay 0.1 ms a frame for them."""
         self._enabled = device.has_feature(spy.Feature.timestamp_query)
-        self._pools = [
-            device.create_query_pool(spy.QueryType.timestamp, 2 * MAX_PASSES)
-            for _ in range(FRAMES_IN_FLIGHT if self._enabled else 0)
-        ]
+        self._pools = [self._pool(1) for _ in range(FRAMES_IN_FLIGHT if self._enabled else 0)]
         self._pending: list[_Timed] = []
         self._free = list(range(len(self._pools)))
         self._current: int | None = None
+        self._room = MAX_PASSES
         self._timing = False
         self.owner: Hashable = None
         """The owner of the passes that follow, for `by_owner`."""
@@ -55,20 +54,26 @@ class Profiler:
         self.finished: deque[dict[str, float]] = deque(maxlen=MAX_FRAMES)
         """Milliseconds per pass of the frames that the GPU has finished, newest last."""
 
-    def begin_frame(self) -> None:
-        """Start a frame; if all query pools are in use, the frame is not measured, instead of waiting."""
+    def _pool(self, views: int) -> spy.QueryPool:
+        return self._device.create_query_pool(spy.QueryType.timestamp, 2 * MAX_PASSES * views)
+
+    def begin_frame(self, views: int = 1) -> None:
+        """Start a frame of so many views; if all query pools are in use, it is not measured, instead of waiting."""
         self._collect()
         self._names, self._on_host, self.owner = [], defaultdict(float), None
         if self._current is None:  # otherwise the previous frame was abandoned
             self._current = self._free.pop() if self._free else None
         if self._current is not None:
+            self._room = MAX_PASSES * views
+            if self._pools[self._current].desc.count < 2 * self._room:
+                self._pools[self._current] = self._pool(views)
             self._pools[self._current].reset()
 
     def begin(self, encoder: spy.CommandEncoder, name: str) -> None:
         """Start timing the commands recorded from here on; `end` follows before the next `begin`."""
         if self._labels:
             encoder.push_debug_group(name, _GROUP)
-        self._timing = self._current is not None and len(self._names) < MAX_PASSES
+        self._timing = self._current is not None and len(self._names) < self._room
         if self._current is not None and self._timing:
             self._names.append((name, self.owner))
             encoder.write_timestamp(self._pools[self._current], 2 * len(self._names) - 2)

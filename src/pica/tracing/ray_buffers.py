@@ -2,7 +2,7 @@
 
 import time
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -115,7 +115,12 @@ class BufferEffect:
         self._host_counts = HostBuffer(device, self._counts)
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
-        """Run the effect to its end. The number of steps depends on their results, so each is submitted.
+        """Run the effect to its end. The number of steps depends on their results, so each is submitted."""
+        for _ in self.record_in_parts(recording, grid, **values):
+            self._device.finish(recording)
+
+    def record_in_parts(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> Iterator[None]:
+        """The same, as Node.record: yields whenever the recording is to be submitted and finished.
 
         Steps that alternate with the processor are timed by its clock: a device's timestamps would take longer than
         the last steps do, which have few rays.
@@ -130,7 +135,9 @@ class BufferEffect:
         traced = False
         while True:
             started = time.perf_counter()
-            waiting = self._submit(recording)
+            yield
+            nearest, shadows = self._host_counts.read().view(np.uint32)
+            waiting = int(nearest), int(shadows)
             if traced:
                 recording.profiler.add(self._pass, time.perf_counter() - started)
             if not any(waiting):
@@ -157,14 +164,6 @@ class BufferEffect:
         encoder.end()
         if timed:
             recording.profiler.end(recording.encoder)
-
-    def _submit(self, recording: Recording) -> tuple[int, int]:
-        """Submit the recording, and return the number of queued rays: for a nearest surface, and shadow rays."""
-        submission = self._device.handle.submit_command_buffer(recording.encoder.finish())
-        recording.encoder = self._device.handle.create_command_encoder()
-        self._device.handle.wait_for_submit(submission)
-        nearest, shadows = self._host_counts.read().view(np.uint32)
-        return int(nearest), int(shadows)
 
 
 class RayBuffers:

@@ -1,0 +1,103 @@
+"""The frames of a renderer with several views: one array for all of them, or a Frame for each."""
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pica.images.aov_table import AovInfo
+from pica.images.labels import NodeLabel, Semantic
+from pica.images.output import Frame
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from pica.scene.node import Node
+
+
+class FrameBatch(Sequence[Frame]):
+    """Pictures of all views of a `Renderer(views=...)` with their AOVs, and a sequence of their Frames.
+
+    Arrays and tensors are those of the frames (pica.Frame), with the view in front: (views, height, width) or
+    (views, height, width, channels). They are made at each access; a single view's are fetched by `batch[i]` alone.
+    """
+
+    def __init__(self, frames: Sequence[Frame]) -> None:
+        """Of the same renderer and call, at least one."""
+        self._frames = tuple(frames)
+        first = self._frames[0]
+        self.size = first.size
+        """(width, height) in pixels of each view."""
+        self.device = first.device
+        """The name of the device."""
+        self.timings = first.timings
+        """GPU milliseconds of every pass, by name, summed over the views."""
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Frame, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Frame | tuple[Frame, ...]:
+        return self._frames[index]
+
+    def __iter__(self) -> Iterator[Frame]:
+        return iter(self._frames)
+
+    def __len__(self) -> int:
+        return len(self._frames)
+
+    @property
+    def color(self) -> NDArray[np.float32]:
+        """(views, height, width, 3) linear radiance, as Frame.color."""
+        return self._stacked(lambda frame: frame.color)
+
+    @property
+    def display(self) -> NDArray[np.uint8]:
+        """(views, height, width, 3) sRGB, as Frame.display."""
+        return self._stacked(lambda frame: frame.display)
+
+    @property
+    def aov_names(self) -> tuple[str, ...]:
+        """The names for `aov`."""
+        return self._frames[0].aov_names
+
+    def aov(self, name: str) -> NDArray[Any]:
+        """One buffer of all views; raises PicaError as Frame.aov."""
+        return self._stacked(lambda frame: frame.aov(name))
+
+    def aov_info(self, name: str) -> AovInfo:
+        """As Frame.aov_info."""
+        return self._frames[0].aov_info(name)
+
+    def mask(self, node: "str | Node | NodeLabel") -> NDArray[np.bool_]:
+        """(views, height, width) where a node is visible, as Frame.mask."""
+        return self._stacked(lambda frame: frame.mask(node))
+
+    def semantic(
+        self, classes: "str | Callable[[NodeLabel], str | None]", names: Sequence[str] | None = None
+    ) -> Semantic:
+        """The semantic class of each pixel, (views, height, width), as Frame.semantic."""
+        found = [frame.semantic(classes, names) for frame in self._frames]
+        return Semantic(np.stack([each.labels for each in found]), found[0].names)
+
+    def torch(self, name: str = "color") -> "Tensor":
+        """A buffer of all views as a new PyTorch tensor, on the card where those of Frame.torch are."""
+        tensors = [frame.torch(name) for frame in self._frames]
+        from torch import stack  # there, as the frames have made tensors
+
+        return stack(tensors)
+
+    def save(self, pattern: str | Path) -> None:
+        """Write each view as Frame.save does. `pattern`: a path with a number, "views/%03d.png", from 0 on."""
+        for number, frame in enumerate(self._frames):
+            frame.save(str(pattern) % number)
+
+    def __repr__(self) -> str:
+        return f"<pica.FrameBatch of {len(self)} views: {self._frames[0]!r}, ...>"
+
+    def _stacked(self, fetch: Callable[[Frame], NDArray[Any]]) -> NDArray[Any]:
+        return np.stack([fetch(frame) for frame in self._frames])
