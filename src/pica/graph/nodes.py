@@ -1,6 +1,6 @@
 """Steps of a compiled graph: passes, other recorded work, and parameter blocks that follow the frame."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -32,8 +32,9 @@ Step = Callable[..., None]
 """Takes the frame, threads and named values, and records a dispatch. `blocks`, where it has them: names of parameter
 blocks that it asks the graph for. `record_in_parts`, where it has that: as the call, but returns what Node.record
 does."""
-Parts = Iterator[None]
-"""Records something in parts: whatever is recorded must be submitted and finished before the next part."""
+Parts = Generator[None, float | None, None]
+"""Records something in parts: yields whenever what is recorded must be submitted and finished, and is sent the seconds
+that this took, shared out among all that waited."""
 
 
 @dataclass(eq=False)

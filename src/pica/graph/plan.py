@@ -2,13 +2,14 @@
 
 from collections import defaultdict
 from collections.abc import Collection, Generator, Hashable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
 from typing import Any, NamedTuple
 
 from pica.errors import GraphError
 from pica.graph.graph import FrameGraph
-from pica.graph.nodes import Frame, Node, lives_in_frame
+from pica.graph.nodes import Frame, Node, Parts, lives_in_frame
 from pica.graph.offers import Array, Offer, Read
 from pica.graph.resources import Buffer, Lifetime, Resource, Texture
 from pica.graph.snapshot import Snapshot
@@ -49,26 +50,37 @@ class Capture:
             return self.read(*(part.array() for part in self.parts))
 
 
-Replay = Generator[None, None, dict[str, Capture]]
-"""Records a frame; yields whenever all that is recorded must be submitted and finished before it goes on."""
+Replay = Generator[None, float | None, dict[str, Capture]]
+"""Records a frame, as Parts."""
 
 
 def replay_together(device: Device, recording: Recording, replays: Sequence[Replay]) -> list[dict[str, Capture]]:
     """Record several frames into one recording, which is submitted once for all that wait. Returns what each does."""
     captured: list[dict[str, Capture]] = [{} for _ in replays]
     running = list(enumerate(replays))
+    seconds: float | None = None
     while running:
         waiting = []
         for number, replay in running:
             try:
-                next(replay)
+                replay.send(seconds)
                 waiting.append((number, replay))
             except StopIteration as end:
                 captured[number] = end.value
         running = waiting
         if running:
-            device.finish(recording)
+            seconds = device.finish(recording) / len(running)
     return captured
+
+
+def _owned(parts: Parts, frame: Frame, owner: PlanPart) -> Parts:
+    """Parts of a node, whose passes it owns although other replays go on between them."""
+    seconds: float | None = None
+    with suppress(StopIteration):
+        while True:
+            parts.send(seconds)
+            seconds = yield
+            frame.profiler.owner = owner
 
 
 class Plan:
@@ -119,9 +131,9 @@ class Plan:
                 continue
             if node.when is None or node.when(frame):
                 frame.profiler.owner = owner = PlanPart(self.serial, node.scope, node.index)
-                for _ in node.record(frame) or ():
-                    yield
-                    frame.profiler.owner = owner
+                parts = node.record(frame)
+                if parts is not None:
+                    yield from _owned(parts, frame, owner)
             for name in captures.get(node.index, ()):
                 fetched[name] = self._capture(frame, name)
         frame.profiler.owner = None

@@ -1,6 +1,7 @@
 """The open device: makes buffers, textures and passes, and holds the shader caches."""
 
 import shutil
+import time
 import warnings
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
@@ -164,11 +165,13 @@ class Device:
             yield recording
             self.handle.submit_command_buffer(recording.encoder.finish())
 
-    def finish(self, recording: Recording) -> None:
-        """Submit what is recorded, and wait for it; the recording goes on with another encoder."""
+    def finish(self, recording: Recording) -> float:
+        """Submit what is recorded, and wait for it; returns the seconds. The recording goes on with another encoder."""
+        started = time.perf_counter()
         submission = self.handle.submit_command_buffer(recording.encoder.finish())
         recording.encoder = self.handle.create_command_encoder()
         self.handle.wait_for_submit(submission)
+        return time.perf_counter() - started
 
     @property
     def scatter(self) -> ComputePass:

@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,8 @@ from pica.tracing.embree_loops import CUTOUT, LANES, OPAQUE, ROWS, loops
 from pica.tracing.ray_buffers import RayQueue
 
 _CHUNK = 2048
+_Key = tuple[RtGeometry, bool]
+"""Of Embree scenes: the geometry, and whether camera rays cull its back faces."""
 
 
 class _Worker:
@@ -47,6 +50,8 @@ class _Geometry:
         cutouts = {n: g for n, g in enumerate(self._sections) if not self._triangles[n].opaque}
         self.cutouts = self._scene(cutouts) if cutouts else 0
         self._builds = self._refits = 0
+        self.updates = 0
+        """Counts builds and refits."""
         self.update()
 
     def _section(self, section: RtSection) -> int:
@@ -65,11 +70,12 @@ class _Geometry:
             self._embree.AttachGeometryByID(scene, section, number)
         return int(scene)
 
-    def update(self) -> bool:
-        """Build or refit after the source was built or refitted. True if anything changed."""
+    def update(self) -> None:
+        """Build or refit after the source was built or refitted."""
         source = self._source
         if (self._builds, self._refits) == (source.builds, source.refits):
-            return False
+            return
+        self.updates += 1
         quality = embree.MEDIUM_QUALITY if self._builds != source.builds else embree.REFIT_QUALITY
         self._builds, self._refits = source.builds, source.refits
         assert source.buffers is not None
@@ -86,7 +92,6 @@ class _Geometry:
             self._embree.CommitGeometry(geometry)
         for scene in filter(None, (self.scene, self.cutouts)):
             self._embree.CommitScene(scene)
-        return True
 
     def __del__(self) -> None:
         for section in self._sections:
@@ -141,22 +146,32 @@ class _Top:
         self._embree.ReleaseScene(self.scene)
 
 
+class _Shared:
+    """What the tracers on a device have in common: bottom-level structures, and threads, which serve one at a time."""
+
+    def __init__(self, device: Device) -> None:
+        self.geometries: WeakValueDictionary[_Key, _Geometry] = WeakValueDictionary()
+        self.workers = [_Worker() for _ in range(_cores())]
+        self.threads = ThreadPoolExecutor(len(self.workers), "embree")
+
+
 class EmbreeTracer:
     """Traces ray buffers with Embree on every core. Raises DeviceError when it is not installed."""
 
     def __init__(self, device: Device, scene: RtView) -> None:
         self._device, self._source, self._changes = device, scene, scene.watch()
         self._all, self._cutouts = _Top(), _Top()
-        self._geometries: dict[tuple[RtGeometry, bool], _Geometry] = {}
+        self._geometries: dict[_Key, _Geometry] = {}
+        self._updates: dict[_Key, int] = {}
+        """`updates` of the geometries that the top levels are built from."""
         self._shown: dict[int, RtObject] = {}
-        self._users: dict[tuple[RtGeometry, bool], set[int]] = {}
+        self._users: dict[_Key, set[int]] = {}
         self._records = np.zeros(1, np.uint32)
         self._loops = loops()
         self._functions = [embree.library().address(name) for name in ("Intersect16", "Occluded16")]
         # RTCIntersectArguments: flags (coherent rays), features (all), context, filter, intersection function.
         self._culling = np.array([1 << 16 | 0xFFFFFFFF << 32, 0, self._loops.cull_backs, 0, 0, 0], np.uint64)
-        self._workers = [_Worker() for _ in range(_cores())]
-        self._threads = ThreadPoolExecutor(len(self._workers), "embree")
+        self._shared = device.shared(_Shared)
 
     def __call__(self, recording: Recording, queue: RayQueue) -> bool:
         """Trace the rays in the queue. The device has finished filling it."""
@@ -187,7 +202,7 @@ class EmbreeTracer:
     def _run(self, trace: Callable[[NDArray[np.uint32], _Worker], None], places: NDArray[np.uint32]) -> None:
         if len(places) <= _CHUNK:
             if len(places):
-                trace(places, self._workers[0])
+                trace(places, self._shared.workers[0])
             return
         chunks = iter(range(0, len(places), _CHUNK))
         lock = threading.Lock()
@@ -200,8 +215,8 @@ class EmbreeTracer:
                     return
                 trace(places[begin : begin + _CHUNK], worker)
 
-        first, *others = self._workers
-        running = [self._threads.submit(work, worker) for worker in others]
+        first, *others = self._shared.workers
+        running = [self._shared.threads.submit(work, worker) for worker in others]
         work(first)
         for other in running:
             other.result()
@@ -220,8 +235,11 @@ class EmbreeTracer:
         for placed, slots in come.items():
             self._show(placed, slots)
         for key, geometry in self._geometries.items():
-            if key[0].deforms and geometry.update():
-                moved |= self._users[key]
+            if key[0].deforms:
+                geometry.update()
+                if self._updates[key] != geometry.updates:
+                    self._updates[key] = geometry.updates
+                    moved |= self._users[key]
         if not moved:
             return
         slots = list(moved & self._shown.keys())
@@ -245,12 +263,14 @@ class EmbreeTracer:
         self._cutouts.remove(slot)
         self._users[key].discard(slot)
         if not self._users[key]:
-            del self._users[key], self._geometries[key]
+            del self._users[key], self._geometries[key], self._updates[key]
 
     def _show(self, placed: RtObject, slots: list[int]) -> None:
         key = _key(placed)
         if key not in self._geometries:
-            self._geometries[key] = _Geometry(self._device, *key)
+            shared = self._shared.geometries
+            self._geometries[key] = shared[key] = shared.get(key) or _Geometry(self._device, *key)
+            self._updates[key] = self._geometries[key].updates
         geometry = self._geometries[key]
         self._shown.update(dict.fromkeys(slots, placed))
         self._users.setdefault(key, set()).update(slots)
@@ -260,8 +280,7 @@ class EmbreeTracer:
                 self._cutouts.add(slot, geometry.cutouts)
 
 
-def _key(placed: RtObject) -> tuple[RtGeometry, bool]:
-    """Key of Embree scenes: the geometry, and whether camera rays cull its back faces."""
+def _key(placed: RtObject) -> _Key:
     return placed.geometry, ObjectFlags.CULL_DISABLE not in placed.flags
 
 

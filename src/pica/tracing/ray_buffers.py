@@ -1,8 +1,8 @@
 """Ray effects as compute kernels around buffers of rays and hits, with an external tracer in between (tier 1)."""
 
-import time
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -116,11 +116,17 @@ class BufferEffect:
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
         """Run the effect to its end. The number of steps depends on their results, so each is submitted."""
-        for _ in self.record_in_parts(recording, grid, **values):
-            self._device.finish(recording)
+        parts = self.record_in_parts(recording, grid, **values)
+        seconds: float | None = None
+        with suppress(StopIteration):
+            while True:
+                parts.send(seconds)
+                seconds = self._device.finish(recording)
 
-    def record_in_parts(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> Iterator[None]:
-        """The same, as Node.record: yields whenever the recording is to be submitted and finished.
+    def record_in_parts(
+        self, recording: Recording, grid: tuple[int, int], /, **values: Any
+    ) -> Generator[None, float | None, None]:
+        """The same, as graph.nodes.Parts.
 
         Steps that alternate with the processor are timed by its clock: a device's timestamps would take longer than
         the last steps do, which have few rays.
@@ -134,12 +140,11 @@ class BufferEffect:
         self._step(start, recording, (*grid, 1), timed=True)
         traced = False
         while True:
-            started = time.perf_counter()
-            yield
+            seconds = yield
             nearest, shadows = self._host_counts.read().view(np.uint32)
             waiting = int(nearest), int(shadows)
-            if traced:
-                recording.profiler.add(self._pass, time.perf_counter() - started)
+            if traced and seconds is not None:
+                recording.profiler.add(self._pass, seconds)
             if not any(waiting):
                 return
             queue, following = following, queue
