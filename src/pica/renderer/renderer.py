@@ -33,6 +33,7 @@ from pica.rendering.arguments import (
     checked_cameras,
     checked_count,
     checked_pixel,
+    checked_scenes,
     checked_size,
 )
 from pica.rendering.black_pictures import BlackPictures
@@ -49,7 +50,6 @@ _FIRST_SAMPLES = 8
 """Frames of a first picture on graphics cards: as many as it takes to have the error of the picture in motion."""
 _LATEST = (1 << 31) - 1
 """Number of a frame; shaders count in 32 bits."""
-_MOST_VIEWS = 4096
 
 
 class Renderer(Closing):
@@ -60,18 +60,18 @@ class Renderer(Closing):
     (docs/guide/devices.md); `settings` has the result.
     `light_map`: for global_illumination.mode "light_map", which the preset "raster" has; paths end in it too.
     `lut`: changes the colours of the display (docs/guide/viewing.md). `views`: cameras in each call, each with noise,
-    exposure and histories of its own (docs/guide/scaling.md):
+    exposure and histories of its own (docs/guide/scaling.md). Their `scene` is one for all, or a list of one for each:
 
         renderer = pica.Renderer(scene, size=(128, 128), views=64)
         batch = renderer.render(4, camera=cameras)  # a pica.FrameBatch; batch.color is (64, 128, 128, 3)
 
     Raises DeviceError without a usable device, SceneError for an invalid scene or one that is not the light
-    map's, and PicaError for an impossible size.
+    map's, and PicaError for an impossible size or number of views.
     """
 
     def __init__(
         self,
-        scene: Scene,
+        scene: Scene | Sequence[Scene],
         *,
         size: Size = (1280, 720),
         settings: Settings | None = None,
@@ -80,21 +80,21 @@ class Renderer(Closing):
         lut: Lut | None = None,
         views: int | None = None,
     ) -> None:
-        check_made_with(type(self).__name__, scene, settings, device)
+        scenes = checked_scenes(type(self).__name__, scene, views)
+        for each in {id(each): each for each in scenes}.values():
+            check_made_with(type(self).__name__, each, settings, device)
+            if light_map is not None:
+                checked(f"{type(self).__name__}: light_map", instance(LightMap), light_map).check_scene(each)
         checked(f"{type(self).__name__}: lut", optional(instance(Lut)), lut)
-        checked(f"{type(self).__name__}: light_map", optional(instance(LightMap)), light_map)
-        if light_map is not None:
-            light_map.check_scene(scene)
         size = checked_size(size)
-        checked("Renderer: views", optional(whole(1, _MOST_VIEWS)), views, PicaError)
-        super().__init__(open_device(device), scene, size)
+        super().__init__(open_device(device), scenes[0], size)
         expect_programs(self.device)
         self._settings = runnable(self.device, settings or Settings())
-        self._makes_batches = views is not None
+        self._makes_batches = views is not None or scenes[0] is not scene
         """Whether it takes and gives one camera and picture for each view, instead of one."""
         with self.device.lock:
-            of_each = self.device, scene, size, self.settings, light_map, lut
-            self._views = [View(*of_each, number) for number in range(views or 1)]
+            of_each = size, self.settings, light_map, lut
+            self._views = [View(self.device, each, *of_each, number) for number, each in enumerate(scenes)]
         self.view = self._views[0].scene
         """The first view's data of the scene."""
         self.effect_inputs: dict[str, Any] = {}
@@ -246,7 +246,7 @@ class Renderer(Closing):
         Renders no picture and leaves no history. Raises as `render`.
         """
         with self.device.lock:
-            self._advance([self._default_camera()] * self.views, wait=True)
+            self._advance([self._default_camera(view.scene.source) for view in self._views], wait=True)
         self.reset()
         self._running = False
 
@@ -328,8 +328,10 @@ class Renderer(Closing):
     def _begin(self, cameras: Sequence[Camera], wait: bool, jittered: bool) -> list[FrameContext]:
         """A frame of each view, in which the scene is up to date."""
         self.check_open()  # a callback after a frame may have closed it
+        for view in self._views:
+            view.scene.sync(wait)  # may raise an error, before anything is recorded
         batch = Batch(self.device, self.views)
-        frames = [view.begin(camera, batch, wait, jittered) for view, camera in zip(self._views, cameras, strict=True)]
+        frames = [view.begin(camera, batch, jittered) for view, camera in zip(self._views, cameras, strict=True)]
         for view in self._views[:-1]:
             view.scene.bind()  # views after it may have moved what all share to larger buffers
         return frames
@@ -414,8 +416,13 @@ class Renderer(Closing):
                             view.without_denoiser()
             if progress is not None and done > 0:
                 progress(done, frames)
-        watch = partial(self._black_pictures.watched, scene=self.scene, settings=self.settings)
-        return self._result([each.frame(self.device, self.size, timings, watch) for each in gathered])
+        watch = partial(self._black_pictures.watched, settings=self.settings)
+        return self._result(
+            [
+                each.frame(self.device, self.size, timings, partial(watch, scene=view.scene.source))
+                for each, view in zip(gathered, self._views, strict=True)
+            ]
+        )
 
     @overload
     @synchronized
@@ -489,10 +496,10 @@ class Renderer(Closing):
         """A camera for each view. Raises PicaError for another number of them, SceneError for what is none."""
         if self._makes_batches:
             return checked_cameras(caller, camera, self.views)
-        return [self._default_camera() if camera is None else checked_camera(caller, camera)]
+        return [self._default_camera(self.scene) if camera is None else checked_camera(caller, camera)]
 
-    def _default_camera(self) -> Camera:
-        return self.scene.default_camera(self.size[0] / self.size[1])
+    def _default_camera(self, scene: Scene) -> Camera:
+        return scene.default_camera(self.size[0] / self.size[1])
 
     def _check_one_view(self, caller: str) -> None:
         if self._makes_batches:

@@ -25,7 +25,7 @@ _SEEDS = 1 << 31
 
 
 class View:
-    """What a camera needs from frame to frame. Views of one scene share its copy on the device, and nothing else."""
+    """What a camera needs from frame to frame. Views of one scene share its copy on the device and its programs."""
 
     def __init__(
         self,
@@ -45,9 +45,8 @@ class View:
         self.plan = FramePlan(device)
         self._relighting = Relighting()
 
-    def begin(self, camera: Camera, batch: Batch, wait: bool, jittered: bool) -> FrameContext:
-        """A frame in which the scene is up to date. `wait`: as SceneView.sync."""
-        self.scene.sync(wait)
+    def begin(self, camera: Camera, batch: Batch, jittered: bool) -> FrameContext:
+        """A frame in which the scene is up to date."""
         frame = self.frames.begin(camera, jittered, batch)
         frame.changed |= self.scene.update(frame, camera)
         frame.changed_lights = self.scene.lights_changed

@@ -17,6 +17,7 @@ from pica.settings import Settings
 Progress = Callable[[int, int], None]
 LARGEST = 16384
 """Pixels of a picture, each way."""
+_MOST_VIEWS = 4096
 _MOST = 1 << 31
 """Frames or samples of one call; shaders count them in 32 bits."""
 
@@ -27,6 +28,17 @@ def check_made_with(caller: str, scene: Any, settings: Any, device: Any) -> None
     checked(f"{caller}: settings", optional(instance(Settings)), settings, SettingsError)
     if not isinstance(device, spy.Device):
         checked(f"{caller}: device", optional(instance(Device, str)), device, DeviceError)
+
+
+def checked_scenes(caller: str, scene: Any, views: Any) -> list[Any]:
+    """The scene of each view: one for all, or a sequence of one for each. Raises PicaError for an impossible number;
+    whether they are scenes is not checked."""
+    count = checked(f"{caller}: views", optional(whole(1, _MOST_VIEWS)), views, PicaError)
+    if not isinstance(scene, list | tuple):
+        return [scene] * (count or 1)
+    if not scene or (count or len(scene)) != len(scene):
+        raise PicaError(f"{caller}: scene: {len(scene)} scenes: must be one for each of {count or 'some'} views")
+    return list(scene)
 
 
 def checked_size(size: Size) -> Size:

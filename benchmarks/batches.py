@@ -1,0 +1,89 @@
+"""What a batch of views costs: `python benchmarks/batches.py [--device NAME] [--views N] [--size N] [--rounds N]`.
+
+machine_world with default settings from cameras beside one another, which move before each picture: all views by one
+renderer, then by a renderer each, one after the other. Both are measured in turn. Prints pictures a second (median of
+the rounds), host milliseconds a picture, and megabytes of device memory. `--batches N` renders so many more, and prints
+by how much device memory and that of the process grew.
+"""
+
+import argparse
+import resource
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+import pica
+from pica.rhi.device import open_device
+from pica.scenes.placing import move
+
+
+def cameras(scene: pica.Scene, views: int, step: int) -> list[pica.Camera]:
+    """Beside one another, all a little farther on in each step."""
+    camera = scene.default_camera(1.0)
+    places = [move(0.02 * view + 0.01 * step, 0.005 * step, 0) for view in range(views)]
+    return [pica.Camera(transform=place @ camera.transform, vertical_fov=camera.vertical_fov) for place in places]
+
+
+def timed(call: Callable[[], object]) -> float:
+    """Seconds."""
+    started = time.perf_counter()
+    call()
+    return time.perf_counter() - started
+
+
+def resident() -> float:
+    """Megabytes of the process at their highest."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--device")
+    parser.add_argument("--views", type=int, default=64)
+    parser.add_argument("--size", type=int, default=128)
+    parser.add_argument("--rounds", type=int, default=8)
+    parser.add_argument("--batches", type=int, default=0)
+    arguments = parser.parse_args()
+    device, scene, views = open_device(arguments.device), pica.scenes.machine_world(), arguments.views
+    size = arguments.size, arguments.size
+    start = device.memory
+    together = pica.Renderer(scene, size=size, device=device, views=views)
+    together.render(1, camera=cameras(scene, views, 0), aovs=())
+    print(f"{device.name}, {views} views of {size[0]}x{size[1]}: {(device.memory - start) / 2**20:.0f} MiB")
+
+    def batch(step: int) -> object:
+        return together.render(1, camera=cameras(scene, views, step), aovs=()).color
+
+    if arguments.batches:
+        batch(1)
+        memory, process = device.memory, resident()
+        for step in range(arguments.batches):
+            batch(step)
+        print(
+            f"{arguments.batches} batches: device memory grew by {device.memory - memory} bytes, the process by"
+            f" {resident() - process:.1f} MiB"
+        )
+        return
+    alone = [pica.Renderer(scene, size=size, device=device) for _ in range(views)]
+
+    def one_by_one(step: int) -> object:
+        looks = zip(alone, cameras(scene, views, step), strict=True)
+        return [renderer.render(1, camera=camera, aovs=()).color for renderer, camera in looks]
+
+    one_by_one(0)
+    times = [
+        (timed(lambda step=step: batch(step)), timed(lambda step=step: one_by_one(step)))
+        for step in range(1, arguments.rounds + 1)
+    ]
+    for name, seconds in zip(("batch", "one by one"), np.median(times, axis=0).tolist(), strict=True):
+        print(f"{name}: {views / seconds:.2f} pictures a second")
+    host = 1e3 * together.host_seconds / views, 1e3 * alone[0].host_seconds
+    print(f"host: {host[0]:.2f} ms a picture of a batch, {host[1]:.2f} alone")
+    ratios = [apart / joined for joined, apart in times]
+    print(f"batch over one by one: {np.median(ratios):.3f} (rounds: {', '.join(f'{ratio:.3f}' for ratio in ratios)})")
+
+
+if __name__ == "__main__":
+    main()
