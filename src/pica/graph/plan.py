@@ -1,7 +1,7 @@
 """A compiled graph: checked, with memory for each resource, replayed each frame."""
 
 from collections import defaultdict
-from collections.abc import Collection, Generator, Hashable, Sequence
+from collections.abc import Collection, Generator, Hashable
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
@@ -14,7 +14,6 @@ from pica.graph.offers import Array, Offer, Read
 from pica.graph.resources import Buffer, Lifetime, Resource, Texture
 from pica.graph.snapshot import Snapshot
 from pica.rhi.device import Device
-from pica.rhi.passes import Recording
 
 OUTSIDE = "scene"
 """The owner of passes outside of graphs: updates of the scene before a frame."""
@@ -52,25 +51,6 @@ class Capture:
 
 Replay = Generator[None, float | None, dict[str, Capture]]
 """Records a frame, as Parts."""
-
-
-def replay_together(device: Device, recording: Recording, replays: Sequence[Replay]) -> list[dict[str, Capture]]:
-    """Record several frames into one recording, which is submitted once for all that wait. Returns what each does."""
-    captured: list[dict[str, Capture]] = [{} for _ in replays]
-    running = list(enumerate(replays))
-    seconds: float | None = None
-    while running:
-        waiting = []
-        for number, replay in running:
-            try:
-                replay.send(seconds)
-                waiting.append((number, replay))
-            except StopIteration as end:
-                captured[number] = end.value
-        running = waiting
-        if running:
-            seconds = device.finish(recording) / len(running)
-    return captured
 
 
 def _owned(parts: Parts, frame: Frame, owner: PlanPart) -> Parts:
@@ -120,10 +100,17 @@ class Plan:
 
         `only`: the passes of this effect alone.
         """
-        return replay_together(self._device, frame, [self.replay_in_parts(frame, only)])[0]
+        replay, seconds = self.replay_in_parts(frame, only), None
+        while True:
+            try:
+                replay.send(seconds)
+            except StopIteration as end:
+                captured: dict[str, Capture] = end.value
+                return captured
+            seconds = self._device.finish(frame)
 
     def replay_in_parts(self, frame: Frame, only: str | None = None) -> Replay:
-        """As `replay`, for `replay_together`."""
+        """As `replay`, for a caller that submits what is recorded at each yield."""
         captures = self._captures_of(frame.requested)
         fetched: dict[str, Capture] = {}
         for node in self.nodes:

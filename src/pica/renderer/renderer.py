@@ -9,10 +9,10 @@ import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.errors import PicaError, SettingsError
-from pica.frame.context import Batch, FrameContext, Size
+from pica.frame.context import Size
 from pica.frame.effect import Effect
 from pica.graph.description import GraphDescription
-from pica.graph.plan import Capture, Plan, replay_together
+from pica.graph.plan import Capture, Plan
 from pica.images.frame_batch import FrameBatch
 from pica.images.lut import Lut
 from pica.images.output import Frame
@@ -23,6 +23,7 @@ from pica.renderer.gathered import Gathered, labels_frame
 from pica.renderer.insertion import Declare, Insertion, checked_insertion
 from pica.renderer.picking import Picked, Picker
 from pica.renderer.stages import Stages
+from pica.renderer.together import begin_together, replay_together
 from pica.renderer.view import Select, View
 from pica.rendering.arguments import (
     Progress,
@@ -276,7 +277,7 @@ class Renderer(Closing):
 
         self._check_one_view("advance")
         elapsed = checked("advance: seconds", optional(number(0)), seconds, PicaError)
-        cameras = self._cameras_of("advance", camera)
+        cameras = [checked_camera("render", camera)]
         with self.device.lock:
             unshown = self._unshown_frames()
             for done in range(unshown):
@@ -293,7 +294,7 @@ class Renderer(Closing):
     def count_rays(self, camera: Camera) -> dict[str, int]:
         """Rays by pass of one more frame. Waits for the device. Raises PicaError if the renderer has `views`."""
         self._check_one_view("count_rays")
-        cameras = self._cameras_of("count_rays", camera)
+        cameras = [checked_camera("render", camera)]
         with self.device.lock:
             self._advance(cameras, not self._running, select=[lambda plan: plan.names_of("rays")])
         return {name.removeprefix("rays."): int(fetch()) for name, fetch in self.captured.items()}
@@ -311,7 +312,8 @@ class Renderer(Closing):
     ) -> list[dict[str, Capture]]:
         """A frame of each view, with its captures. `last`: the denoisers finish their pictures. `continues`: it is one
         more of the same pictures. `seconds`: as in `render`. `select`: each view's captures, of what it offers."""
-        frames = self._begin(cameras, wait, jittered)
+        self.check_open()  # a callback after a frame may have closed it
+        frames = begin_together(self.device, self._views, cameras, wait, jittered)
         for frame in frames:
             frame.continues = continues
             frame.seconds = 0.0 if continues and seconds is not None else seconds
@@ -320,21 +322,10 @@ class Renderer(Closing):
             self._views, frames, select or [_nothing] * self.views, denoisers or [None] * self.views, strict=True
         )
         replays = [view.replay(frame, choose, denoiser, last) for view, frame, choose, denoiser in of_each]
-        captured = replay_together(self.device, frames[0], replays)
+        captured = replay_together(self.device, frames, replays)
         self._views[0].frames.end(frames[0])
         self.captured, self.effect_inputs = captured[0], self._views[0].inputs()
         return captured
-
-    def _begin(self, cameras: Sequence[Camera], wait: bool, jittered: bool) -> list[FrameContext]:
-        """A frame of each view, in which the scene is up to date."""
-        self.check_open()  # a callback after a frame may have closed it
-        for view in self._views:
-            view.scene.sync(wait)  # may raise an error, before anything is recorded
-        batch = Batch(self.device, self.views)
-        frames = [view.begin(camera, batch, jittered) for view, camera in zip(self._views, cameras, strict=True)]
-        for view in self._views[:-1]:
-            view.scene.bind()  # views after it may have moved what all share to larger buffers
-        return frames
 
     @overload
     @synchronized
@@ -400,19 +391,19 @@ class Renderer(Closing):
         cameras = self._cameras_of("render", camera)
         if checked("render: cut", flag, cut, PicaError):
             self.reset()
-        unshown, timings = self._unshown_frames(), {}
-        gathered = [Gathered(frames, unshown, requested, self.debug) for _ in self._views]
+        unshown, timings, views = self._unshown_frames(), {}, self._views
+        gathered = [Gathered(frames, unshown, requested, self.debug) for _ in views]
         for done in gathered[0].numbers:
             with self.device.lock:
                 last, continues = gathered[0].is_last(done), not gathered[0].is_first(done)
                 select = [partial(each.names, number=done) for each in gathered]
                 captured = self._advance(cameras, True, True, denoisers, last, continues, elapsed, select)
-                for each, captures, view in zip(gathered, captured, self._views, strict=True):
+                for each, captures, view in zip(gathered, captured, views, strict=True):
                     each.add(done, captures, view.scene)
                 if last:
                     timings = self.device.profiler.flush()
                     if denoise:
-                        for view in self._views:
+                        for view in views:
                             view.without_denoiser()
             if progress is not None and done > 0:
                 progress(done, frames)
@@ -420,7 +411,7 @@ class Renderer(Closing):
         return self._result(
             [
                 each.frame(self.device, self.size, timings, partial(watch, scene=view.scene.source))
-                for each, view in zip(gathered, self._views, strict=True)
+                for each, view in zip(gathered, views, strict=True)
             ]
         )
 
@@ -447,10 +438,10 @@ class Renderer(Closing):
         with self.device.lock:
             for view in self._views:
                 view.frames.rewind()
-            frames = self._begin(cameras, wait=True, jittered=False)
+            frames = begin_together(self.device, self._views, cameras, wait=True, jittered=False)
             select: Select = lambda plan: frozenset(plan.names("gbuffer", requested))  # noqa: E731
             replays = [view.replay_gbuffer(frame, select) for view, frame in zip(self._views, frames, strict=True)]
-            captured = replay_together(self.device, frames[0], replays)
+            captured = replay_together(self.device, frames, replays)
             self._views[0].frames.end(frames[0])
             for view in self._views:
                 view.frames.rewind()

@@ -6,7 +6,7 @@ from typing import Any
 
 import slangpy as spy
 
-from pica.errors import DeviceError, PicaError, SettingsError, shown
+from pica.errors import DeviceError, PicaError, SceneError, SettingsError, shown
 from pica.frame.context import Size
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
@@ -31,13 +31,13 @@ def check_made_with(caller: str, scene: Any, settings: Any, device: Any) -> None
 
 
 def checked_scenes(caller: str, scene: Any, views: Any) -> list[Any]:
-    """The scene of each view: one for all, or a sequence of one for each. Raises PicaError for an impossible number;
-    whether they are scenes is not checked."""
+    """The scene of each view: one for all, or a sequence of one for each. Raises PicaError for an impossible number
+    of views, SceneError for another number of scenes; whether they are scenes is not checked."""
     count = checked(f"{caller}: views", optional(whole(1, _MOST_VIEWS)), views, PicaError)
     if not isinstance(scene, list | tuple):
         return [scene] * (count or 1)
     if not scene or (count or len(scene)) != len(scene):
-        raise PicaError(f"{caller}: scene: {len(scene)} scenes: must be one for each of {count or 'some'} views")
+        raise SceneError(f"{caller}: scene: {len(scene)} scenes: must be one for each of {count or 'some'} views")
     return list(scene)
 
 

@@ -165,12 +165,16 @@ class Device:
             yield recording
             self.handle.submit_command_buffer(recording.encoder.finish())
 
-    def finish(self, recording: Recording) -> float:
-        """Submit what is recorded, and wait for it; returns the seconds. The recording goes on with another encoder."""
-        started = time.perf_counter()
-        submission = self.handle.submit_command_buffer(recording.encoder.finish())
+    def submit(self, recording: Recording) -> int:
+        """Submit what is recorded; returns its number. The recording goes on with another encoder."""
+        submission: int = self.handle.submit_command_buffer(recording.encoder.finish())
         recording.encoder = self.handle.create_command_encoder()
-        self.handle.wait_for_submit(submission)
+        return submission
+
+    def finish(self, recording: Recording) -> float:
+        """As `submit`, and wait for it; returns the seconds."""
+        started = time.perf_counter()
+        self.handle.wait_for_submit(self.submit(recording))
         return time.perf_counter() - started
 
     @property
