@@ -1,5 +1,6 @@
 """Renderers of several views: each shows what a renderer of its own would."""
 
+import gc
 from copy import deepcopy
 from dataclasses import replace
 from itertools import chain
@@ -9,6 +10,7 @@ import pytest
 
 import pica
 from pica.errors import PicaError, SceneError
+from pica.quality.metrics import flip
 from pica.rhi.device import DeviceRecording
 from pica.scene.light import PointLight
 from pica.scene.material import Material
@@ -165,27 +167,26 @@ def test_a_still_batch_converges(fresh):
     assert (np.abs(again - rest).mean((1, 2, 3)) < 0.5 * np.abs(again - noisy).mean((1, 2, 3))).all()
 
 
-def test_views_wait_for_the_device_together(fresh, monkeypatch):
-    """A batch is submitted about as often as a picture for each of its groups."""
-    counts = []
-    submit = type(fresh.device).submit
+def test_views_wait_for_the_device_together(device, scene, monkeypatch):
+    """A batch is submitted about as often as a picture for the first view and for each group of the others."""
+    counts = [0]
+    submit = type(device).submit
 
     def counted(device, recording: DeviceRecording) -> int:
         counts[-1] += 1
         return submit(device, recording)
 
-    monkeypatch.setattr(type(fresh.device), "submit", counted)
-    fresh.reset()
+    monkeypatch.setattr(type(device), "submit", counted)
+    with pica.Renderer(scene, size=(16, 16), device=device, views=8) as together:
+        together.render(1, camera=cameras(count=8), aovs=())
+        traces_by_buffers = together.tracer is not None
     counts.append(0)
-    fresh.render(1, camera=cameras(), aovs=())
-    groups = 2
-    if fresh.tracer is None:
-        assert counts == [groups - 1]  # the rest is the end of the frame
-        return
-    with pica.Renderer(fresh.scene, size=SIZE, device=fresh.device) as alone:
-        counts.append(0)
+    with pica.Renderer(scene, size=(16, 16), device=device) as alone:
         alone.render(1, camera=cameras()[0], aovs=())
-    assert 0 < counts[0] < (groups + 0.5) * counts[1]
+    if traces_by_buffers:
+        assert 0 < counts[0] < 5 * counts[1]
+    else:
+        assert counts == [1, 0]  # the rest is the end of the frame
 
 
 @pytest.mark.parametrize(
@@ -269,6 +270,26 @@ def test_scenes_of_their_own(device):
         each.close()
 
 
+def test_maps_of_light_below_surfaces_are_traced_once_for_all_views(device):
+    """Such light does not depend on the camera. Pictures stay those of a renderer of its own but for its noise; the
+    light of what only another view shows is kept up to date as well."""
+    wax = Material(metallic=0.0, diffuse_transmission=1.0, thin_walled=False, scattering=(10.0, 10.0, 10.0))
+    scene = room()
+    scene.add(placed(sphere(0.4, wax), move(0, 0.4, -0.8), "wax"))
+    aside, facing = pica.Camera.look_at((0, 1, 2), (0, 1, 5)), pica.Camera.look_at((0.3, 0.8, 0.6), (0, 0.4, -0.8))
+    with pica.Renderer(scene, size=SIZE, device=device, views=2) as together:
+        batch = together.render(12, camera=[aside, facing])
+        traced = [{node.name for node in view.plan._plan.nodes} for view in together._views]
+    with pica.Renderer(scene, size=SIZE, device=device, settings=seed(1)) as alone:
+        frame = alone.render(12, camera=facing)
+    assert "map_rays" in traced[0] and "map_rays" not in traced[1]
+    light, expected = batch[1].aov("subsurface"), frame.aov("subsurface")
+    assert (expected.sum(-1) > 0).mean() > 0.1 and not batch[0].aov("subsurface").any()
+    np.testing.assert_array_equal(light.sum(-1) > 0, expected.sum(-1) > 0)
+    assert light.mean() == pytest.approx(expected.mean(), rel=0.1)
+    assert flip(frame.color, batch[1].color)[0] < 0.01
+
+
 def test_a_fault_in_one_scene_leaves_the_others_changes(device):
     """Nothing is recorded before all scenes have been checked."""
     scenes = [room(), room()]
@@ -297,6 +318,7 @@ def test_memory_stays_while_batches_go_on(device, fresh):
 
 def test_all_views_are_freed(device):
     scene = room()
+    gc.collect()
     before = device.memory
     renderer = pica.Renderer(scene, size=SIZE, device=device, views=2)
     renderer.render(1, camera=cameras(count=2), aovs=())

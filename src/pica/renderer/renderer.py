@@ -95,7 +95,11 @@ class Renderer(Closing):
         """Whether it takes and gives one camera and picture for each view, instead of one."""
         with self.device.lock:
             of_each = size, self.settings, light_map, lut
-            self._views = [View(self.device, each, *of_each, number) for number, each in enumerate(scenes)]
+            self._views, leaders = list[View](), dict[int, View]()
+            for number, each in enumerate(scenes):
+                view = View(self.device, each, *of_each, number, leaders.get(id(each)))
+                leaders.setdefault(id(each), view)
+                self._views.append(view)
         self.view = self._views[0].scene
         """The first view's data of the scene."""
         self.effect_inputs: dict[str, Any] = {}
@@ -322,7 +326,7 @@ class Renderer(Closing):
             self._views, frames, select or [_nothing] * self.views, denoisers or [None] * self.views, strict=True
         )
         replays = [view.replay(frame, choose, denoiser, last) for view, frame, choose, denoiser in of_each]
-        captured = replay_together(self.device, frames, replays)
+        captured = replay_together(self.device, self._views, frames, replays)
         self._views[0].frames.end(frames[0])
         self.captured, self.effect_inputs = captured[0], self._views[0].inputs()
         return captured
@@ -441,7 +445,7 @@ class Renderer(Closing):
             frames = begin_together(self.device, self._views, cameras, wait=True, jittered=False)
             select: Select = lambda plan: frozenset(plan.names("gbuffer", requested))  # noqa: E731
             replays = [view.replay_gbuffer(frame, select) for view, frame in zip(self._views, frames, strict=True)]
-            captured = replay_together(self.device, frames, replays)
+            captured = replay_together(self.device, self._views, frames, replays)
             self._views[0].frames.end(frames[0])
             for view in self._views:
                 view.frames.rewind()

@@ -46,9 +46,18 @@ class Stages:
     """All that a frame is made by. They own passes and pipelines; textures they declare to the graph."""
 
     def __init__(
-        self, device: Device, settings: Settings, view: SceneView, light_map: LightMap | None, lut: Lut | None
+        self,
+        device: Device,
+        settings: Settings,
+        view: SceneView,
+        light_map: LightMap | None,
+        lut: Lut | None,
+        leader: "Stages | None" = None,
     ) -> None:
+        """`leader`: of another view of the scene, whose light that no camera influences is theirs too. It follows
+        settings, and runs in each frame, before they do."""
         self._device, self._view, self._light_map, self._lut = device, view, light_map, lut
+        self._leader = leader
         self._cache: str | None = None
         self._glass_layers = -1
         self.reprojection = Reprojection(device)
@@ -103,7 +112,7 @@ class Stages:
             off = settings.transparency.mode == "off"
             self.transparency = None if off else Transparency(device.memory_scope(), *glass)
         if changed & {"rays", "translucency"} or cache != self._cache:
-            wax = settings.translucency, self.tracer, cache
+            wax = settings.translucency, self.tracer, cache, self._leader.translucency if self._leader else None
             off = settings.translucency.mode == "off"
             self.translucency = None if off else Translucency(device.memory_scope(), *wax)
         self._cache = cache

@@ -3,7 +3,6 @@
 import time
 from collections import deque
 from collections.abc import Sequence
-from itertools import pairwise
 
 from pica.frame.context import Batch, FrameContext
 from pica.graph.plan import Capture, Replay
@@ -54,34 +53,44 @@ def begin_together(
 
 
 def replay_together(
-    device: Device, frames: Sequence[FrameContext], replays: Sequence[Replay]
+    device: Device, views: Sequence[View], frames: Sequence[FrameContext], replays: Sequence[Replay]
 ) -> list[dict[str, Capture]]:
-    """Record frames of as many views, by Plan.replay_in_parts. Returns their captures.
+    """Record a frame of each view, by View.replay. Returns their captures.
 
-    They share one recording up to here, and at the end: its last part, in that of the first frame, is yet to be
+    Frames share one recording up to here, and at the end: its last part, in that of the first frame, is yet to be
     submitted. In between, some are submitted while others are recorded, or traced by the processor.
     """
-    count = _groups(len(frames))
-    bounds = [len(frames) * number // count for number in range(count + 1)]
-    numbered, first = list(enumerate(replays)), frames[0]
-    groups = deque[_Group]()
-    for start, end in pairwise(bounds):
-        recording = first.recording
-        if start:
-            recording = DeviceRecording(device.handle.create_command_encoder(), device.profiler)
-            for frame in frames[start:end]:
-                frame.recording = recording
-        groups.append(_Group(recording, numbered[start:end]))
     captured: dict[int, dict[str, Capture]] = {}
+    for leads in (True, False):
+        numbers = [number for number, view in enumerate(views) if (view.leader is None) == leads]
+        _replay(device, frames, replays, numbers, captured)
+    return [captured[number] for number in range(len(views))]
+
+
+def _replay(
+    device: Device,
+    frames: Sequence[FrameContext],
+    replays: Sequence[Replay],
+    numbers: Sequence[int],
+    captured: dict[int, dict[str, Capture]],
+) -> None:
+    """Record the frames of these numbers."""
+    count, first = _groups(len(numbers)), frames[0].recording
+    groups = deque[_Group]()
+    for group in range(count):
+        members = numbers[len(numbers) * group // count : len(numbers) * (group + 1) // count]
+        recording = first if group == 0 else DeviceRecording(device.handle.create_command_encoder(), device.profiler)
+        for number in members:
+            frames[number].recording = recording
+        groups.append(_Group(recording, [(number, replays[number]) for number in members]))
     while groups:
-        group = groups.popleft()
-        if group.go_on(device, captured):
-            groups.append(group)
+        recorded = groups.popleft()
+        if recorded.go_on(device, captured):
+            groups.append(recorded)
         if groups:
-            group.submission = device.submit(group.recording)
+            recorded.submission = device.submit(recorded.recording)
         else:
-            first.recording.encoder = group.recording.encoder
-    return [captured[number] for number in range(len(frames))]
+            first.encoder = recorded.recording.encoder
 
 
 def _groups(frames: int) -> int:

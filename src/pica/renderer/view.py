@@ -25,7 +25,10 @@ _SEEDS = 1 << 31
 
 
 class View:
-    """What a camera needs from frame to frame. Views of one scene share its copy on the device and its programs."""
+    """What a camera needs from frame to frame.
+
+    Views of one scene share its copy on the device, its programs, and what their leader keeps for all (Stages).
+    """
 
     def __init__(
         self,
@@ -36,12 +39,16 @@ class View:
         light_map: LightMap | None,
         lut: Lut | None,
         number: int,
+        leader: "View | None",
     ) -> None:
-        """`number`: counts the views of a renderer; the seed of their noise is that of the settings plus it."""
+        """`number`: counts the views of a renderer; the seed of their noise is that of the settings plus it. `leader`:
+        the first view of the same scene; None: this one is."""
+        self.leader = leader
         self._device, self._settings, self._number = device, settings, number
         self.scene = SceneView(device, scene, settings)
         self.frames = self._make_frames(size)
-        self.stages = Stages(device, settings, self.scene, light_map, lut)
+        leading = leader.stages if leader is not None else None
+        self.stages: Stages = Stages(device, settings, self.scene, light_map, lut, leading)
         self.plan = FramePlan(device)
         self._relighting = Relighting()
 

@@ -22,7 +22,7 @@ from pica.programs.recipes import MaterialPass
 from pica.rhi.device import Device
 from pica.scene.material import Material
 from pica.settings import TranslucencySettings
-from pica.texture_space.map_paths import MapPaths
+from pica.texture_space.map_paths import MapLight, MapPaths
 from pica.texture_space.texture_maps import MappedKind
 from pica.tracing.ray_buffers import Tracer
 from pica.tracing.ray_effect import RayEffect, ray_effect
@@ -52,14 +52,24 @@ class Translucency(Effect):
     aov_names = ("subsurface",)
 
     def __init__(
-        self, device: Device, settings: TranslucencySettings, tracer: Tracer | None, cache: str | None
+        self,
+        device: Device,
+        settings: TranslucencySettings,
+        tracer: Tracer | None,
+        cache: str | None,
+        source: "Translucency | None" = None,
     ) -> None:
-        """`cache`: the module of the cache of indirect light, if calls pass one."""
+        """`cache`: the module of the cache of indirect light, if calls pass one. `source`: of another view of the scene
+        with the same settings, which keeps the maps of both: light below surfaces does not depend on the camera."""
         self._device, self._settings, self._tracer, self._cache = device, settings, tracer, cache
+        self._source = source
+        self._light: MapLight | None = None
 
     @cached_property
     def _paths(self) -> MapPaths:
         """Made for the first scene that has any."""
+        if self._source is not None:
+            return self._source._paths
         return MapPaths(self._device, _SOLIDS, self._settings.map_size, self._settings.interval)
 
     @cached_property
@@ -86,7 +96,7 @@ class Translucency(Effect):
 
     def reset(self) -> None:
         """Forget the maps' light."""
-        if "_paths" in self.__dict__:
+        if "_paths" in self.__dict__ and self._source is None:
             self._paths.reset()
 
     def works_by_pixel(self, scene: SceneView) -> bool:
@@ -108,22 +118,15 @@ class Translucency(Effect):
             if not scene.translucent:
                 graph.offer("subsurface", (gbuffer.textures["depth"],), lambda depth: np.zeros((*depth.shape[:2], 3)))
                 return None
-            paths, side = self._paths, self._paths.maps.side
-            paths.follow(graph, scene, self._settings.mode == "texture_space")
-            light = paths.light(graph)
-            drift = graph.history("drift", {"drift": spy.Format.r32_float}, (side, side)).textures["drift"]
             path = {
                 **samples.at_hits(regularized=True),
                 "scatterings": self._settings.scatterings,
                 **(indirect.cache.values if indirect and indirect.cache else {}),
             }
-            of_texels = {
-                "drift": write(drift),
-                "previousDrift": drift.previous,
-                "exposure": exposure,
-                "settled": lambda frame: int(paths.unchanged(frame) > COMPLETE_FROM),
-            }
-            paths.trace(graph, light, self._trace, "map_rays", _ESTIMATOR, **path, **of_texels)
+            if self._source is None:
+                self._trace_maps(graph, scene, path, exposure)
+            else:
+                graph.provide(textureMaps=self._paths.maps)
             signal = graph.texture("signal", spy.Format.rgba32_float)
             by_pixel = self.works_by_pixel(scene)
             if by_pixel:
@@ -132,15 +135,44 @@ class Translucency(Effect):
             graph.add(
                 self._look_up,
                 graph.grid,
-                light=light.texels,
                 signal=update(signal) if by_pixel else write(signal),
-                lastSeen=update(light.last_seen),
-                number=light.number,
+                **self._looked_up(),
             )
             graph.add(self._apply, graph.grid, signal=signal, reflected=write(reflected))
             graph.offer("subsurface", (reflected,), light_of)
-            graph.offer("debug.translucency.maps", (light.texels,), lambda values: values[..., :3], on_request=True)
         return reflected
+
+    def _trace_maps(self, graph: FrameGraph, scene: SceneView, path: dict[str, Any], exposure: Buffer) -> None:
+        """Trace paths from texels of the maps."""
+        paths, side = self._paths, self._paths.maps.side
+        paths.follow(graph, scene, self._settings.mode == "texture_space")
+        self._light = light = paths.light(graph)
+        drift = graph.history("drift", {"drift": spy.Format.r32_float}, (side, side)).textures["drift"]
+        of_texels = {
+            "drift": write(drift),
+            "previousDrift": drift.previous,
+            "exposure": exposure,
+            "settled": lambda frame: int(paths.unchanged(frame) > COMPLETE_FROM),
+        }
+        paths.trace(graph, light, self._trace, "map_rays", _ESTIMATOR, **path, **of_texels)
+        graph.offer("debug.translucency.maps", (light.texels,), lambda values: values[..., :3], on_request=True)
+
+    def _looked_up(self) -> dict[str, Any]:
+        """The maps as inputs of map_lookup.slang."""
+        if self._source is None:
+            light = self.light_of_maps()
+            return {"light": light.texels, "lastSeen": update(light.last_seen), "number": light.number}
+        of_source = self._source.light_of_maps
+        return {
+            "light": lambda frame: of_source().texels.physical,
+            "lastSeen": lambda frame: of_source().last_seen.physical,
+            "number": lambda frame: of_source().number(frame),
+        }
+
+    def light_of_maps(self) -> MapLight:
+        """Of the newest frame that was declared."""
+        assert self._light is not None
+        return self._light
 
     def _trace_pixels(self, graph: FrameGraph, path: dict[str, Any], signal: Texture) -> None:
         """Fill `signal`, as screen_history.slang has it, with light that passes surfaces without a map."""
