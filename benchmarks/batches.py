@@ -2,8 +2,8 @@
 
 machine_world with default settings from cameras beside one another, which move before each picture: all views by one
 renderer, then by a renderer each, one after the other. Both are measured in turn. Prints pictures a second (median of
-the rounds), host milliseconds a picture, and megabytes of device memory. `--batches N` renders so many more, and prints
-by how much device memory and that of the process grew.
+the rounds), milliseconds a picture of the host and of all processors, which hardly depend on what else runs, and megabytes
+of device memory. `--batches N` renders so many more, and prints by how much device memory and the process grew.
 """
 
 import argparse
@@ -25,11 +25,11 @@ def cameras(scene: pica.Scene, views: int, step: int) -> list[pica.Camera]:
     return [pica.Camera(transform=place @ camera.transform, vertical_fov=camera.vertical_fov) for place in places]
 
 
-def timed(call: Callable[[], object]) -> float:
-    """Seconds."""
-    started = time.perf_counter()
+def timed(call: Callable[[], object]) -> tuple[float, float]:
+    """Seconds of the clock, and of all processors."""
+    started = time.perf_counter(), time.process_time()
     call()
-    return time.perf_counter() - started
+    return time.perf_counter() - started[0], time.process_time() - started[1]
 
 
 def resident() -> float:
@@ -73,16 +73,19 @@ def main() -> None:
         return [renderer.render(1, camera=camera, aovs=()).color for renderer, camera in looks]
 
     one_by_one(0)
-    times = [
-        (timed(lambda step=step: batch(step)), timed(lambda step=step: one_by_one(step)))
-        for step in range(1, arguments.rounds + 1)
-    ]
-    for name, seconds in zip(("batch", "one by one"), np.median(times, axis=0).tolist(), strict=True):
-        print(f"{name}: {views / seconds:.2f} pictures a second")
-    host = 1e3 * together.host_seconds / views, 1e3 * alone[0].host_seconds
-    print(f"host: {host[0]:.2f} ms a picture of a batch, {host[1]:.2f} alone")
-    ratios = [apart / joined for joined, apart in times]
-    print(f"batch over one by one: {np.median(ratios):.3f} (rounds: {', '.join(f'{ratio:.3f}' for ratio in ratios)})")
+    rounds = range(1, arguments.rounds + 1)
+    times = np.array(
+        [(timed(lambda step=step: batch(step)), timed(lambda step=step: one_by_one(step))) for step in rounds]
+    )
+    medians = np.median(times, axis=0)
+    hosts = together.host_seconds / views, alone[0].host_seconds
+    for name, (clock, processors), host in zip(("batch", "one by one"), medians.tolist(), hosts, strict=True):
+        print(
+            f"{name}: {views / clock:.2f} pictures a second; a picture takes {1e3 * processors / views:.1f} ms of"
+            f" processors, {1e3 * host:.2f} ms of the host"
+        )
+    clock, processors = np.median(times[:, 1] / times[:, 0], axis=0)
+    print(f"one by one over batch, median of the rounds: {clock:.3f} by the clock, {processors:.3f} by processors")
 
 
 if __name__ == "__main__":
