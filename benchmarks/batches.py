@@ -2,8 +2,9 @@
 
 machine_world with default settings from cameras beside one another, which move before each picture: all views by one
 renderer, then by a renderer each, one after the other. Both are measured in turn. Prints pictures a second (median of
-the rounds), milliseconds a picture of the host and of all processors, which hardly depend on what else runs, and megabytes
-of device memory. `--batches N` renders so many more, and prints by how much device memory and the process grew.
+the rounds), milliseconds a picture of the host and of all processors, which depend little on other programs, and
+megabytes of device memory. `--batches N` renders so many more, and prints by how much device memory and the process
+grew.
 """
 
 import argparse

@@ -236,6 +236,19 @@ def test_calls_that_show_one_view(renderer):
             call()
 
 
+def test_insertions_are_in_the_frames_of_all_views(fresh):
+    shown = []
+
+    def declare(graph, signals):
+        graph.record("note", lambda frame: shown.append(frame.camera.transform[0, 3]))
+
+    insertion = fresh.insert(declare, "composite", name="note")
+    fresh.render(1, camera=cameras(), aovs=())
+    insertion.remove()
+    fresh.render(1, camera=cameras(), aovs=())
+    assert sorted(shown[-VIEWS:]) == [camera.transform[0, 3] for camera in cameras()] and len(shown) % VIEWS == 0
+
+
 def test_one_view_gives_batches_too(device, scene):
     with pica.Renderer(scene, size=SIZE, device=device, views=1) as renderer:
         assert renderer.render(1, camera=cameras(count=1), aovs=()).color.shape == (1, *SIZE[::-1], 3)
