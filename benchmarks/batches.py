@@ -3,8 +3,8 @@
 machine_world with default settings from cameras beside one another, which move before each picture: all views by one
 renderer, then by a renderer each, one after the other. Both are measured in turn. Prints pictures a second (median of
 the rounds), milliseconds a picture of the host and of all processors, which depend little on other programs, and
-megabytes of device memory. `--batches N` renders so many more, and prints by how much device memory and the process
-grew.
+megabytes of device memory. `--batches N` renders so many, and prints by how much device memory and the process grew
+in their second half.
 """
 
 import argparse
@@ -58,13 +58,13 @@ def main() -> None:
         return together.render(1, camera=cameras(scene, views, step), aovs=()).color
 
     if arguments.batches:
-        batch(1)
-        memory, process = device.memory, resident()
         for step in range(arguments.batches):
+            if step == arguments.batches // 2:
+                memory, process = device.memory, resident()
             batch(step)
+        grown = device.memory - memory, resident() - process
         print(
-            f"{arguments.batches} batches: device memory grew by {device.memory - memory} bytes, the process by"
-            f" {resident() - process:.1f} MiB"
+            f"{arguments.batches} batches, second half: device memory {grown[0]:+} bytes, process {grown[1]:+.1f} MiB"
         )
         return
     alone = [pica.Renderer(scene, size=size, device=device) for _ in range(views)]

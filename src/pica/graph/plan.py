@@ -91,6 +91,7 @@ class Plan:
         graph.memory.allocate(kept, graph.histories, self.places.items())
         for node in self.nodes:
             node.bind()
+        self._parts = [PlanPart(self.serial, node.scope, node.index) for node in self.nodes]
         for resource in graph.resources:  # or a plan were a circle, and its memory stayed until that is collected
             resource.writers, resource.readers = [], []
         self.memory = graph.memory
@@ -113,11 +114,11 @@ class Plan:
         """As `replay`, for a caller that submits what is recorded at each yield."""
         captures = self._captures_of(frame.requested)
         fetched: dict[str, Capture] = {}
-        for node in self.nodes:
+        for node, owner in zip(self.nodes, self._parts, strict=True):
             if only is not None and node.scope != only:
                 continue
             if node.when is None or node.when(frame):
-                frame.profiler.owner = owner = PlanPart(self.serial, node.scope, node.index)
+                frame.profiler.owner = owner
                 parts = node.record(frame)
                 if parts is not None:
                     yield from _owned(parts, frame, owner)

@@ -11,6 +11,8 @@ MAX_PASSES = 128
 """Timed in a view's frame."""
 FRAMES_IN_FLIGHT = 3
 MAX_FRAMES = 1024
+_MAX_OWNERS = 1 << 16
+"""Times in all that `by_owner` holds: batches of many views have thousands a frame."""
 _GROUP = spy.float3(0.4, 0.6, 0.9)
 _DEBUGGERS = (
     "PICA_LABELS",
@@ -49,8 +51,9 @@ class Profiler:
         """The owner of the passes that follow, for `by_owner`."""
         self._names: list[tuple[str, Hashable]] = []
         self._on_host: defaultdict[tuple[str, Hashable], float] = defaultdict(float)
-        self.by_owner: deque[dict[Hashable, float]] = deque(maxlen=MAX_FRAMES)
-        """The times of `finished`, summed by owner."""
+        self.by_owner: deque[dict[Hashable, float]] = deque()
+        """The times of `finished`, summed by owner; fewer of frames with many owners."""
+        self._owned = 0
         self.finished: deque[dict[str, float]] = deque(maxlen=MAX_FRAMES)
         """Milliseconds per pass of the frames that the GPU has finished, newest last."""
 
@@ -115,4 +118,10 @@ class Profiler:
                 times[name] += milliseconds
                 owners[owner] += milliseconds
             self.finished.append(dict(times))
-            self.by_owner.append(dict(owners))
+            self._keep(dict(owners))
+
+    def _keep(self, owners: dict[Hashable, float]) -> None:
+        self.by_owner.append(owners)
+        self._owned += len(owners)
+        while len(self.by_owner) > MAX_FRAMES or (self._owned > _MAX_OWNERS and len(self.by_owner) > 1):
+            self._owned -= len(self.by_owner.popleft())
