@@ -18,6 +18,7 @@ from pica.scene.model import Node
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move
 from tests.building import lambert, placed, scene_of, shining, uniform
+from tests.gpu_scene.test_views import FROM_LEFT, FROM_RIGHT, Stage
 
 VIEWS, SIZE = 3, (40, 32)
 METAL = Material(base_color=(0.9, 0.7, 0.5, 1.0), metallic=1.0, roughness=0.1)
@@ -81,6 +82,39 @@ def test_each_view_equals_a_renderer_of_its_own(device, scene, fresh):
             for step, batch in enumerate(together):
                 camera = cameras(step)[number]
                 assert_same(batch[number], alone.render(2 if step == 0 else 1, camera=camera))
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        pytest.param({"rays.scheduler": "pipeline"}, id="pipeline"),
+        pytest.param({"visibility.primary": "rays", "reflections.mode": "screen_space"}, id="rays"),
+        pytest.param({"global_illumination.mode": "restir"}, id="restir", marks=pytest.mark.slow),
+        pytest.param(
+            {"post.shutter": "0.5", "antialiasing.upscale": "1.5", "shadows.method": "maps"},
+            id="upscaled",
+            marks=pytest.mark.slow,
+        ),
+    ],
+)
+def test_each_view_equals_a_renderer_of_its_own_of_whatever_moves(device, values):
+    """Rigid, skinned, facing the camera, at levels of detail by distance; one camera is out of focus."""
+    above = pica.Camera.look_at((0, 3, 5), (0, 0.4, 0)).focused_on((0, 0.4, 0), 1.0)
+    looks, chosen = [FROM_LEFT, FROM_RIGHT, above], pica.Settings().with_values(values)
+    stages = [Stage() for _ in range(VIEWS + 1)]
+    alone = [
+        pica.Renderer(stage.scene, size=SIZE, device=device, settings=replace(chosen, seed=number))
+        for number, stage in enumerate(stages[:-1])
+    ]
+    with pica.Renderer(stages[-1].scene, size=SIZE, device=device, settings=chosen, views=VIEWS) as together:
+        for step in range(3):
+            for stage in stages:
+                stage.at(0.1 * step)
+            batch = together.render(1, camera=looks)
+            for frame, renderer, camera in zip(batch, alone, looks, strict=True):
+                assert_same(frame, renderer.render(1, camera=camera))
+    for renderer in alone:
+        renderer.close()
 
 
 def test_the_noise_of_each_view_is_another(fresh):
