@@ -167,7 +167,11 @@ def test_labels(fresh):
 
 
 def test_files(fresh, tmp_path):
-    fresh.render(1, camera=cameras()).save(tmp_path / "view%02d.png")
+    batch = fresh.render(1, camera=cameras())
+    batch.save(tmp_path / "view%02d.png")
+    for name in ("view.png", "view%s%s.png", "view%.png"):
+        with pytest.raises(PicaError, match="the name needs one %d"):
+            batch.save(tmp_path / name)
     assert sorted(path.name for path in tmp_path.iterdir()) == [f"view{number:02}.png" for number in range(VIEWS)]
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.errors import PicaError
 from pica.images.aov_table import AovInfo
 from pica.images.labels import NodeLabel, Semantic
 from pica.images.output import Frame
@@ -92,9 +93,15 @@ class FrameBatch(Sequence[Frame]):
         return stack(tensors)
 
     def save(self, pattern: str | Path) -> None:
-        """Write each view as Frame.save does. `pattern`: a path with a number, "views/%03d.png", from 0 on."""
-        for number, frame in enumerate(self._frames):
-            frame.save(str(pattern) % number)
+        """Write each view as Frame.save does. `pattern`: a path with a number in its name, "views/%03d.png", from 0 on.
+        Raises PicaError for one without."""
+        path = Path(pattern)
+        try:
+            names = [path.name % number for number in range(len(self))]
+        except (TypeError, ValueError):
+            raise PicaError(f"cannot write {path}: the name needs one %d, such as %03d, and no other %") from None
+        for frame, name in zip(self._frames, names, strict=True):
+            frame.save(path.with_name(name))
 
     def __repr__(self) -> str:
         return f"<pica.FrameBatch of {len(self)} views: {self._frames[0]!r}, ...>"
