@@ -2,26 +2,13 @@
 
 import logging
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
 
-Listener = Callable[[int, int], None]
-"""Called with (programs compiled, programs to compile), first with none of them."""
+from pica.reports import Reports
 
 LONG = 10.0
 """Seconds after which the log has a line, if there is no listener."""
-_listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
-
-
-@contextmanager
-def listening(listener: Listener) -> Iterator[None]:
-    """Report to this listener within the block, in this thread."""
-    before = _listener.set(listener)
-    try:
-        yield
-    finally:
-        _listener.reset(before)
+REPORTS = Reports("compilation")
+"""(programs compiled, programs to compile), first with none of them."""
 
 
 class Compilation:
@@ -30,7 +17,7 @@ class Compilation:
     def __init__(self, total: int) -> None:
         self._total, self._done = total, 0
         self._began, self._logged = time.monotonic(), False
-        self._listener = _listener.get()
+        self._listener = REPORTS.listener
         self.tell(0)
 
     def tell(self, done: int) -> None:

@@ -50,7 +50,7 @@ def started(monkeypatch):
 def prepared(device, files=PASSES):
     """Passes made before a first frame, and what was told meanwhile."""
     passes, said = [device.compute(file) for file in files], []
-    with compiling.listening(lambda *counts: said.append(counts)):
+    with compiling.REPORTS.to(lambda *counts: said.append(counts)):
         preparation.prepare(device, STANDARD_ONLY)
     return passes, said
 

@@ -13,7 +13,7 @@ from pica.errors import SceneError
 from pica.images.pictures import Admit, encoded_png, open_texture
 from pica.scene.gltf import pictures, read
 from pica.scene.limits import Budget, Limits
-from pica.scene.load_progress import listening
+from pica.scene.load_progress import REPORTS
 from pica.scene.model import Scene
 from tests.images import ktx2_pictures
 from tests.scene.gltf_files import GltfFile
@@ -55,7 +55,7 @@ def test_large_pictures_are_decoded_once_in_other_threads(tmp_path: Path, monkey
     small = np.full((4, 4, 4), 9, np.uint8)
     contents = [encoded_png(pixels) for pixels in (noise(1), noise(2), noise(1), small)]
     reported: list[tuple[int, int]] = []
-    with listening(lambda done, total: reported.append((done, total))):
+    with REPORTS.to(lambda done, total: reported.append((done, total))):
         scene = read(textured(*contents).write(tmp_path))
     for loaded, pixels in zip(images(scene), (noise(1), noise(2), noise(1), small), strict=True):
         np.testing.assert_array_equal(loaded, pixels)

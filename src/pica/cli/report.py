@@ -8,10 +8,10 @@ from json import dumps
 from threading import Timer
 from typing import Any, TextIO, cast
 
+from pica import compiling
 from pica.cli.interrupts import cleaning_up_first
 from pica.cli.streams import Messages, say
-from pica.compiling import listening
-from pica.scene.load_progress import listening as load_listening
+from pica.scene import load_progress as loads
 from pica.text import one_line
 
 _COMPILING = "Compiling shaders"
@@ -30,7 +30,7 @@ def progress(title: str, json: bool = False) -> Iterator[Callable[[int, int], No
     with (
         cleaning_up_first(),
         nullcontext(_line) if json else _bars(title) as show,
-        listening(partial(show, _COMPILING)),
+        compiling.REPORTS.to(partial(show, _COMPILING)),
     ):
         yield partial(show, title)
 
@@ -52,7 +52,7 @@ def load_progress(title: str) -> Iterator[None]:
     late = Timer(_LATE, bar.start)
     late.start()
     try:
-        with cleaning_up_first(), load_listening(lambda done, total: bar.update(task, completed=done, total=total)):
+        with cleaning_up_first(), loads.REPORTS.to(lambda done, total: bar.update(task, completed=done, total=total)):
             yield
     finally:
         late.cancel()

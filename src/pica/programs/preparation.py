@@ -28,7 +28,7 @@ def prepare(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
     """Make the missing programs of all passes on this device; `types`: for passes that depend on material types.
 
     Returns the types that they were made for: with more features if the caches have all programs for those, and not for
-    `types`. Programs that no cache has are reported to `compiling.listening`, or logged. Raises DeviceError for one
+    `types`. Programs that no cache has are reported to `compiling.REPORTS`, or logged. Raises DeviceError for one
     that does not compile.
     """
     compiled = programs(device).compiled

@@ -15,7 +15,7 @@ from pica.renderer.frame import STAGES, Signals
 from pica.scene.values import checked, choice
 
 if TYPE_CHECKING:
-    from pica.renderer.renderer import Renderer
+    from pica.renderer.renderer_frames import RendererFrames
 
 Declare = Callable[[FrameGraph, Signals], object]
 
@@ -29,7 +29,7 @@ class Insertion:
     after: str
     """The stage before it."""
     _declare: Declare
-    _renderer: "ReferenceType[Renderer]"
+    _renderer: "ReferenceType[RendererFrames]"
 
     def remove(self) -> None:
         """Remove it from the next frame on. Does nothing if it is removed already."""
@@ -67,7 +67,7 @@ class Insertion:
 
 
 def checked_insertion(
-    declare: Any, after: Any, name: Any, taken: Collection[str], renderer: "ReferenceType[Renderer]"
+    declare: Any, after: Any, name: Any, taken: Collection[str], renderer: "ReferenceType[RendererFrames]"
 ) -> Insertion:
     """Raises PicaError for an invalid insertion."""
     if not callable(declare):

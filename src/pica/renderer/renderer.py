@@ -3,26 +3,21 @@
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import Any, overload
-from weakref import ref
 
 import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.errors import PicaError, SettingsError
 from pica.frame.context import Size
-from pica.frame.effect import Effect
-from pica.graph.description import GraphDescription
 from pica.graph.plan import Capture, Plan
 from pica.images.frame_batch import FrameBatch
 from pica.images.lut import Lut
 from pica.images.output import Frame
 from pica.light_map.light_map import LightMap
 from pica.programs.preparation import expect as expect_programs
-from pica.renderer.frame_plan import FramePlan
 from pica.renderer.gathered import Gathered, labels_frame
-from pica.renderer.insertion import Declare, Insertion, checked_insertion
 from pica.renderer.picking import Picked, Picker
-from pica.renderer.stages import Stages
+from pica.renderer.renderer_frames import RendererFrames
 from pica.renderer.together import begin_together, replay_together
 from pica.renderer.view import Select, View
 from pica.rendering.arguments import (
@@ -38,14 +33,13 @@ from pica.rendering.arguments import (
     checked_size,
 )
 from pica.rendering.black_pictures import BlackPictures
-from pica.rendering.closing import Closing, synchronized
+from pica.rendering.closing import synchronized
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.scene.values import checked, flag, instance, number, optional, whole
 from pica.settings import Settings
 from pica.tracing.fallbacks import runnable
-from pica.tracing.ray_buffers import Tracer
 
 _FIRST_SAMPLES = 8
 """Frames of a first picture on graphics cards: as many as it takes to have the error of the picture in motion."""
@@ -53,7 +47,7 @@ _LATEST = (1 << 31) - 1
 """Number of a frame; shaders count in 32 bits."""
 
 
-class Renderer(Closing):
+class Renderer(RendererFrames):
     """The hybrid renderer: one frame a call from about one ray per pixel and effect.
 
     `size`: (width, height) in pixels. `device`: a Device, a SlangPy device that is open already, part of a device's
@@ -112,105 +106,6 @@ class Renderer(Closing):
         self._running = False
         self._picker = Picker(self.device, self.tracer)
         self._black_pictures = BlackPictures()
-
-    @property
-    def views(self) -> int:
-        """How many cameras it renders in a call."""
-        return len(self._views)
-
-    @property
-    def _stages(self) -> Stages:
-        return self._views[0].stages
-
-    @property
-    def _frame_plan(self) -> FramePlan:
-        return self._views[0].plan
-
-    @property
-    def device_name(self) -> str:
-        """The adapter that renders."""
-        return self.device.name
-
-    @property
-    def pending_shaders(self) -> int:
-        """How many shader programs are still to be made, as of the newest frame, for material types that came."""
-        return self.view.pending_programs
-
-    @property
-    def single_lights(self) -> list[str]:
-        """Names of the lights that have a shadow ray of their own, strongest first."""
-        return self._stages.slots.single_lights
-
-    @property
-    def host_seconds(self) -> float:
-        """The host's time to record and submit the newest frame of all views."""
-        return self._views[0].frames.host_seconds
-
-    @property
-    def render_size(self) -> Size:
-        """At which all up to antialiasing works; `size` is that of the pictures."""
-        return self._views[0].frames.size
-
-    @property
-    def effects(self) -> list[Effect]:
-        """The active stages, in the order of the frame."""
-        return self._stages.effects
-
-    @property
-    def tracer(self) -> Tracer | None:
-        """The tracer of ray buffers; None if ray tracing pipelines trace."""
-        return self._stages.tracer
-
-    @property
-    def missing_aovs(self) -> dict[str, str]:
-        """AOVs of effects that are off, with the effect's name."""
-        return self._stages.missing_aovs
-
-    @property
-    def debug_aovs(self) -> tuple[str, ...]:
-        """Names of the debug AOVs that `advance` can capture, as of the newest frame; none before the first."""
-        return self._frame_plan.debug_aovs
-
-    @property
-    @synchronized
-    def graph(self) -> GraphDescription:
-        """The passes of the newest frame with what they read and write, their times and their memory. Waits for the
-        device. Of the first view. Raises PicaError before the first frame."""
-        with self.device.lock:
-            return self._frame_plan.describe()
-
-    @synchronized
-    def insert(self, declare: Declare, after: str, *, name: str | None = None) -> Insertion:
-        """Insert passes of your own into the frame, from the next one on (docs/guide/own-passes.md).
-
-        `declare(graph, signals)` is called whenever the frame is declared, right after the stage `after`: "gbuffer",
-        "shadows", "ambient_occlusion", "lighting", "global_illumination", "translucency", "reflections", "composite",
-        "transparency", "antialiasing" or "post". It adds passes to the graph, and may replace the radiance, the picture
-        or the display among the signals, or append to the parts of the light. `name`: of the effect, by default that
-        of `declare`.
-        Raises PicaError for an unknown stage, or a name in use.
-        """
-        taken = {"scene", "shared", *(effect.name for effect in self.effects)}
-        taken.update(insertion.name for insertion in self._frame_plan.inserted)
-        insertion = checked_insertion(declare, after, name, taken, ref(self))
-        for view in self._views:
-            view.plan.inserted.append(insertion)
-        self.renew_frame()
-        return insertion
-
-    @synchronized
-    def remove(self, insertion: Insertion) -> None:
-        """Remove an `insert`. Does nothing if it is removed already."""
-        if insertion in self._frame_plan.inserted:
-            for view in self._views:
-                view.plan.inserted.remove(insertion)
-            self.renew_frame()
-
-    @synchronized
-    def renew_frame(self) -> None:
-        """Declare the frame again, with a new picture: inserted passes are others. Histories of effects stay."""
-        for view in self._views:
-            view.renew()
 
     @synchronized
     def reset(self, frame: int = 0) -> None:

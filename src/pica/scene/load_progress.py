@@ -1,24 +1,11 @@
 """Progress of loading: large files take seconds, most of them for their pictures."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
 from threading import Lock
 
-Listener = Callable[[int, int], None]
-"""Called with (pictures decoded, pictures to decode), from any thread."""
+from pica.reports import Reports
 
-_listener: ContextVar[Listener | None] = ContextVar("load_listener", default=None)
-
-
-@contextmanager
-def listening(listener: Listener) -> Iterator[None]:
-    """Report loads of this thread to this listener within the block."""
-    before = _listener.set(listener)
-    try:
-        yield
-    finally:
-        _listener.reset(before)
+REPORTS = Reports("load")
+"""(pictures decoded, pictures to decode), from any thread."""
 
 
 class LoadProgress:
@@ -26,7 +13,7 @@ class LoadProgress:
 
     def __init__(self, total: int) -> None:
         self._done, self._total, self._lock = 0, total, Lock()
-        self._listener = _listener.get()
+        self._listener = REPORTS.listener
 
     def advance(self) -> None:
         """One more is decoded."""

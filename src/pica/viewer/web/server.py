@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import rich
 
-from pica.compiling import listening
+from pica.compiling import REPORTS
 from pica.errors import PicaError, shown
 from pica.images.pictures import encoded_png
 from pica.rhi.fair_lock import FairLock
@@ -111,7 +111,7 @@ class WebViewer:
     def run(self) -> None:
         """Render and show pictures until `stop`. Errors of the user's making are shown on the page."""
         before = time.perf_counter()
-        with listening(self._tell_compiling), warnings.catch_warnings():
+        with REPORTS.to(self._tell_compiling), warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a page that has just gone
             while not self._stopped.is_set():
                 now = time.perf_counter()

@@ -8,7 +8,7 @@ from typing import Any
 import slangpy as spy
 from slangpy import ui
 
-from pica.compiling import listening
+from pica.compiling import REPORTS
 from pica.errors import PicaError
 from pica.images.pictures import encoded_png
 from pica.images.saving import write_whole
@@ -77,7 +77,7 @@ class WindowViewer:
     def run(self) -> None:
         """Render and show pictures until the window is closed. Errors of the user's making are shown in the panel."""
         before = time.perf_counter()
-        with listening(self._tell_compiling):
+        with REPORTS.to(self._tell_compiling):
             while not self._window.should_close():
                 now = time.perf_counter()
                 self.step(now - before)
