@@ -85,6 +85,13 @@ def test_a_callback_that_raises_stops_all_of_them(pair):
 
 
 @pytest.mark.device
+def test_a_callback_that_closes_it_stops_all_of_them(device, second):
+    tracer = pica.PathTracer(still_life(), size=SIZE, devices=[device, second])
+    with pytest.raises(PicaError, match="it is closed"):
+        tracer.render(10**9, camera=CAMERA, progress=lambda done, total: tracer.close())
+
+
+@pytest.mark.device
 def test_closing_closes_all(device, second):
     tracer = pica.PathTracer(still_life(), size=SIZE, devices=[device, second])
     others = tracer._others

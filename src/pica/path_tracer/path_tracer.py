@@ -107,7 +107,7 @@ class PathTracer(Closing):
         self._others = [
             PathTracer(scene, size=self.size, max_depth=max_depth, settings=settings, device=other) for other in others
         ]
-        self._samples = 1
+        self._samples, self._shared = 1, SharedSamples(1)
         """Of the picture, by all devices."""
         self._first = self._last = False
         """Whether the sample that is being recorded is the first or the last of its picture."""
@@ -121,12 +121,11 @@ class PathTracer(Closing):
         """The adapter that renders; several with " and " between them."""
         return " and ".join(each.device.name for each in (self, *self._others))
 
-    def close(self) -> None:
-        """Release its memory on all of its devices now. Its pictures stay valid; it renders no others."""
-        if not self.closed:
-            for other in self._others:
-                other.close()
-        super().close()
+    def _release(self) -> None:
+        self._shared.end()  # the callback after a sample may close it while other devices are at work
+        for other in self._others:
+            other.close()
+        super()._release()
 
     @synchronized
     def render(
@@ -152,7 +151,8 @@ class PathTracer(Closing):
         if camera is None:
             camera = self.scene.default_camera(self.size[0] / self.size[1])
         camera = checked_camera("render", camera)
-        self._samples, shared = samples, SharedSamples(samples)
+        self._samples = samples
+        self._shared = shared = SharedSamples(samples)
         plan: Plan | None = None
         images: dict[str, Capture] = {}
         labels: Labels | None = None

@@ -14,7 +14,7 @@ from pica.rhi.device import Device
 from pica.scene.model import Scene
 from pica.settings import Settings
 
-_KEPT = {"_size", "_settings", "_device", "_scene", "_calls", "_black_pictures", "_makes_batches"}
+_KEPT = {"_size", "_settings", "_device", "_scene", "_calls", "_black_pictures", "_makes_batches", "_others"}
 """Attributes that a closed renderer keeps: for its repr, and for a frame whose `progress` callback closes it."""
 P = ParamSpec("P")
 C = TypeVar("C", bound="Closing")
