@@ -362,6 +362,7 @@ def test_a_fault_in_one_scene_leaves_the_others_changes(device):
 def test_memory_stays_while_batches_go_on(device, fresh):
     for step in range(3):
         fresh.render(1, camera=cameras(step), aovs=("depth",)).aov("depth")
+    gc.collect()  # what other tests have left
     before = device.memory
     for step in range(40):
         fresh.render(1, camera=cameras(step % 5), aovs=("depth",)).aov("depth")
