@@ -1,6 +1,6 @@
 """Delays of `pica view`, as a page sees them: from a camera to its picture, and between pictures while it is dragged.
 
-python benchmarks/viewer_delay.py cornell [quality]
+python benchmarks/viewer_delay.py cornell [quality] [--size 640x360]
 """
 
 import argparse
@@ -16,26 +16,26 @@ import numpy as np
 from PIL import Image
 
 import pica
+from pica.frame.context import Size
 from pica.scene.orbit import orbited, pivot, turned
 from tests.viewer.page import Page
 
-SIZE = (640, 360)
 SECONDS = 8.0
 """That the camera is dragged for."""
 JUMPS = 40
 
 
-def served(scene: str, preset: str) -> tuple[subprocess.Popen, str]:
+def served(scene: str, preset: str, size: Size) -> tuple[subprocess.Popen, str]:
     """A server in a process of its own, and its address."""
-    command = ["view", scene, "--preset", preset, "--size", f"{SIZE[0]}x{SIZE[1]}", "--port", "0", "--json"]
+    command = ["view", scene, "--preset", preset, "--size", f"{size[0]}x{size[1]}", "--port", "0", "--json"]
     server = subprocess.Popen([sys.executable, "-m", "pica", *command], stdout=subprocess.PIPE, text=True)
     lines = iter(server.stdout.readline, "}\n")
     return server, json.loads("".join(lines) + "}")["address"]
 
 
-def settled(page: Page, camera: pica.Camera, seconds: float) -> np.ndarray:
+def settled(page: Page, camera: pica.Camera, size: Size, seconds: float) -> np.ndarray:
     """The newest picture after so long."""
-    page.look(camera, SIZE)
+    page.look(camera, size)
     end, picture = time.perf_counter() + seconds, None
     while (left := end - time.perf_counter()) > 0:
         try:
@@ -45,7 +45,7 @@ def settled(page: Page, camera: pica.Camera, seconds: float) -> np.ndarray:
     return picture
 
 
-def dragged(page: Page, scene: pica.Scene, camera: pica.Camera) -> tuple[np.ndarray, tuple[int, ...]]:
+def dragged(page: Page, scene: pica.Scene, camera: pica.Camera, size: Size) -> tuple[np.ndarray, tuple[int, ...]]:
     """Seconds between the pictures that arrive while the camera orbits, 30 positions a second; the last one's shape."""
     center, stopped = pivot(scene, camera), threading.Event()
 
@@ -53,7 +53,7 @@ def dragged(page: Page, scene: pica.Scene, camera: pica.Camera) -> tuple[np.ndar
         for step in range(10**6):
             if stopped.wait(1 / 30):
                 return
-            page.look(orbited(camera, center, 0.005 * (step + 1)), SIZE)
+            page.look(orbited(camera, center, 0.005 * (step + 1)), size)
 
     mover = threading.Thread(target=drag)
     mover.start()
@@ -66,15 +66,15 @@ def dragged(page: Page, scene: pica.Scene, camera: pica.Camera) -> tuple[np.ndar
     return np.diff(arrivals), shape
 
 
-def delays(page: Page, camera: pica.Camera) -> np.ndarray:
+def delays(page: Page, camera: pica.Camera, size: Size) -> np.ndarray:
     """Seconds from a camera that looks elsewhere to the first picture that shows it, in motion."""
     views = [camera, turned(camera, np.pi)]
-    looks = [_small(settled(page, view, 2.0)) for view in views]
+    looks = [_small(settled(page, view, size, 2.0)) for view in views]
     found = []
     for jump in range(JUMPS):
         time.sleep(0.03 + 0.002 * jump)
         began = time.perf_counter()
-        page.look(views[jump % 2], SIZE)
+        page.look(views[jump % 2], size)
         page.picture(_nearer(looks[jump % 2], looks[1 - jump % 2]))
         found.append(time.perf_counter() - began)
     return np.array(found)
@@ -96,23 +96,27 @@ def _row(name: str, seconds: np.ndarray) -> None:
 def main() -> None:
     """Measure one scene."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("scene", choices=("cornell", "rooms", "sphere_grid"))  # which look different from behind
+    look_different_behind = "cornell", "machine_world", "rooms", "sphere_grid"
+    parser.add_argument("scene", choices=look_different_behind)
     parser.add_argument("preset", nargs="?", default="quality")
+    parser.add_argument("--size", default="640x360")
     given = parser.parse_args()
+    width, height = map(int, given.size.split("x"))
+    size = width, height
     scene = getattr(pica.scenes, given.scene)()
-    camera = scene.default_camera(SIZE[0] / SIZE[1])
+    camera = scene.default_camera(width / height)
     began = time.perf_counter()
-    server, address = served(given.scene, given.preset)
+    server, address = served(given.scene, given.preset, size)
     try:
         page = Page(address)
-        page.look(camera, SIZE)
+        page.look(camera, size)
         page.picture(seconds=600.0)
         print(f"first picture: {time.perf_counter() - began:.1f} s after the command")
-        page.picture(lambda pixels: pixels.shape[0] >= SIZE[1], 600.0)
-        dragged(page, scene, camera)  # finds the size of pictures in motion
-        gaps, shape = dragged(page, scene, camera)
+        page.picture(lambda pixels: pixels.shape[0] >= height, 600.0)
+        dragged(page, scene, camera, size)  # finds the size of pictures in motion
+        gaps, shape = dragged(page, scene, camera, size)
         _row(f"between pictures of {shape[1]}x{shape[0]} while dragging", gaps)
-        _row("from a camera to its picture, in motion", delays(page, camera))
+        _row("from a camera to its picture, in motion", delays(page, camera, size))
         page.close()
         server.send_signal(signal.SIGINT)
         server.wait(30)

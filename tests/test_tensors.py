@@ -7,6 +7,7 @@ import pytest
 import pica
 from pica.graph.offers import Decoder
 from pica.rendering.tensors import cuda_tensors, decoded
+from pica.rhi.cuda import SharedBuffers
 from pica.scene.orbit import orbited
 from tests.building import CAMERA, SIZE, still_life
 
@@ -36,8 +37,8 @@ def test_what_the_device_decodes_is_what_the_host_decodes(renderer, monkeypatch,
     found = {name for name, capture in captures.items() if isinstance(capture.read, Decoder)}
     assert found == ON_CARD
     for name in found:
-        buffer, dtype, shape = decoded(renderer.device, SIZE, captures[name])
-        values = buffer.to_numpy().view(np.uint8).view(dtype).reshape(shape)
+        loan, dtype, shape = decoded(renderer.device, SIZE, captures[name])
+        values = loan.buffer.to_numpy().view(np.uint8).view(dtype).reshape(shape)
         expected = getattr(frame, name) if name in ("color", "display") else frame.aov(name)
         values = values[..., : captures[name].read.channels].reshape(expected.shape)
         assert expected.dtype == values.dtype
@@ -48,6 +49,22 @@ def test_what_the_device_decodes_is_what_the_host_decodes(renderer, monkeypatch,
 def test_without_shared_memory_there_are_no_tensors_on_the_device(renderer):
     assert not renderer.device.handle.supports_cuda_interop
     assert cuda_tensors(renderer.device, SIZE, {}) == {}
+
+
+def test_buffers_are_lent_again_once_their_tensors_have_gone(renderer):
+    """Those of another size are not, and no more are kept than a frame has AOVs."""
+    buffers = SharedBuffers(renderer.device)
+    first, second = buffers.lend("a", 64), buffers.lend("b", 64)
+    assert first.buffer is not second.buffer
+    buffer = first.buffer
+    del first
+    assert buffers.lend("c", 32).buffer is not buffer
+    third = buffers.lend("d", 64)
+    assert third.buffer is buffer
+    lent = [buffers.lend("e", 16) for _ in range(2 * SharedBuffers.KEPT)]
+    lent.clear()
+    assert len({id(buffers.lend("f", 16).buffer) for _ in range(4)}) == 1
+    assert len(buffers._free) == SharedBuffers.KEPT
 
 
 def test_dlpack_shares_memory(renderer):

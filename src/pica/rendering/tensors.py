@@ -10,7 +10,7 @@ import slangpy as spy
 from pica.frame.context import Size
 from pica.graph.offers import Decoder
 from pica.graph.plan import Capture
-from pica.rhi.cuda import shared_buffer
+from pica.rhi.cuda import Loan, SharedBuffers
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
 
@@ -27,8 +27,8 @@ def cuda_tensors(device: Device, size: Size, captures: Mapping[str, Capture]) ->
     }
 
 
-def decoded(device: Device, size: Size, capture: Capture) -> tuple[spy.Buffer, np.dtype[Any], tuple[int, ...]]:
-    """A capture decoded by its `Decoder` into a new buffer, with the type and the shape of its content.
+def decoded(device: Device, size: Size, capture: Capture) -> tuple[Loan, np.dtype[Any], tuple[int, ...]]:
+    """A capture decoded by its `Decoder` into a buffer of its own, with the type and the shape of its content.
 
     Channels that the buffer has beyond those of the AOV are not part of it. Waits for the device.
     """
@@ -40,16 +40,17 @@ def decoded(device: Device, size: Size, capture: Capture) -> tuple[spy.Buffer, n
     stays = read.kind == 0
     dtype = source.dtype if stays else np.dtype(np.uint32 if "table" in read.values else np.float32)
     stored = words if stays else read.channels
-    buffer = shared_buffer(device, f"a tensor of {size[0]}x{size[1]} pixels", 4 * stored * size[0] * size[1])
-    table = np.ascontiguousarray(read.values.get("table", ()), np.uint32)
+    label, length = f"a tensor of {size[0]}x{size[1]} pixels", 4 * stored * size[0] * size[1]
+    loan = device.shared(SharedBuffers).lend(label, length)
+    table = np.ascontiguousarray(read.values.get("table", ()), np.uint32).reshape(-1, 1)
     with device.record() as recording:
         device.shared(_decode)(
             recording,
             (*size, 1),
             source=source.buffer,
             records=records.buffer,
-            table=device.structured("labels", table.reshape(-1, 1)),
-            result=buffer,
+            table=device.structured("labels", table) if len(table) else device.shared(_no_table),
+            result=loan.buffer,
             kind=int(read.kind),
             which=read.values.get("which", 0),
             sourceSize=(width, height),
@@ -61,14 +62,20 @@ def decoded(device: Device, size: Size, capture: Capture) -> tuple[spy.Buffer, n
         )
     with device.lock:
         device.handle.wait_for_idle()
-    return buffer, dtype, (size[1], size[0], channels if stays else read.channels)
+    return loan, dtype, (size[1], size[0], channels if stays else read.channels)
 
 
 def _tensor(device: Device, size: Size, capture: Capture) -> Any:
-    buffer, dtype, shape = decoded(device, size, capture)
+    import torch
+
+    loan, dtype, shape = decoded(device, size, capture)
     assert isinstance(capture.read, Decoder)
-    tensor: Any = buffer.to_torch(type=getattr(spy.DataType, dtype.name), shape=list(shape))
+    tensor: Any = torch.as_tensor(loan, device="cuda").view(getattr(torch, dtype.name)).reshape(shape)
     return tensor[..., : capture.read.channels] if capture.read.channels > 1 else tensor[..., 0]
+
+
+def _no_table(device: Device) -> spy.Buffer:
+    return device.structured("labels", np.zeros((1, 1), np.uint32))
 
 
 def _decode(device: Device) -> ComputePass:

@@ -75,7 +75,7 @@ def test_light_that_moves_behind_is_followed_and_then_rests(device):
     """Nine tenths of the change in 20 frames; half a percent of flicker at rest."""
     scene, lamp = lit_from((0.4, 0.6, 0.9), sphere(0.15, wax(), 32))
     with pica.Renderer(scene, size=SIZE, settings=each_path(), device=device) as renderer:
-        before = renderer.render(48, camera=OBLIQUE)
+        before = renderer.render(96, camera=OBLIQUE)
         seen = before.aov("subsurface").sum(-1) > 0
         following = renderer.render(1, camera=OBLIQUE).color
         assert np.abs(following - before.color)[seen].mean() < 0.005 * following[seen].mean()
