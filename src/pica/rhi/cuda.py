@@ -1,9 +1,11 @@
 """Memory that a Vulkan device shares with CUDA, for PyTorch."""
 
+import atexit
 import sys
 import threading
 from collections import deque
 from typing import TYPE_CHECKING, Any
+from weakref import WeakSet
 
 import slangpy as spy
 
@@ -24,6 +26,16 @@ def is_wanted(adapter: spy.AdapterInfo) -> bool:
     return torch.cuda.device_count() == 1 or bytes(adapter.luid).hex() == uuid
 
 
+_MADE: "WeakSet[SharedBuffer]" = WeakSet()
+
+
+@atexit.register
+def _forget() -> None:
+    """Before SlangPy closes its devices, which PyTorch's tensors still ask for."""
+    for shared in _MADE:
+        shared.tensor = None
+
+
 class SharedBuffer:
     """Memory that passes can write and that CUDA can read, on a device that shares memory."""
 
@@ -37,6 +49,7 @@ class SharedBuffer:
             )
         self.tensor: Any = self.buffer.to_torch(type=spy.DataType.float32, shape=[size // 4]) if shares else None
         """All of it, for PyTorch."""
+        _MADE.add(self)
 
 
 class Loan:
