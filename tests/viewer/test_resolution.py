@@ -40,6 +40,17 @@ def test_it_follows_a_scene_that_gets_dearer_and_cheaper():
     assert resolution.is_full
 
 
+def test_the_first_picture_after_a_change_of_size_does_not_count():
+    """It takes longer, so that sizes would go up and down."""
+    resolution, sizes = Resolution(FULL), []
+    for _ in range(30):
+        begins = not sizes or resolution.size != sizes[-1]
+        sizes.append(resolution.size)
+        resolution.move()
+        resolution.measure(0.3 if begins else 0.03, begins=begins)
+    assert set(sizes[20:]) == {FULL}
+
+
 def test_at_rest_pictures_grow_up_to_the_whole_one():
     resolution = Resolution(FULL)
     drag(resolution, lambda pixels: 0.02 + pixels * 5e-6)

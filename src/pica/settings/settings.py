@@ -155,6 +155,7 @@ PRESETS = {
         {
             "shadows": "high",
             "lighting": "high",
+            "lighting.area_shadows": "ratio_estimator",
             "reflections.bounces": 3,
             "transparency": "high",
             "global_illumination.mode": "restir",

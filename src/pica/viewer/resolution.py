@@ -65,10 +65,11 @@ class Resolution:
         """Nothing moves: the next picture is finer than the one before, up to the whole one."""
         self._divisor = self._finer
 
-    def measure(self, seconds: float) -> None:
-        """A picture of the current size took so long."""
+    def measure(self, seconds: float, *, begins: bool = False) -> None:
+        """A picture of the current size took so long. `begins`: it is the first without a history, which takes longer
+        than those that follow in motion."""
         self._newest = seconds
-        if self._divisor != self._moving:
+        if self._divisor != self._moving or begins:
             return
         before = self._measured
         now = self._measured = seconds if before is None else before + _NEW * (seconds - before)
@@ -76,8 +77,9 @@ class Resolution:
         if now > self.seconds:
             while wanted < self._coarsest and now * self._pixels(self._moving, wanted) > _ROOM * self.seconds:
                 wanted += 1
-        elif wanted > 0 and now * self._pixels(wanted, wanted - 1) <= _ROOM * self.seconds:
-            wanted -= 1
+        else:
+            while wanted > 0 and now * self._pixels(self._moving, wanted - 1) <= _ROOM * self.seconds:
+                wanted -= 1
         if wanted != self._moving:
             self._moving, self._measured = wanted, None
 

@@ -27,6 +27,10 @@ class ViewRenderer:
         """Of the newest frame, as of Renderer.advance: the next one overwrites them."""
         self._view: Callable[[], View | None] = lambda: None
         """Of the newest frame."""
+        self._is_new = False
+        """Whether the newest frame has no history."""
+        self.begins = False
+        """Whether the newest frame has no history and the one before had: views in turns never have."""
 
     @property
     def newest(self) -> Renderer:
@@ -60,7 +64,8 @@ class ViewRenderer:
 
     def advance(self, view: View, jittered: bool, capture: Callable[[], Collection[str]]) -> Mapping[str, Lazy]:
         """The next frame of a view, at its current size: functions that fetch what is captured."""
-        size = view.resolution.size
+        size, was_new = view.resolution.size, self._is_new
+        self._is_new = True
         if self._renderer is None:
             settings, light_map = self._settings, self._light_map
             self._renderer = Renderer(
@@ -70,6 +75,9 @@ class ViewRenderer:
             self._renderer.resize(size)
         elif self._view() is not view:
             self._renderer.reset()
+        else:
+            self._is_new = False
+        self.begins = self._is_new and not was_new
         self._view = ref(view)
         self.textures = self._renderer.advance(view.control.camera, jittered=jittered, capture=capture)
         return self._renderer.captured

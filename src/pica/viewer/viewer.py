@@ -304,7 +304,7 @@ class Viewer:
     def _measure(self, view: View, seconds: float) -> None:
         """A picture took so long."""
         if not self._compiles:
-            view.resolution.measure(seconds)
+            view.resolution.measure(seconds, begins=self._renderer.begins)
         self._compiles = False
 
     @property

@@ -31,6 +31,7 @@ from pica.viewer.web.client_camera import ClientPose, show
 from pica.viewer.web.dropping import DroppedFiles
 from pica.viewer.web.gate import Gate, hidden_address
 from pica.viewer.web.panel import Panel
+from pica.viewer.web.sender import Sender
 
 if TYPE_CHECKING:
     import viser
@@ -90,6 +91,7 @@ class WebViewer:
         self._due: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
         self._wake, self._stopped = threading.Event(), threading.Event()
         self._told_at = float("-inf")
+        self._sender = Sender()
         logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # faults of clients are no concern of users
         with _silent():
             inner = hidden_address()
@@ -130,6 +132,7 @@ class WebViewer:
                     self._wake.clear()
                     now = now if playing else time.perf_counter()  # no time has passed for what stood still
                 before = now
+            self._sender.close()
 
     def stop(self) -> None:
         """End `run`, and the connections."""
@@ -276,9 +279,7 @@ class WebViewer:
         except PicaError:
             client.failed = True  # until something changes
             raise
-        quality = _QUALITY[picture.is_full]
-        client.handle.scene.set_background_image(picture.pixels, format="jpeg", jpeg_quality=quality)
-        client.handle.flush()
+        self._sender.send(client.handle, picture.pixels, _QUALITY[picture.is_full])
         if is_first:
             self._panel.refresh()  # now it is known what can be shown
         self._tell_costs(client, picture)
