@@ -25,7 +25,7 @@ from tests.viewer.page import Page
 
 SECONDS = 8.0
 """That the camera is dragged for."""
-JUMPS, TURN = 40, 0.2
+JUMPS, TURN = 40, 0.05
 """Turns of the camera whose delay is measured; radians, each way in turn."""
 
 

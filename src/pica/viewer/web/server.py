@@ -113,7 +113,7 @@ class WebViewer:
     def run(self) -> None:
         """Render and show pictures until `stop`. Errors of the user's making are shown on the page."""
         before = time.perf_counter()
-        with REPORTS.to(self._tell_compiling), warnings.catch_warnings():
+        with REPORTS.to(self._tell_compiling), warnings.catch_warnings(), contextlib.closing(self._sender):
             warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a page that has just gone
             while not self._stopped.is_set():
                 now = time.perf_counter()
@@ -132,7 +132,6 @@ class WebViewer:
                     self._wake.clear()
                     now = now if playing else time.perf_counter()  # no time has passed for what stood still
                 before = now
-            self._sender.close()
 
     def stop(self) -> None:
         """End `run`, and the connections."""
