@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pica.gpu_scene.bounds import Box
 from pica.gpu_scene.draws import DrawList
-from pica.gpu_scene.geometry import GeometryBuffers, PlacedSection
+from pica.gpu_scene.geometry import GeometryBuffers, GpuMesh, PlacedSection
 from pica.gpu_scene.gpu_scene import GpuScene
 from pica.gpu_scene.label_snapshot import snapshot
 from pica.gpu_scene.lights.light_table import LightTable
@@ -201,7 +201,7 @@ class SceneView:
         number = int(self.instances["node"][row])
         numbers = self.scene.arrivals.numbers
         node, placement = next(item for item in self.scene.placements.items() if numbers[item[0]] == number)
-        mesh, records = (placement.mesh, placement.records) if placement.mesh is not None else self.own.shown(node)
+        mesh, records = self._shown(node)
         part = mesh.placed[(record - records.start) % len(mesh.placed)]
         return RecordSource(
             node=node,
@@ -211,6 +211,14 @@ class SceneView:
             has_triangles=isinstance(part, PlacedSection),
             material=part.section.material,
         )
+
+    def records_of(self, node: Node) -> range:
+        """The records of a node that is on the device."""
+        return self._shown(node)[1]
+
+    def _shown(self, node: Node) -> tuple[GpuMesh, range]:
+        placement = self.scene.placements[node]
+        return self.own.shown(node) if placement.mesh is None else (placement.mesh, placement.records)
 
     def configure(self, settings: Settings) -> None:
         """Follow other settings."""

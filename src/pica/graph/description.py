@@ -30,6 +30,8 @@ class PassInfo:
     """Whether some frames leave it out."""
     milliseconds: float | None
     """In the newest frame that the device has finished; None where nothing was timed."""
+    bytes: int | None = None
+    """That it copied between devices in that frame; None for all but such copies."""
 
 
 @dataclass(frozen=True)
@@ -99,37 +101,49 @@ class GraphDescription:
         write_whole(Path(path), lambda file: file.write_text(text, encoding="utf-8"))
 
 
-def describe(plan: Plan, times: Mapping[Hashable, float]) -> GraphDescription:
-    """`times`: milliseconds of a frame by PlanPart."""
-    times_by_node = {
-        part.node: time for part, time in times.items() if isinstance(part, PlanPart) and part.plan == plan.serial
+def describe(plan: Plan, times: Mapping[Hashable, float], copied: Mapping[Hashable, int]) -> GraphDescription:
+    """`times` and `copied`: milliseconds of a frame, and bytes copied between devices, by PlanPart."""
+    times_by_part = {
+        part: time for part, time in times.items() if isinstance(part, PlanPart) and part.plan == plan.serial
     }
+    copies: defaultdict[int, list[PlanPart]] = defaultdict(list)
+    for part in times_by_part:
+        if part.copy:
+            copies[part.node].append(part)
     nodes = [node for node in plan.nodes if not isinstance(node, BlockNode)]
-    rows = {node.index: row for row, node in enumerate(nodes)}
+    rows, row = dict[int, int](), 0
+    for node in nodes:
+        rows[node.index] = row
+        row += 1 + len(copies[node.index])
     used: defaultdict[Resource, list[int]] = defaultdict(list)
     for node in nodes:
         for resource in (*node.reads, *node.writes, *node.previous):
             used[resource].append(rows[node.index])
-    passes = tuple(
-        PassInfo(
-            node.name,
-            node.scope,
-            node.where,
-            _keys(node.reads),
-            _keys(node.previous),
-            _keys(node.writes),
-            node.when is not None,
-            times_by_node.get(node.index),
+    passes = list[PassInfo]()
+    for node in nodes:
+        passes.append(
+            PassInfo(
+                node.name,
+                node.scope,
+                node.where,
+                _keys(node.reads),
+                _keys(node.previous),
+                _keys(node.writes),
+                node.when is not None,
+                times_by_part.get(PlanPart(plan.serial, node.scope, node.index)),
+            )
         )
-        for node in nodes
-    )
+        passes += [
+            PassInfo(part.copy, node.scope, node.where, (), (), (), True, times_by_part[part], copied.get(part, 0))
+            for part in copies[node.index]
+        ]
     lanes: dict[Any, int] = {}
     resources = []
     for resource in plan.resources:
         assert isinstance(resource, Texture | Buffer)
         lane = lanes.setdefault(_memory_of(plan, resource), len(lanes))
         resources.append(_described(resource, used[resource] or [0], lane))
-    return GraphDescription(passes, tuple(resources), dict(plan.memory.bytes))
+    return GraphDescription(tuple(passes), tuple(resources), dict(plan.memory.bytes))
 
 
 def _memory_of(plan: Plan, resource: Texture | Buffer) -> Any:

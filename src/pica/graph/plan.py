@@ -27,6 +27,8 @@ class PlanPart(NamedTuple):
     """`Plan.serial`."""
     effect: str
     node: int
+    copy: str = ""
+    """Name of a copy between devices that it makes."""
 
 
 def part_of(serial: int, owner: Hashable) -> bool:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.effects.gbuffer.gbuffer import GBufferEffect
 from pica.effects.post.post import Post
-from pica.errors import DeviceError, PicaError, SettingsError, plain, shown
+from pica.errors import DeviceError, SettingsError, plain, shown
 from pica.frame.aovs import alpha_of, texels
 from pica.frame.context import FrameContext, FrameSequence, Size
 from pica.gpu_scene.view import SceneView
@@ -32,12 +32,12 @@ from pica.rendering.arguments import (
     checked_camera,
     checked_count,
     checked_size,
-    open_devices,
+    primary_and_others,
 )
 from pica.rendering.black_pictures import BlackPictures
 from pica.rendering.closing import Closing, synchronized
 from pica.rendering.tensors import cuda_tensors
-from pica.rhi.device import Device, open_device
+from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.scene.values import checked, instance, optional
@@ -72,18 +72,13 @@ class PathTracer(Closing):
         lut: Lut | None = None,
     ) -> None:
         check_made_with(type(self).__name__, scene, settings, device)
-        if devices is not None:
-            if device is not None:
-                raise PicaError("PathTracer: device and devices are two ways to say one thing")
-            device, *others = open_devices(devices)
-        else:
-            others = []
+        first, others = primary_and_others(type(self).__name__, device, devices)
         checked(f"{type(self).__name__}: lut", optional(instance(Lut)), lut)
         max_depth = plain(max_depth)
         if max_depth is not None and not (isinstance(max_depth, int) and 1 <= max_depth < 1 << 31):
             raise SettingsError(f"max_depth {shown(max_depth)}: must be 1 or more, or None for no limit")
         size = checked_size(size)
-        super().__init__(open_device(device), scene, size)
+        super().__init__(first, scene, size)
         expect_programs(self.device)
         device = self.device.memory_scope()
         check_traces(device, "path tracing")

@@ -99,7 +99,7 @@ class FramePlan:
         profiler.flush()
         serial = self._plan.serial
         own = (times for times in reversed(profiler.by_owner) if any(part_of(serial, owner) for owner in times))
-        return describe(self._plan, next(own, {}))
+        return describe(self._plan, next(own, {}), profiler.copied)
 
     def _structure_of(
         self, stages: Stages, frames: FrameSequence, view: SceneView, denoiser: Denoiser | None, last: bool

@@ -7,7 +7,7 @@ from typing import Any, overload
 import slangpy as spy
 
 from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
-from pica.errors import PicaError, SettingsError
+from pica.errors import DeviceError, PicaError, SettingsError
 from pica.frame.context import Size
 from pica.graph.plan import Capture, Plan
 from pica.images.frame_batch import FrameBatch
@@ -31,10 +31,11 @@ from pica.rendering.arguments import (
     checked_pixel,
     checked_scenes,
     checked_size,
+    primary_and_others,
 )
 from pica.rendering.black_pictures import BlackPictures
 from pica.rendering.closing import synchronized
-from pica.rhi.device import Device, open_device
+from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.scene.values import checked, flag, instance, number, optional, whole
@@ -60,6 +61,10 @@ class Renderer(RendererFrames):
         renderer = pica.Renderer(scene, size=(128, 128), views=64)
         batch = renderer.render(4, camera=cameras)  # a pica.FrameBatch; batch.color is (64, 128, 128, 3)
 
+    `devices`: in place of `device`, several that trace rays of each frame, as names, numbers in the order of
+    `pica doctor`, or open devices. The first makes the picture, and copies part of the rays to the others; not with
+    `views`. If that turns out to be slower than the first alone, it goes on alone, with a warning.
+
     Raises DeviceError without a usable device, SceneError for an invalid scene or one that is not the light
     map's, and PicaError for an impossible size or number of views.
     """
@@ -71,6 +76,7 @@ class Renderer(RendererFrames):
         size: Size = (1280, 720),
         settings: Settings | None = None,
         device: Device | spy.Device | str | None = None,
+        devices: Sequence[Device | spy.Device | str | int] | None = None,
         light_map: LightMap | None = None,
         lut: Lut | None = None,
         views: int | None = None,
@@ -82,16 +88,19 @@ class Renderer(RendererFrames):
                 checked(f"{type(self).__name__}: light_map", instance(LightMap), light_map).check_scene(each)
         checked(f"{type(self).__name__}: lut", optional(instance(Lut)), lut)
         size = checked_size(size)
-        super().__init__(open_device(device), scenes[0], size)
+        first, self._others = primary_and_others(type(self).__name__, device, devices)
+        super().__init__(first, scenes[0], size)
         expect_programs(self.device)
-        self._settings = runnable(self.device, settings or Settings())
         self._makes_batches = views is not None or scenes[0] is not scene
         """Whether it takes and gives one camera and picture for each view, instead of one."""
-        with self.device.lock:
+        if self._makes_batches and self._others:
+            raise PicaError("Renderer: views and several devices do not go together; make a renderer for each device")
+        self._settings = self._runnable(settings or Settings())
+        with self._lock:
             of_each = size, self.settings, light_map, lut
             self._views, leaders = list[View](), dict[int, View]()
             for number, each in enumerate(scenes):
-                view = View(self.device, each, *of_each, number, leaders.get(id(each)))
+                view = View(self.device, each, *of_each, number, leaders.get(id(each)), self._others)
                 leaders.setdefault(id(each), view)
                 self._views.append(view)
         self.view = self._views[0].scene
@@ -122,7 +131,7 @@ class Renderer(RendererFrames):
     def resize(self, size: Size) -> None:
         """Render at another (width, height) from the next frame on, without history. Raises PicaError."""
         self._size = checked_size(size)
-        with self.device.lock:
+        with self._lock:
             for view in self._views:
                 view.resize(self.size)
 
@@ -130,8 +139,8 @@ class Renderer(RendererFrames):
     def configure(self, settings: Settings) -> None:
         """Apply other settings from the next frame on. Unaffected stages keep their histories."""
         checked("configure: settings", instance(Settings), settings, SettingsError)
-        settings = runnable(self.device, settings)
-        with self.device.lock:
+        settings = self._runnable(settings)
+        with self._lock:
             changed = self.settings.changed_groups(settings)
             self._settings = settings
             for view in self._views:
@@ -145,7 +154,7 @@ class Renderer(RendererFrames):
 
         Renders no picture and leaves no history. Raises as `render`.
         """
-        with self.device.lock:
+        with self._lock:
             self._advance([self._default_camera(view.scene.source) for view in self._views], wait=True)
         self.reset()
         self._running = False
@@ -177,7 +186,7 @@ class Renderer(RendererFrames):
         self._check_one_view("advance")
         elapsed = checked("advance: seconds", optional(number(0)), seconds, PicaError)
         cameras = [checked_camera("render", camera)]
-        with self.device.lock:
+        with self._lock:
             unshown = self._unshown_frames()
             for done in range(unshown):
                 self._advance(cameras, not self._running, jittered, continues=done > 0)
@@ -194,7 +203,7 @@ class Renderer(RendererFrames):
         """Rays by pass of one more frame. Waits for the device. Raises PicaError if the renderer has `views`."""
         self._check_one_view("count_rays")
         cameras = [checked_camera("render", camera)]
-        with self.device.lock:
+        with self._lock:
             self._advance(cameras, not self._running, select=[lambda plan: plan.names_of("rays")])
         return {name.removeprefix("rays."): int(fetch()) for name, fetch in self.captured.items()}
 
@@ -221,7 +230,12 @@ class Renderer(RendererFrames):
             self._views, frames, select or [_nothing] * self.views, denoisers or [None] * self.views, strict=True
         )
         replays = [view.replay(frame, choose, denoiser, last) for view, frame, choose, denoiser in of_each]
-        captured = replay_together(self.device, self._views, frames, replays)
+        try:
+            captured = replay_together(self.device, self._views, frames, replays)
+        except DeviceError:
+            for view in self._views:  # nothing of half a frame stays
+                view.reset()
+            raise
         self._views[0].frames.end(frames[0])
         self.captured, self.effect_inputs = captured[0], self._views[0].inputs()
         return captured
@@ -293,7 +307,7 @@ class Renderer(RendererFrames):
         unshown, timings, views = self._unshown_frames(), {}, self._views
         gathered = [Gathered(frames, unshown, requested, self.debug) for _ in views]
         for done in gathered[0].numbers:
-            with self.device.lock:
+            with self._lock:
                 last, continues = gathered[0].is_last(done), not gathered[0].is_first(done)
                 select = [partial(each.names, number=done) for each in gathered]
                 captured = self._advance(cameras, True, True, denoisers, last, continues, elapsed, select)
@@ -334,7 +348,7 @@ class Renderer(RendererFrames):
         """
         requested = checked_aovs("labels", aovs, self._stages.gbuffer.aov_names)
         cameras = self._cameras_of("labels", camera)
-        with self.device.lock:
+        with self._lock:
             for view in self._views:
                 view.frames.rewind()
             frames = begin_together(self.device, self._views, cameras, wait=True, jittered=False)
@@ -366,7 +380,7 @@ class Renderer(RendererFrames):
         self._check_one_view("pick")
         pixel = checked_pixel("pick", (x, y), self.size)
         passes = checked("pick: through_glass", flag, through_glass, PicaError)
-        with self.device.lock:
+        with self._lock:
             return self._picker(self._views[0].frames, self.view, pixel, passes)
 
     def _requested(self, aovs: Any) -> frozenset[str] | None:
@@ -397,6 +411,12 @@ class Renderer(RendererFrames):
 
     def _result(self, frames: list[Frame]) -> Frame | FrameBatch:
         return FrameBatch(frames) if self._makes_batches else frames[0]
+
+    def _runnable(self, settings: Settings) -> Settings:
+        """As they run on the devices. Raises SettingsError for a scheduler that several cannot have."""
+        if self._others and settings.rays.scheduler == "pipeline":
+            raise SettingsError("setting rays.scheduler: must be auto or buffers, as several devices share buffers")
+        return runnable(self.device, settings)
 
     def _release(self) -> None:
         for view in self._views:

@@ -1,5 +1,6 @@
 """What a renderer tells of its frames, and the passes that users insert into them."""
 
+from functools import cached_property
 from weakref import ref
 
 from pica.frame.context import Size
@@ -10,6 +11,8 @@ from pica.renderer.insertion import Declare, Insertion, checked_insertion
 from pica.renderer.stages import Stages
 from pica.renderer.view import View
 from pica.rendering.closing import Closing, synchronized
+from pica.rhi.device import Device
+from pica.rhi.fair_lock import SeveralLocks
 from pica.tracing.ray_buffers import Tracer
 
 
@@ -17,6 +20,13 @@ class RendererFrames(Closing):
     """The views of a renderer and how they make frames: the first view stands for all where they are alike."""
 
     _views: list[View]
+    _others: list[Device]
+    """Devices that help to trace rays."""
+
+    @cached_property
+    def _lock(self) -> SeveralLocks:
+        """Of all its devices."""
+        return SeveralLocks(device.lock for device in (self.device, *self._others))
 
     @property
     def views(self) -> int:
@@ -33,8 +43,8 @@ class RendererFrames(Closing):
 
     @property
     def device_name(self) -> str:
-        """The adapter that renders."""
-        return self.device.name
+        """The adapter that renders; several with " and " between them."""
+        return " and ".join(device.name for device in (self.device, *self._others))
 
     @property
     def pending_shaders(self) -> int:

@@ -28,6 +28,8 @@ from pica.light_sampling.light_slots import LightSlots
 from pica.rhi.device import Device
 from pica.settings import Settings
 from pica.tracing.fallbacks import say_once
+from pica.tracing.ray_buffers import Tracer
+from pica.tracing.shared_tracer import SharedTracer
 from pica.tracing.tracers import choose_tracer
 
 _OPTIONAL: tuple[type[Effect], ...] = (
@@ -53,11 +55,12 @@ class Stages:
         light_map: LightMap | None,
         lut: Lut | None,
         leader: "Stages | None" = None,
+        shared: SharedTracer | None = None,
     ) -> None:
         """`leader`: of another view of the scene, whose light that no camera influences is theirs too. It follows
-        settings, and runs in each frame, before they do."""
+        settings, and runs in each frame, before they do. `shared`: traces with the help of other devices."""
         self._device, self._view, self._light_map, self._lut = device, view, light_map, lut
-        self._leader = leader
+        self._leader, self._shared = leader, shared
         self._cache: str | None = None
         self._glass_layers = -1
         self.reprojection = Reprojection(device)
@@ -79,7 +82,9 @@ class Stages:
         device, filters = self._device, settings.debug.filters
         before = self.effects if changed != EVERY_GROUP else []
         if "rays" in changed:
-            self.tracer = choose_tracer(device.memory_scope(), settings.rays, self._view)
+            self.tracer: Tracer | None = self._shared
+            if self._shared is None:
+                self.tracer = choose_tracer(device.memory_scope(), settings.rays, self._view)
         layers = Transparency.glass_layers(settings.transparency)
         if changed & {"rays", "visibility"} or layers != self._glass_layers:
             self._glass_layers = layers

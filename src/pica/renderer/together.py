@@ -44,7 +44,7 @@ def begin_together(
 ) -> list[FrameContext]:
     """A frame of each view, in which the scene is up to date, all in one recording. `wait`: as SceneView.sync."""
     for view in views:
-        view.scene.sync(wait)  # may raise an error, before anything is recorded
+        view.sync(wait)  # may raise an error, before anything is recorded
     batch = Batch(device, len(views))
     frames = [view.begin(camera, batch, jittered) for view, camera in zip(views, cameras, strict=True)]
     for view in views[:-1]:

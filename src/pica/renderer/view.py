@@ -1,6 +1,6 @@
 """One view of a renderer: a camera's data of the scene, stages with their histories, and frame graph."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import slangpy as spy
@@ -18,6 +18,8 @@ from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.settings import Settings
+from pica.tracing.fallbacks import traces
+from pica.tracing.shared_tracer import SharedTracer
 
 Select = Callable[[Plan], frozenset[str]]
 """Chooses a frame's captures, of what a plan offers."""
@@ -40,20 +42,31 @@ class View:
         lut: Lut | None,
         number: int,
         leader: "View | None",
+        others: Sequence[Device] = (),
     ) -> None:
         """`number`: counts the views of a renderer; the seed of their noise is that of the settings plus it. `leader`:
-        the first view of the same scene; None: this one is."""
+        the first view of the same scene; None: this one is. `others`: devices that help to trace rays."""
         self.leader = leader
         self._device, self._settings, self._number = device, settings, number
         self.scene = SceneView(device, scene, settings)
         self.frames = self._make_frames(size)
         leading = leader.stages if leader is not None else None
-        self.stages: Stages = Stages(device, settings, self.scene, light_map, lut, leading)
+        self._shared = SharedTracer(device, self.scene, others, settings) if others and traces(device) else None
+        self.stages: Stages = Stages(device, settings, self.scene, light_map, lut, leading, self._shared)
         self.plan = FramePlan(device)
         self._relighting = Relighting()
 
+    def sync(self, wait: bool) -> None:
+        """Collect the scene's changes before a frame begins; `wait` as SceneView.sync, which devices that share rays
+        always do, as all must show the same."""
+        self.scene.sync(wait or self._shared is not None)
+        if self._shared is not None:
+            self._shared.sync()
+
     def begin(self, camera: Camera, batch: Batch, jittered: bool) -> FrameContext:
         """A frame in which the scene is up to date."""
+        if self._shared is not None:
+            self._shared.begin_frame(camera)
         frame = self.frames.begin(camera, jittered, batch)
         frame.changed |= self.scene.update(frame, camera)
         frame.changed_lights = self.scene.lights_changed
@@ -113,6 +126,8 @@ class View:
     def configure(self, settings: Settings) -> None:
         """Follow other settings, which run on the device. Unaffected stages keep their histories."""
         self.scene.configure(settings)
+        if self._shared is not None:
+            self._shared.configure(settings)
         before, self._settings = self._settings, settings
         changed = before.changed_groups(settings)
         if before.antialiasing.upscale != settings.antialiasing.upscale:

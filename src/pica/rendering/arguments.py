@@ -124,3 +124,18 @@ def open_devices(devices: Sequence[Device | spy.Device | str | int]) -> list[Dev
     if len({id(each) for each in opened}) < len(opened):
         raise DeviceError(f"devices {shown(list(devices))}: one of them is named twice")
     return opened
+
+
+def primary_and_others(
+    caller: str,
+    device: Device | spy.Device | str | None,
+    devices: Sequence[Device | spy.Device | str | int] | None,
+) -> tuple[Device, list[Device]]:
+    """The device that makes the pictures, and those that help it. Raises PicaError if both arguments are given, and
+    DeviceError as `open_device` and `open_devices`."""
+    if devices is None:
+        return open_device(device), []
+    if device is not None:
+        raise PicaError(f"{caller}: device and devices are two ways to say one thing")
+    first, *others = open_devices(devices)
+    return first, others

@@ -1,7 +1,7 @@
 """The lock of a device: first come, first served."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from threading import Lock, RLock, get_ident
 
 
@@ -60,3 +60,26 @@ class FairLock:
             self._owner = 0
             self._lock.release()
         self.run_deferred()  # calls deferred between the last call and the release
+
+
+class SeveralLocks:
+    """Locks of several devices as one, for `with`: acquired in one order everywhere, or two threads could wait for
+    each other."""
+
+    def __init__(self, locks: Iterable[FairLock]) -> None:
+        self._locks = sorted(locks, key=id)
+
+    def __enter__(self) -> None:
+        acquired = []
+        try:
+            for lock in self._locks:
+                lock.__enter__()
+                acquired.append(lock)
+        except BaseException:
+            for lock in reversed(acquired):
+                lock.__exit__()
+            raise
+
+    def __exit__(self, *_: object) -> None:
+        for lock in reversed(self._locks):
+            lock.__exit__()

@@ -31,6 +31,7 @@ class _Timed(NamedTuple):
     pool: int
     names: list[tuple[str, Hashable]]
     on_host: dict[tuple[str, Hashable], float]
+    sizes: dict[Hashable, int]
 
 
 class Profiler:
@@ -51,6 +52,9 @@ class Profiler:
         """The owner of the passes that follow, for `by_owner`."""
         self._names: list[tuple[str, Hashable]] = []
         self._on_host: defaultdict[tuple[str, Hashable], float] = defaultdict(float)
+        self._sizes: defaultdict[Hashable, int] = defaultdict(int)
+        self.copied: dict[Hashable, int] = {}
+        """Bytes that the newest of the finished frames has copied between devices, by owner."""
         self.by_owner: deque[dict[Hashable, float]] = deque()
         """The times of `finished`, summed by owner; fewer of frames with many owners."""
         self._owned = 0
@@ -63,7 +67,7 @@ class Profiler:
     def begin_frame(self, views: int = 1) -> None:
         """Start a frame of so many views; if all query pools are in use, it is not measured, instead of waiting."""
         self._collect()
-        self._names, self._on_host, self.owner = [], defaultdict(float), None
+        self._names, self._on_host, self._sizes, self.owner = [], defaultdict(float), defaultdict(int), None
         if self._current is None:  # otherwise the previous frame was abandoned
             self._current = self._free.pop() if self._free else None
         if self._current is not None:
@@ -88,14 +92,16 @@ class Profiler:
         if self._current is not None and self._timing:
             encoder.write_timestamp(self._pools[self._current], 2 * len(self._names) - 1)
 
-    def add(self, name: str, seconds: float) -> None:
-        """Count processor time of work in place of a pass."""
+    def add(self, name: str, seconds: float, size: int = 0) -> None:
+        """Count processor time of work in place of a pass, and bytes that it copies between devices."""
         self._on_host[name, self.owner] += seconds * 1e3
+        if size:
+            self._sizes[self.owner] += size
 
     def end_frame(self, submission: int) -> None:
         """The frame was submitted under this id."""
         if self._current is not None:
-            self._pending.append(_Timed(submission, self._current, self._names, self._on_host))
+            self._pending.append(_Timed(submission, self._current, self._names, self._on_host, self._sizes))
             self._current = None
 
     def flush(self) -> dict[str, float]:
@@ -106,7 +112,7 @@ class Profiler:
 
     def _collect(self) -> None:
         while self._pending and self._device.is_submit_finished(self._pending[0].submission):
-            _, pool, names, on_host = self._pending.pop(0)
+            _, pool, names, on_host, self.copied = self._pending.pop(0)
             self._free.append(pool)
             if not names and not on_host:
                 continue

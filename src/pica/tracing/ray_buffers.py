@@ -21,7 +21,8 @@ from pica.tracing.ray_pipeline import EffectCode, ShaderSource, types_of
 
 _GROUP = 8
 _LINE = 64
-_HIT = 20  # bytes of a Hit (ray_effect.slang)
+RAY, HIT = 44, 20
+"""Bytes of a Ray and of a Hit (ray_effect.slang)."""
 _ENTRIES = """
 import rhi.rows;
 import tracing.ray_effect;
@@ -110,7 +111,7 @@ class BufferEffect:
         kernels = code.shaders("buffers_simplified" if simplified else "buffers", _ENTRIES, **words)
         self._start = self._kernel(device, KernelRecipe(kernels, "start", code.with_module))
         self._advance = self._kernel(device, KernelRecipe(kernels, "advance", code.with_module))
-        self._buffers = RayBuffers(device, self.name, kernels, hits=_HIT)
+        self._buffers = RayBuffers(device, self.name, kernels, hits=HIT)
         self._counts = device.buffer("ray counts", data=np.zeros(2, np.uint32), struct_size=4)
         self._host_counts = HostBuffer(device, self._counts)
 

@@ -76,10 +76,15 @@ class _ProcessorTracer:
         return trace(recording, queue)
 
 
+def buffer_tracer(device: Device, settings: RaysSettings, scene: SceneView) -> Tracer:
+    """The tracer of ray buffers."""
+    return _ProcessorTracer(device, scene) if uses_embree(device, settings) else PipelineTracer(device, scene)
+
+
 def choose_tracer(device: Device, settings: RaysSettings, scene: SceneView) -> Tracer | None:
     """The tracer of ray buffers, or None where ray effects run as ray tracing pipelines."""
     if settings.scheduler == "pipeline":
         return None
-    if uses_embree(device, settings):
-        return _ProcessorTracer(device, scene)
-    return PipelineTracer(device, scene) if settings.scheduler == "buffers" else None
+    if settings.scheduler == "buffers" or uses_embree(device, settings):
+        return buffer_tracer(device, settings, scene)
+    return None
