@@ -50,13 +50,15 @@ class FakeRenderer:
     error: BaseException | None = None
     device_name = "fake device"
 
-    def __init__(self, scene, *, size, settings=None, device=None, max_depth=None, light_map=None, lut=None):
+    def __init__(
+        self, scene, *, size, settings=None, device=None, devices=None, max_depth=None, light_map=None, lut=None
+    ):
         if device == "nothing":
             raise pica.errors.DeviceError("no device named 'nothing'")
         self.scene, self.size, self.settings = scene, size, settings
         self.device = f"opened {device}"
         asked = {"scene": scene, "size": size, "settings": settings, "device": device, "max_depth": max_depth}
-        self.asked = SimpleNamespace(**asked, light_map=light_map)
+        self.asked = SimpleNamespace(**asked, devices=devices, light_map=light_map)
 
     def reset(self, frame=0):
         pass
@@ -81,8 +83,7 @@ class FakeRenderer:
 
 class FakePathTracer(FakeRenderer):
     def __init__(self, scene, *, size, max_depth=None, settings=None, device=None, devices=None, lut=None):
-        super().__init__(scene, size=size, settings=settings, device=device, max_depth=max_depth)
-        self.asked.devices = devices
+        super().__init__(scene, size=size, settings=settings, device=device, devices=devices, max_depth=max_depth)
 
     def render(self, samples=1024, *, camera=None, progress=None, denoise=False, aovs=None):
         return self._answer(camera, progress, samples, samples=samples, denoise=denoise)

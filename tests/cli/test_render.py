@@ -42,8 +42,9 @@ def test_path_traced_counts_samples(run, calls, tmp_path):
 
 
 @pytest.mark.parametrize(("given", "devices"), [([], None), (["--devices", "0,card"], ["#0", "card"])])
-def test_devices_share_samples(run, calls, tmp_path, given, devices):
-    run("render", "m.glb", "-o", tmp_path / "o.png", "--size", "8x4", "--path-traced", *given)
+@pytest.mark.parametrize("way", [[], ["--path-traced"]])
+def test_devices_share_frames_and_samples(run, calls, tmp_path, given, devices, way):
+    run("render", "m.glb", "-o", tmp_path / "o.png", "--size", "8x4", *way, *given)
     assert calls[0].devices == devices
 
 
@@ -177,8 +178,7 @@ def test_aovs_in_an_exr(run, calls, tmp_path):
         (["--samples", "4"], "--samples is for --path-traced"),
         (["--aov", "nonsense"], "no AOV 'nonsense' in this frame; there are depth, normal"),
         (["--device", "nothing"], "no device named 'nothing'"),
-        (["--devices", "0,1"], "--devices is for --path-traced, without --device and --cluster"),
-        (["--devices", "0", "--device", "x", "--path-traced"], "--devices is for --path-traced, without --device"),
+        (["--devices", "0,1", "--device", "x"], "--devices takes no --device and no --cluster beside it"),
         (["-o", "out.jpg"], "must end in .png or .exr"),
         (["-o", "nowhere/out.png"], "there is no folder nowhere"),
         (["-o", ""], "must end in .png or .exr"),

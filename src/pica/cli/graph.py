@@ -29,6 +29,7 @@ def graph(
     values: options.Values = None,
     light_map: options.LightMapFile = None,
     device: options.Device = None,
+    devices: options.Devices = None,
     json: options.Json = False,
 ) -> None:
     """Show the frame graph of SCENE: passes in their order, resources, memory and times, as a chart or a table.
@@ -43,7 +44,8 @@ def graph(
     settings = options.parse_settings(preset, values)
     baked = options.load_light_map(light_map, settings)
     content = view.load()
-    renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, light_map=baked)
+    where = options.parse_devices(devices)
+    renderer = pica.Renderer(content, size=pixels, settings=settings, device=device, devices=where, light_map=baked)
     with progress("Rendering", json) as advance:
         renderer.render(_FRAMES, camera=view.camera_for(content, pixels), progress=advance, aovs=())
     description = renderer.graph
@@ -79,6 +81,8 @@ def print_table(title: str, description: "GraphDescription") -> None:
         reads = _listed(node.effect, (*node.reads, *(f"{key} before" for key in node.previous)))
         writes = _listed(node.effect, node.writes)
         name = f"{node.name} (if needed)" if node.conditional else node.name
+        if node.bytes is not None:
+            name = f"{node.name}, {node.bytes / 1e6:.2f} MB"
         rows.append([node.effect, name, time, reads, writes])
     print_columns(rows, right={2})
     print()

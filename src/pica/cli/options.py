@@ -53,6 +53,13 @@ Values = Annotated[
 Device = Annotated[
     str | None, typer.Option(metavar="NAME", help="Part of the device's name; without it, the best there is.")
 ]
+Devices = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LIST",
+        help="Several, such as 0,1 (pica doctor), that share the rays of a frame, or the samples of --path-traced.",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object; progress as JSON lines on stderr.")]
 Cluster = Annotated[
     str | None,
@@ -97,6 +104,14 @@ def parse_size(text: str) -> tuple[int, int]:
     if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
         raise PicaError(f"--size {text}: width and height must be 1 to {MAX_SIDE} pixels")
     return width, height
+
+
+def parse_devices(text: str | None) -> list[str] | None:
+    """Names of devices as `devices=` has them, of "0,1"."""
+    if text is None:
+        return None
+    names = [name.strip() for name in text.split(",")]
+    return [f"#{name}" if re.fullmatch("[0-9]{1,3}", name) else name for name in names]
 
 
 def parse_settings(preset: str, texts: list[str] | None, ev: float | None = None) -> "Settings":

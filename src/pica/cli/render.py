@@ -77,12 +77,7 @@ def render(
     light_map: options.LightMapFile = None,
     lut: options.LutFile = None,
     device: options.Device = None,
-    devices: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LIST", help="Several that share the samples of --path-traced, such as 0,1 (pica doctor)."
-        ),
-    ] = None,
+    devices: options.Devices = None,
     json: options.Json = False,
 ) -> None:
     """Render SCENE to a picture file, or its movement to a film or to numbered pictures."""
@@ -118,8 +113,8 @@ def render(
         raise PicaError("--frames is for the hybrid renderer; with --path-traced, use --samples")
     if samples is not None and not path_traced:
         raise PicaError("--samples is for --path-traced; without it, use --frames")
-    if devices is not None and (not path_traced or device is not None or cluster is not None):
-        raise PicaError("--devices is for --path-traced, without --device and --cluster")
+    if devices is not None and (device is not None or cluster is not None):
+        raise PicaError("--devices takes no --device and no --cluster beside it")
     if denoise and denoise_fast:
         raise PicaError("--denoise and --denoise-fast are two ways to do one thing")
     way: Literal[True, False, "fast"] = "fast" if denoise_fast else denoise
@@ -142,7 +137,7 @@ def render(
         device=device,
         light_map=baked,
         lut=look,
-        devices=None if devices is None else [f"#{each}" if each.isdecimal() else each for each in devices.split(",")],
+        devices=options.parse_devices(devices),
         sequence=sequence,
     )
     began = time.perf_counter()

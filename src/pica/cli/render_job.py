@@ -36,7 +36,7 @@ class RenderJob:
     light_map: "LightMap | None"
     lut: "Lut | None"
     devices: list[str] | None = None
-    """In place of `device`, of path traced pictures."""
+    """In place of `device`."""
     sequence: Sequence | None = None
     chunks: tuple[tuple[int, ...], ...] = ()
 
@@ -46,8 +46,9 @@ class RenderJob:
 
         more: Any = {"size": self.size, "settings": self.settings, "lut": self.lut}
         if self.devices is not None:
-            return pica.PathTracer(scene, devices=self.devices, **more)
-        more["device"] = self.device or device
+            more["devices"] = self.devices
+        else:
+            more["device"] = self.device or device
         if self.path_traced:
             return pica.PathTracer(scene, **more)
         renderer = pica.Renderer(scene, light_map=self.light_map, **more)

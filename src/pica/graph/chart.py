@@ -101,6 +101,8 @@ class _Chart:
             y = _TOP + row * _ROW
             yield f'<path d="M0 {y}H{self._width:.0f}" stroke="#d8dee4" stroke-width=".5"/>'
             note = f"{node.name} of {node.effect}, {node.where}" + (", not in every frame" if node.conditional else "")
+            if node.bytes is not None:
+                note += f", {_megabytes(node.bytes)} copied between devices"
             name = text(142, y + 13, _short(node.name, 23), "g" if node.conditional else "")
             yield f"<g><title>{_plain(note)}</title>{name}</g>"
             if node.milliseconds is not None:
