@@ -18,8 +18,6 @@ from collections import defaultdict
 from statistics import median
 from typing import Any
 
-import slangpy as spy
-
 import pica
 from pica.rhi.adapters import adapter_of, adapters
 from pica.rhi.device import Device, open_device
@@ -39,8 +37,7 @@ PRESETS = {
 def ways(device: Device) -> dict[str, list[Any]]:
     """The devices of each way but "pipeline"."""
     adapter = adapter_of(device.handle)
-    second = spy.Device(type=spy.DeviceType.vulkan, adapter_luid=adapter.luid)
-    found: dict[str, list[Any]] = {"buffers": [device], "two logical devices": [device, second]}
+    found: dict[str, list[Any]] = {"buffers": [device], "two logical devices": [device, Device(device.name)]}
     others = [each for each in adapters() if each.name == adapter.name and bytes(each.luid) != bytes(adapter.luid)]
     if others:
         found["two cards"] = [device, bytes(others[0].luid).hex()]
