@@ -222,6 +222,64 @@ def test_a_device_that_fails_is_named_and_the_next_picture_is_whole(device, seco
         assert_same(expected, shared.render(2, camera=camera(0)), "the frame after")
 
 
+def test_a_device_that_misses_a_change_of_the_scene_makes_no_picture(device, second, monkeypatch):
+    scene, chosen = lively(), pica.Settings().with_values(TRACERS[-1])
+    with pica.Renderer(scene, size=SIZE, settings=chosen, devices=[device, second]) as shared:
+        shared.render(1, camera=camera(0))
+        stir(scene, 1)
+        with monkeypatch.context() as patch:
+            patch.setattr(tracer_of(shared).secondaries[0].scene, "update", lambda recording, camera: 1 / 0)
+            with pytest.raises(DeviceError, match="failed while it took over a change of the scene: division"):
+                shared.render(1, camera=camera(0))
+        with pytest.raises(DeviceError, match="failed while it took over a change of the scene: division"):
+            shared.render(1, camera=camera(0))
+
+
+def test_three_devices_make_the_picture_of_one(device, second):
+    third = Device(device.name)
+    scene, chosen = lively(), pica.Settings().with_values(TRACERS[-1])
+    with (
+        pica.Renderer(scene, size=SIZE, settings=chosen, device=device) as alone,
+        pica.Renderer(scene, size=SIZE, settings=chosen, devices=[device, second, third]) as shared,
+    ):
+        for step in range(3):
+            stir(scene, step)
+            pictures = [renderer.render(1, camera=camera(step)) for renderer in (alone, shared)]
+            assert_same(*pictures, step)
+    assert pictures[1].timings["trace_rays on secondary 2"] > 0
+    third.close()
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(3600)
+def test_two_thousand_frames_end_with_the_picture_of_one_device(device, second):
+    """Objects come and go, and size and settings change."""
+    scene, chosen = lively(), pica.Settings().with_values(TRACERS[-1])
+    other = chosen.with_values({"transparency.mode": "off", "reflections.bounces": 1})
+    memory: list[tuple[int, int]] = []
+    with (
+        pica.Renderer(scene, size=SIZE, settings=chosen, device=device) as alone,
+        pica.Renderer(scene, size=SIZE, settings=chosen, devices=[device, second]) as shared,
+    ):
+        for step in range(2000):
+            if step % 3 == 0:
+                visitor = scene.add(placed(sphere(0.2, lambert(0.8, 0.1, 0.1)), move(0.01 * (step % 50), 1, 0)))
+            elif step % 3 == 2:
+                scene.remove(visitor)
+            stir(scene, step % 7)
+            for renderer in (alone, shared):
+                if step % 250 == 100:
+                    renderer.resize((40, 20) if step % 500 == 100 else SIZE)
+                if step % 500 == 200:
+                    renderer.configure(other if step % 1000 == 200 else chosen)
+                renderer.advance(camera(step % 11))
+            if step % 1000 == 999:
+                assert_same(*(renderer.render(1, camera=camera(0)) for renderer in (alone, shared)), step)
+                gc.collect()
+                memory.append((device.memory, second.memory))
+    assert memory[0] == memory[1]
+
+
 def test_copies_are_passes_of_the_frame_graph_with_their_bytes(device, second):
     with pica.Renderer(lively(), size=SIZE, devices=[device, second]) as shared:
         frame = shared.render(3, camera=camera(0))

@@ -30,3 +30,24 @@ class HostBuffer:
         """Write back content that was read and changed, (bytes,)."""
         if self._shared is None:
             self._buffer.copy_from_numpy(data)
+
+
+class Readback:
+    """Memory of the host to which the device copies, so that reading needs no work of the device."""
+
+    def __init__(self, device: Device, label: str, size: int) -> None:
+        """`size`: in bytes."""
+        with device.allocating(f"{label}, {size:,} bytes"):
+            self._buffer = device.handle.create_buffer(
+                size=size, memory_type=spy.MemoryType.read_back, usage=spy.BufferUsage.copy_destination, label=label
+            )
+        device.count_memory(self._buffer.memory_usage.device)
+
+    def copy(self, encoder: spy.CommandEncoder, place: int, source: spy.Buffer, first: int, size: int) -> None:
+        """Record a copy of `size` bytes."""
+        if size:
+            encoder.copy_buffer(self._buffer, place, source, first, size)
+
+    def read(self) -> NDArray[np.uint8]:
+        """(bytes,) once the device has finished the copies."""
+        return self._buffer.to_numpy().view(np.uint8).reshape(-1)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-TRIAL = 16
+TRIAL = 12
 """Frames after which it is decided whether several devices are faster than the first alone."""
 _SETTLING = 4
 """Frames before, in which shares are far from what they become."""

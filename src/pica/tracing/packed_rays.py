@@ -7,7 +7,7 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.rhi.device import Device
-from pica.rhi.host_memory import HostBuffer
+from pica.rhi.host_memory import Readback
 from pica.rhi.passes import Recording
 from pica.tracing.ray_buffers import HIT, RAY, RayQueue
 
@@ -32,25 +32,26 @@ class PackedRays:
         self._device = device
         self._pack = device.compute("tracing/pack_rays.slang")
         self._unpack = device.compute("tracing/unpack_hits.slang")
-        self._buffers: dict[int, tuple[spy.Buffer, spy.Buffer]] = {}
+        self._buffers: dict[int, tuple[spy.Buffer, Readback, spy.Buffer]] = {}
         self._alike = device.buffer("records alike", size=4, struct_size=4)
         self._records: spy.Buffer | None = None
         self._numbers: NDArray[np.uint32] | None = None
 
     def pack(self, recording: Recording, queue: RayQueue, part: QueuePart) -> None:
-        """Record the gathering of the part's rays."""
-        self._rays, self._hits = self._room(part.count)
+        """Record the gathering of the part's rays, and their copy to the host."""
+        rays, self._rays, self._hits = self._room(part.count)
         self._parameters = {
             "queue": queue.places,
             "first": spy.uint2(part.nearest.start, part.shadows.start),
             "count": spy.uint2(len(part.nearest), len(part.shadows)),
         }
         threads = (part.count, 1, 1)
-        self._pack(recording, threads, rays=queue.rays, packedRays=self._rays, **self._parameters)
+        self._pack(recording, threads, rays=queue.rays, packedRays=rays, **self._parameters)
+        self._rays.copy(recording.encoder, 0, rays, 0, part.count * RAY)
 
     def rays(self) -> NDArray[np.uint8]:
         """The rays, once they are gathered: (bytes,), of which the last may belong to none."""
-        return HostBuffer(self._device, self._rays).read()
+        return self._rays.read()
 
     def unpack(
         self, recording: Recording, queue: RayQueue, hits: NDArray[np.uint8], numbers: NDArray[np.uint32] | None
@@ -73,12 +74,13 @@ class PackedRays:
             **self._parameters,
         )
 
-    def _room(self, count: int) -> tuple[spy.Buffer, spy.Buffer]:
+    def _room(self, count: int) -> tuple[spy.Buffer, Readback, spy.Buffer]:
         """For a power of two of rays: few sizes, which all stay."""
         capacity = power_of_two(count)
         if capacity not in self._buffers:
             self._buffers[capacity] = (
                 self._device.buffer("packed rays", size=capacity * RAY, struct_size=4),
+                Readback(self._device, "packed rays on the host", capacity * RAY),
                 self._device.buffer("packed hits", size=capacity * HIT, struct_size=4),
             )
         return self._buffers[capacity]

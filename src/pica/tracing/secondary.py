@@ -12,7 +12,7 @@ from pica.errors import DeviceError
 from pica.gpu_scene.view import SceneView
 from pica.graph.plan import PlanPart
 from pica.rhi.device import Device, DeviceRecording
-from pica.rhi.host_memory import HostBuffer
+from pica.rhi.host_memory import Readback
 from pica.rhi.passes import Recording
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
@@ -33,8 +33,9 @@ class Secondary:
         self._device = device.memory_scope()
         self._packed = PackedRays(primary)
         self._stopwatch = Stopwatch(device)
-        self._buffers: dict[int, tuple[spy.Buffer, spy.Buffer, spy.Buffer]] = {}
+        self._buffers: dict[int, tuple[spy.Buffer, spy.Buffer, spy.Buffer, Readback]] = {}
         self._numbers: tuple[object, NDArray[np.uint32] | None] = None, None
+        self._fault: Exception | None = None
         self._sending = self._receiving = 0.0
         """Seconds of the newest copies."""
         with self._named("took over the scene"):
@@ -49,9 +50,17 @@ class Secondary:
         self._is_on_processor = uses_embree(self._device, settings.rays)
 
     def update(self, camera: Camera) -> None:
-        """Upload the changes of the scene that `scene.sync` has collected."""
-        with self._named("took over a change of the scene"), self._device.record() as recording:
-            self.scene.update(recording, camera)
+        """Upload the changes of the scene that `scene.sync` has collected. Raises DeviceError for ever once it fails:
+        the copy of the scene would be another one."""
+        with self._named("took over a change of the scene"):
+            if self._fault is not None:
+                raise self._fault
+            try:
+                with self._device.record() as recording:
+                    self.scene.update(recording, camera)
+            except Exception as fault:
+                self._fault = fault
+                raise
 
     def pack(self, recording: Recording, queue: RayQueue, part: QueuePart) -> None:
         """Record on the primary the gathering of a part of its queue."""
@@ -64,7 +73,7 @@ class Secondary:
             started = time.perf_counter()
             rays = self._packed.rays()
             nearest, shadows = len(self._part.nearest), len(self._part.shadows)
-            self._queue = queue = self._queue_for(nearest, shadows)
+            queue, self._hits = self._queue_for(nearest, shadows)
             recording = DeviceRecording(self._device.handle.create_command_encoder(), self._device.profiler)
             end = queue.places.size // 4
             for place, part in ((0, rays[: nearest * RAY]), (end - shadows, rays[nearest * RAY :][: shadows * RAY])):
@@ -77,6 +86,8 @@ class Secondary:
                 watch.on_processor = self._tracer(recording, queue)
             if watch.on_processor:
                 _number(queue.places)
+            self._hits.copy(recording.encoder, 0, queue.hits, 0, nearest * HIT)
+            self._hits.copy(recording.encoder, nearest * HIT, queue.hits, (end - shadows) * HIT, shadows * HIT)
             self._submission = self._device.submit(recording)
 
     def finish(self, recording: Recording, queue: RayQueue, primary: SceneView) -> None:
@@ -84,9 +95,7 @@ class Secondary:
         with self._named("traced rays of a frame"):
             self._device.handle.wait_for_submit(self._submission)
             started = time.perf_counter()
-            hits = HostBuffer(self._device, self._queue.hits).read()
-            end = len(hits) - self._queue.shadows * HIT
-            hits = np.concatenate([hits[: self._queue.nearest * HIT], hits[end:]])
+            hits = self._hits.read()[: self._part.count * HIT]
             self._packed.unpack(recording, queue, hits, self._numbers_on(primary))
             self._receiving = time.perf_counter() - started
 
@@ -123,7 +132,7 @@ class Secondary:
             self._numbers = state, None if np.array_equal(numbers, alike) else numbers
         return self._numbers[1]
 
-    def _queue_for(self, nearest: int, shadows: int) -> RayQueue:
+    def _queue_for(self, nearest: int, shadows: int) -> tuple[RayQueue, Readback]:
         """Buffers for a power of two of rays: few sizes, which all stay."""
         capacity = power_of_two(nearest + shadows)
         if capacity not in self._buffers:
@@ -132,8 +141,9 @@ class Secondary:
                 for name, stride in (("rays", RAY), ("hits", HIT), ("places", 4))
             )
             _number(places)
-            self._buffers[capacity] = rays, hits, places
-        return RayQueue(*self._buffers[capacity], nearest, shadows)
+            self._buffers[capacity] = rays, hits, places, Readback(self._device, "hits on the host", capacity * HIT)
+        rays, hits, places, readback = self._buffers[capacity]
+        return RayQueue(rays, hits, places, nearest, shadows), readback
 
     @contextmanager
     def _named(self, what: str) -> Iterator[None]:

@@ -64,7 +64,7 @@ class SharedTracer:
         if self.secondaries and not self.balance.pays:
             self.secondaries = []
             saved = "copies of rays take longer than other devices save"
-            say_once(self._device, f"devices: {saved}; the first renders alone from here on")
+            say_once(self._device, f"devices: {saved}; the first renders alone from here on, leave the others out")
         for secondary in self.secondaries:
             secondary.update(camera)
 
