@@ -32,12 +32,12 @@ class Secondary:
         self.number = number
         self._device = device.memory_scope()
         self._packed = PackedRays(primary)
-        self._stopwatch = Stopwatch(device)
+        self._stopwatch = Stopwatch(device, laps=3)
         self._buffers: dict[int, tuple[spy.Buffer, spy.Buffer, spy.Buffer, Readback]] = {}
         self._numbers: tuple[object, NDArray[np.uint32] | None] = None, None
         self._fault: Exception | None = None
-        self._sending = self._receiving = 0.0
-        """Seconds of the newest copies."""
+        self._sending = self._tracing = self._receiving = 0.0
+        """Seconds of the newest rays, copies by host and device."""
         with self._named("took over the scene"):
             self.scene = SceneView(device, scene, settings)
             self.configure(settings)
@@ -75,19 +75,22 @@ class Secondary:
             nearest, shadows = len(self._part.nearest), len(self._part.shadows)
             queue, self._hits = self._queue_for(nearest, shadows)
             recording = DeviceRecording(self._device.handle.create_command_encoder(), self._device.profiler)
+            self._stopwatch.begin(recording)
             end = queue.places.size // 4
             for place, part in ((0, rays[: nearest * RAY]), (end - shadows, rays[nearest * RAY :][: shadows * RAY])):
                 if len(part):
                     recording.encoder.upload_buffer_data(queue.rays, place * RAY, part)
+            self._sending = time.perf_counter() - started
             if self._is_on_processor:  # Embree reads what the device has finished
                 self._device.finish(recording)
-            self._sending = time.perf_counter() - started
-            with self._stopwatch.timed(recording) as watch:
-                watch.on_processor = self._tracer(recording, queue)
-            if watch.on_processor:
+            self._stopwatch.lap(recording)
+            traced = self._tracer(recording, queue)
+            self._stopwatch.lap(recording, on_processor=traced)
+            if traced:
                 _number(queue.places)
             self._hits.copy(recording.encoder, 0, queue.hits, 0, nearest * HIT)
             self._hits.copy(recording.encoder, nearest * HIT, queue.hits, (end - shadows) * HIT, shadows * HIT)
+            self._stopwatch.lap(recording)
             self._submission = self._device.submit(recording)
 
     def finish(self, recording: Recording, queue: RayQueue, primary: SceneView) -> None:
@@ -97,17 +100,19 @@ class Secondary:
             started = time.perf_counter()
             hits = self._hits.read()[: self._part.count * HIT]
             self._packed.unpack(recording, queue, hits, self._numbers_on(primary))
-            self._receiving = time.perf_counter() - started
+            sent, self._tracing, received = (self._stopwatch.seconds(lap) for lap in range(3))
+            self._sending += sent
+            self._receiving = received + time.perf_counter() - started
 
     @property
     def seconds(self) -> float:
         """For the newest rays, after `finish`: copies and tracing."""
-        return self._sending + self._stopwatch.seconds + self._receiving
+        return self._sending + self._tracing + self._receiving
 
     def note(self, recording: Recording) -> None:
         """Tell the profiler of the newest rays: copies are passes of their own in the frame graph."""
         profiler, name = recording.profiler, f"secondary {self.number}"
-        profiler.add(f"trace_rays on {name}", self._stopwatch.seconds)
+        profiler.add(f"trace_rays on {name}", self._tracing)
         owner = profiler.owner
         for copy, seconds, size in (
             (f"rays to {name}", self._sending, self._part.count * RAY),

@@ -43,7 +43,7 @@ class SharedTracer:
                 self.secondaries.append(Secondary(other, self._device, number, view.source, settings))
             else:
                 say_once(device, f"devices: {other.name!r} traces no rays; the others do without it")
-        self._stopwatch = Stopwatch(device)
+        self._stopwatch = Stopwatch(device, laps=1)
         self.configure(settings)
 
     def configure(self, settings: Settings) -> None:
@@ -77,8 +77,9 @@ class SharedTracer:
         for secondary, part in parts:
             secondary.pack(recording, queue, part)
         self._device.finish(recording)
-        with self._stopwatch.timed(recording) as watch:
-            watch.on_processor = self._own(recording, own)
+        self._stopwatch.begin(recording)
+        traced = self._own(recording, own)
+        self._stopwatch.lap(recording, on_processor=traced)
         submission = self._device.submit(recording)
         for secondary, _ in parts:
             secondary.begin()
@@ -86,12 +87,12 @@ class SharedTracer:
             secondary.finish(recording, queue, self._view)
         self._device.handle.wait_for_submit(submission)
         rays, seconds = np.zeros(len(self.balance.shares)), np.zeros(len(self.balance.shares))
-        rays[0], seconds[0] = own.nearest + own.shadows, self._stopwatch.seconds
+        rays[0], seconds[0] = own.nearest + own.shadows, self._stopwatch.seconds(0)
         for secondary, part in parts:
             rays[secondary.number], seconds[secondary.number] = part.count, secondary.seconds
             secondary.note(recording)
         self.balance.note(rays, seconds, time.perf_counter() - started)
-        return watch.on_processor
+        return traced
 
     def _split(self, queue: RayQueue) -> tuple[RayQueue, list[tuple[Secondary, QueuePart]]]:
         """The primary's part, and those of the others that have any. Shadow rays lie at the queue's end, and are

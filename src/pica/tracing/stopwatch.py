@@ -1,8 +1,6 @@
-"""The time of one piece of work, on the device or on the processor."""
+"""Times of work on a device, outside of any frame."""
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 import slangpy as spy
 
@@ -11,28 +9,29 @@ from pica.rhi.passes import Recording
 
 
 class Stopwatch:
-    """Times what is recorded by timestamps, and what the processor does by its clock."""
+    """Times laps of a recording, each by timestamps of the device, or by the clock where the processor did its work."""
 
-    def __init__(self, device: Device) -> None:
-        self._pool = device.handle.create_query_pool(spy.QueryType.timestamp, 2)
-        self.on_processor = False
-        """Whether the processor did the newest work; to be set within the block of `timed`."""
-        self._elapsed = 0.0
+    def __init__(self, device: Device, laps: int) -> None:
+        self._pool = device.handle.create_query_pool(spy.QueryType.timestamp, laps + 1)
+        self._on_processor: list[float | None] = []
 
-    @contextmanager
-    def timed(self, recording: Recording) -> Iterator["Stopwatch"]:
-        """Time the block, which submits nothing."""
+    def begin(self, recording: Recording) -> None:
+        """Start the first lap."""
         self._pool.reset()
         recording.encoder.write_timestamp(self._pool, 0)
-        started = time.perf_counter()
-        yield self
-        self._elapsed = time.perf_counter() - started
-        recording.encoder.write_timestamp(self._pool, 1)
+        self._on_processor, self._since = [], time.perf_counter()
 
-    @property
-    def seconds(self) -> float:
-        """Of the newest work, once the device has finished it."""
-        if self.on_processor:
-            return self._elapsed
-        first, last = self._pool.get_timestamp_results(0, 2)
+    def lap(self, recording: Recording, on_processor: bool = False) -> None:
+        """End a lap. `on_processor`: the work was done, rather than recorded."""
+        now = time.perf_counter()
+        self._on_processor.append(now - self._since if on_processor else None)
+        self._since = now
+        recording.encoder.write_timestamp(self._pool, len(self._on_processor))
+
+    def seconds(self, lap: int) -> float:
+        """Of a lap, once the device has finished it."""
+        by_clock = self._on_processor[lap]
+        if by_clock is not None:
+            return by_clock
+        first, last = self._pool.get_timestamp_results(lap, 2)
         return float(last - first)
