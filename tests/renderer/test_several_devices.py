@@ -171,15 +171,15 @@ def test_what_comes_goes_and_deforms_is_that_of_one_device(device, second, trace
 
 
 def test_resized_and_configured_it_goes_on_as_one_device(device, second):
-    scene, chosen = lively(), pica.Settings().with_values(TRACERS[-1])
+    scene, chosen = lively(), pica.Settings().with_values(DEVICE | {"visibility.primary": "rays"})
     with (
         pica.Renderer(scene, size=SIZE, settings=chosen, device=device) as alone,
         pica.Renderer(scene, size=SIZE, settings=chosen, devices=[device, second]) as shared,
     ):
         changes = [
             lambda renderer: renderer.resize((40, 20)),
-            lambda renderer: renderer.configure(chosen.with_values({"transparency.mode": "off"})),
-            lambda renderer: renderer.configure(chosen.with_values(DEVICE)),
+            lambda renderer: renderer.configure(chosen.with_values({"shadows.transparent": False})),
+            lambda renderer: renderer.configure(chosen.with_values(TRACERS[-1])),
             lambda renderer: renderer.resize(SIZE),
             lambda renderer: renderer.reset(frame=9),
         ]
