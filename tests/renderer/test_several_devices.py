@@ -199,10 +199,12 @@ def test_memory_of_both_stays(device, second):
         for step in range(60):
             visitor = scene.add(placed(sphere(0.2, lambert(0.8)), move(0.02 * step, 1, 0)))
             stir(scene, step % 5)
+            if step % 10 == 5:
+                shared.resize((40, 20) if step % 20 == 5 else SIZE)
             shared.advance(camera(step % 7))
             scene.remove(visitor)
             memory.append((device.memory, second.memory))
-        assert memory[-1] == memory[30] and memory[-1][1] > before[1]
+        assert memory[-1] == memory[39] and memory[-1][1] > before[1]
     del shared, visitor
     gc.collect()
     assert second.memory == before[1]

@@ -40,12 +40,13 @@ class CacheEntries:
         self.block = device.parameter_block(f"{_FOLDER}/hash_grid.slang", "radianceCache")
         self.capacity, self.points = 0, 0
         """Entries; points of a frame."""
-        self._cleared: list[spy.Buffer] = []
+        self._buffers: dict[str, spy.Buffer] = {}
 
     def clear(self) -> None:
         """Free all entries, and discard all points."""
-        for buffer in self._cleared:
-            buffer.copy_from_numpy(np.zeros(buffer.size // 4, np.uint32))
+        for name, buffer in self._buffers.items():
+            if name in ("keys", "samples", "sums", "points"):
+                buffer.copy_from_numpy(np.zeros(buffer.size // 4, np.uint32))
 
     def allocate(self, half_size: tuple[int, int]) -> None:
         """Make room for pictures of twice this size. The cache begins empty."""
@@ -57,7 +58,8 @@ class CacheEntries:
         self.capacity = capacity = min(max(1 << (2 * pixels - 1).bit_length(), _SMALLEST), _LARGEST)
         threads = -(-self.points // _ACROSS) * _ACROSS  # those beyond the points read, too
         make = self._device.buffer
-        buffers = {
+        self._device.give_back(*self._buffers.values())
+        self._buffers = {
             "keys": make("cache keys", size=4 * capacity, struct_size=4),
             "samples": make("cache samples", size=4 * capacity, struct_size=4),
             "sums": make("cache sums", size=_SUMS * capacity, struct_size=4),
@@ -65,8 +67,7 @@ class CacheEntries:
             "used": make("cache uses", size=4 * capacity, struct_size=4),
             "light": make("cache light", size=16 * capacity, struct_size=16),
         }
-        self._cleared = [buffers[name] for name in ("keys", "samples", "sums", "points")]
-        self.block.bind(**buffers, capacity=capacity, tile=tile, tilesAcross=across, tiles=tiles, count=self.points)
+        self.block.bind(**self._buffers, capacity=capacity, tile=tile, tilesAcross=across, tiles=tiles, count=self.points)
         self.clear()
 
 
