@@ -192,8 +192,9 @@ def test_resized_and_configured_it_goes_on_as_one_device(device, second):
 
 def test_memory_of_both_stays(device, second):
     scene, chosen = lively(), pica.Settings().with_values(TRACERS[-1])
+    pica.Renderer(lively(), size=SIZE, settings=chosen, devices=[device, second]).close()
     gc.collect()
-    before = device.memory, second.memory
+    before = second.memory
     with pica.Renderer(scene, size=SIZE, settings=chosen, devices=[device, second]) as shared:
         memory = []
         for step in range(60):
@@ -204,10 +205,10 @@ def test_memory_of_both_stays(device, second):
             shared.advance(camera(step % 7))
             scene.remove(visitor)
             memory.append((device.memory, second.memory))
-        assert memory[-1] == memory[39] and memory[-1][1] > before[1]
+        assert memory[-1] == memory[39] and memory[-1][1] > before
     del shared, visitor
     gc.collect()
-    assert second.memory == before[1]
+    assert second.memory == before
 
 
 def test_a_device_that_fails_is_named_and_the_next_picture_is_whole(device, second, monkeypatch):
