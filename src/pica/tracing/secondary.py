@@ -16,7 +16,7 @@ from pica.rhi.host_memory import Readback
 from pica.rhi.passes import Recording
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
-from pica.settings import Settings
+from pica.settings import RaysSettings, Settings
 from pica.tracing.fallbacks import runnable
 from pica.tracing.packed_rays import PackedRays, QueuePart, power_of_two
 from pica.tracing.ray_buffers import HIT, RAY, RayQueue
@@ -35,6 +35,7 @@ class Secondary:
         self._stopwatch = Stopwatch(device, laps=3)
         self._buffers: dict[int, tuple[spy.Buffer, spy.Buffer, spy.Buffer, Readback]] = {}
         self._numbers: tuple[object, NDArray[np.uint32] | None] = None, None
+        self._rays: RaysSettings | None = None
         self._fault: Exception | None = None
         self._sending = self._tracing = self._receiving = 0.0
         """Seconds of the newest rays, copies by host and device."""
@@ -46,8 +47,10 @@ class Secondary:
         """Follow other settings."""
         settings = runnable(self._device, settings)
         self.scene.configure(settings)
-        self._tracer = buffer_tracer(self._device, settings.rays, self.scene)
-        self._is_on_processor = uses_embree(self._device, settings.rays)
+        if settings.rays != self._rays:
+            self._rays = settings.rays
+            self._tracer = buffer_tracer(self._device, settings.rays, self.scene)
+            self._is_on_processor = uses_embree(self._device, settings.rays)
 
     def update(self, camera: Camera) -> None:
         """Upload the changes of the scene that `scene.sync` has collected. Raises DeviceError for ever once it fails:

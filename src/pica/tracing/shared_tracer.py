@@ -13,7 +13,7 @@ from pica.gpu_scene.view import SceneView
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.scene.camera import Camera
-from pica.settings import Settings
+from pica.settings import RaysSettings, Settings
 from pica.tracing.balance import Balance
 from pica.tracing.fallbacks import say_once, traces
 from pica.tracing.packed_rays import QueuePart
@@ -44,14 +44,17 @@ class SharedTracer:
             else:
                 say_once(device, f"devices: {other.name!r} traces no rays; the others do without it")
         self._stopwatch = Stopwatch(device, laps=1)
+        self._rays: RaysSettings | None = None
         self.configure(settings)
 
     def configure(self, settings: Settings) -> None:
         """Follow other settings."""
-        self._own = buffer_tracer(self._device, settings.rays, self._view)
         for secondary in self.secondaries:
             secondary.configure(settings)
-        self.balance = Balance(1 + len(self.secondaries))
+        if settings.rays != self._rays:
+            self._rays = settings.rays
+            self._own = buffer_tracer(self._device, settings.rays, self._view)
+            self.balance = Balance(1 + len(self.secondaries))
 
     def sync(self) -> None:
         """Collect changes of the scene for all copies, as SceneView.sync."""

@@ -67,7 +67,9 @@ class CacheEntries:
             "used": make("cache uses", size=4 * capacity, struct_size=4),
             "light": make("cache light", size=16 * capacity, struct_size=16),
         }
-        self.block.bind(**self._buffers, capacity=capacity, tile=tile, tilesAcross=across, tiles=tiles, count=self.points)
+        self.block.bind(
+            **self._buffers, capacity=capacity, tile=tile, tilesAcross=across, tiles=tiles, count=self.points
+        )
         self.clear()
 
 
