@@ -1,12 +1,12 @@
 """One hybrid frame on one and on several devices: milliseconds of frames, passes and copies, as one JSON object.
 
-    python benchmarks/several_devices.py [--scene machine_world] [--size 1920x1080 ...] [--frames 30] [--device NAME]
+    python benchmarks/several_devices.py [--scene machine_world] [--size 1920x1080 ...] [--frames 20] [--device NAME]
 
 The camera orbits what it looks at. Ways: "pipeline", one device as it is by default; "buffers", one device with ray
 buffers; "two logical devices", the same adapter opened twice, which shows what sharing costs; "two cards", where there
 are two adapters of one name. Rays are shared however slow that is. Medians of the frames after ten; `copies` has the
 bytes and milliseconds of a frame by name, `shares` which part of the rays each device traced in the end, `rays` how
-many a frame has. The first line on stderr is printed when the first way is done.
+many a frame has. A line for each way goes to stderr; `--json FILE` writes the object to a file.
 """
 
 import argparse
@@ -15,11 +15,12 @@ import math
 import sys
 import time
 from collections import defaultdict
+from pathlib import Path
 from statistics import median
 from typing import Any
 
 import pica
-from pica.rhi.adapters import adapter_of, adapters
+from pica.rhi.adapters import adapters
 from pica.rhi.device import Device, open_device
 from pica.scene.orbit import orbited, pivot
 from pica.tracing import balance
@@ -36,9 +37,9 @@ PRESETS = {
 
 def ways(device: Device) -> dict[str, list[Any]]:
     """The devices of each way but "pipeline"."""
-    adapter = adapter_of(device.handle)
-    found: dict[str, list[Any]] = {"buffers": [device], "two logical devices": [device, Device(device.name)]}
-    others = [each for each in adapters() if each.name == adapter.name and bytes(each.luid) != bytes(adapter.luid)]
+    uuid = device.info.uuid
+    found: dict[str, list[Any]] = {"buffers": [device], "two logical devices": [device, Device(uuid)]}
+    others = [each for each in adapters() if each.name == device.name and bytes(each.luid).hex() != uuid]
     if others:
         found["two cards"] = [device, bytes(others[0].luid).hex()]
     return found
@@ -88,8 +89,9 @@ def main() -> None:
     parser.add_argument("--scene", default="machine_world")
     parser.add_argument("--size", nargs="*", default=["1920x1080", "3840x2160"])
     parser.add_argument("--presets", nargs="*", default=list(PRESETS))
-    parser.add_argument("--frames", type=int, default=30)
+    parser.add_argument("--frames", type=int, default=20)
     parser.add_argument("--device")
+    parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
     balance.TRIAL = sys.maxsize
     device, scene = open_device(arguments.device), getattr(pica.scenes, arguments.scene)()
@@ -109,7 +111,11 @@ def main() -> None:
                 print(f"{text}, {preset}, {way}: {costs['frame']:.2f} ms a frame", file=sys.stderr)
         for way, on in devices.items():
             found["path_traced"].setdefault(text, {})[way] = path_traced(scene, (width, height), on)
-    print(json.dumps(found, indent=1))
+    text = json.dumps(found, indent=1)
+    if arguments.json is None:
+        print(text)
+    else:
+        arguments.json.write_text(text)
 
 
 if __name__ == "__main__":
