@@ -402,6 +402,17 @@ def test_shares_follow_the_times_of_the_frame_before(speeds):
     np.testing.assert_allclose(shared.shares, expected / expected.sum(), rtol=1e-3)
 
 
+def test_devices_are_done_at_the_same_time_whatever_copies_cost_at_least():
+    """A second device of the same speed needs .4 s before its first ray."""
+    shared = Balance(2)
+    for _ in range(40):
+        rays = np.array(shared.split(1000), float)
+        seconds = rays / 1000 + [0.0, 0.4]
+        shared.note(rays, seconds, seconds.max())
+        shared.end_frame()
+    np.testing.assert_allclose(seconds, 0.7, rtol=0.01)
+
+
 @pytest.mark.parametrize(("latency", "pays"), [(0.0, True), (0.3, True), (0.6, False)])
 def test_it_pays_if_rays_take_less_time_than_the_first_device_alone(monkeypatch, latency, pays):
     """Two equal devices halve the time; beyond half of it, what sharing costs is lost."""
