@@ -293,7 +293,7 @@ def test_copies_are_passes_of_the_frame_graph_with_their_bytes(device, second):
     names = "rays to secondary 1", "hits from secondary 1"
     sent, received = ([node for node in copies if node.name == name] for name in names)
     assert len(sent) == len(received) == len(copies) / 2
-    assert [node.bytes * 20 for node in sent] == [node.bytes * 44 for node in received]
+    assert [node.bytes * 24 for node in sent] == [node.bytes * 44 for node in received]
     for copy in names:
         milliseconds = sum(node.milliseconds for node in copies if node.name == copy)
         assert frame.timings[copy] == pytest.approx(milliseconds) and milliseconds > 0

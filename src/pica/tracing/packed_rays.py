@@ -11,6 +11,9 @@ from pica.rhi.host_memory import Readback
 from pica.rhi.passes import Recording
 from pica.tracing.ray_buffers import HIT, RAY, RayQueue
 
+PACKED_HIT = HIT + 4
+"""Bytes of a hit on its way back, with what tracing has noted in its ray (pack_hits.slang)."""
+
 
 @dataclass(frozen=True)
 class QueuePart:
@@ -66,9 +69,10 @@ class PackedRays:
         recording.encoder.upload_buffer_data(self._hits, 0, hits)
         self._unpack(
             recording,
-            (len(hits) // HIT, 1, 1),
+            (len(hits) // PACKED_HIT, 1, 1),
             packedHits=self._hits,
             hits=queue.hits,
+            rays=queue.rays,
             records=self._records or self._alike,
             recordCount=0 if numbers is None else len(numbers),
             **self._parameters,
@@ -81,7 +85,7 @@ class PackedRays:
             self._buffers[capacity] = (
                 self._device.buffer("packed rays", size=capacity * RAY, struct_size=4),
                 Readback(self._device, "packed rays on the host", capacity * RAY),
-                self._device.buffer("packed hits", size=capacity * HIT, struct_size=4),
+                self._device.buffer("packed hits", size=capacity * PACKED_HIT, struct_size=4),
             )
         return self._buffers[capacity]
 

@@ -18,7 +18,7 @@ from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.settings import RaysSettings, Settings
 from pica.tracing.fallbacks import runnable
-from pica.tracing.packed_rays import PackedRays, QueuePart, power_of_two
+from pica.tracing.packed_rays import PACKED_HIT, PackedRays, QueuePart, power_of_two
 from pica.tracing.ray_buffers import HIT, RAY, RayQueue
 from pica.tracing.stopwatch import Stopwatch
 from pica.tracing.tracers import buffer_tracer, uses_embree
@@ -32,8 +32,9 @@ class Secondary:
         self.number = number
         self._device = device.memory_scope()
         self._packed = PackedRays(primary)
+        self._pack_hits = device.compute("tracing/pack_hits.slang")
         self._stopwatch = Stopwatch(device, laps=3)
-        self._buffers: dict[int, tuple[spy.Buffer, spy.Buffer, spy.Buffer, Readback]] = {}
+        self._buffers: dict[int, tuple[spy.Buffer, spy.Buffer, spy.Buffer, spy.Buffer, Readback]] = {}
         self._numbers: tuple[object, NDArray[np.uint32] | None] = None, None
         self._rays: RaysSettings | None = None
         self._fault: Exception | None = None
@@ -76,7 +77,7 @@ class Secondary:
             started = time.perf_counter()
             rays = self._packed.rays()
             nearest, shadows = len(self._part.nearest), len(self._part.shadows)
-            queue, self._hits = self._queue_for(nearest, shadows)
+            queue, packed, self._hits = self._queue_for(nearest, shadows)
             recording = DeviceRecording(self._device.handle.create_command_encoder(), self._device.profiler)
             self._stopwatch.begin(recording)
             end = queue.places.size // 4
@@ -91,8 +92,17 @@ class Secondary:
             self._stopwatch.lap(recording, on_processor=traced)
             if traced:
                 _number(queue.places)
-            self._hits.copy(recording.encoder, 0, queue.hits, 0, nearest * HIT)
-            self._hits.copy(recording.encoder, nearest * HIT, queue.hits, (end - shadows) * HIT, shadows * HIT)
+            self._pack_hits(
+                recording,
+                (self._part.count, 1, 1),
+                rays=queue.rays,
+                hits=queue.hits,
+                packedHits=packed,
+                queue=queue.places,
+                first=spy.uint2(0, end - shadows),
+                count=spy.uint2(nearest, shadows),
+            )
+            self._hits.copy(recording.encoder, 0, packed, 0, self._part.count * PACKED_HIT)
             self._stopwatch.lap(recording)
             self._submission = self._device.submit(recording)
 
@@ -101,7 +111,7 @@ class Secondary:
         with self._named("traced rays of a frame"):
             self._device.handle.wait_for_submit(self._submission)
             started = time.perf_counter()
-            hits = self._hits.read()[: self._part.count * HIT]
+            hits = self._hits.read()[: self._part.count * PACKED_HIT]
             self._packed.unpack(recording, queue, hits, self._numbers_on(primary))
             sent, self._tracing, received = (self._stopwatch.seconds(lap) for lap in range(3))
             self._sending += sent
@@ -119,7 +129,7 @@ class Secondary:
         owner = profiler.owner
         for copy, seconds, size in (
             (f"rays to {name}", self._sending, self._part.count * RAY),
-            (f"hits from {name}", self._receiving, self._part.count * HIT),
+            (f"hits from {name}", self._receiving, self._part.count * PACKED_HIT),
         ):
             if isinstance(owner, PlanPart):
                 profiler.owner = owner._replace(copy=copy)
@@ -140,18 +150,20 @@ class Secondary:
             self._numbers = state, None if np.array_equal(numbers, alike) else numbers
         return self._numbers[1]
 
-    def _queue_for(self, nearest: int, shadows: int) -> tuple[RayQueue, Readback]:
+    def _queue_for(self, nearest: int, shadows: int) -> tuple[RayQueue, spy.Buffer, Readback]:
         """Buffers for a power of two of rays: few sizes, which all stay."""
         capacity = power_of_two(nearest + shadows)
         if capacity not in self._buffers:
-            rays, hits, places = (
+            strides = {"rays": RAY, "hits": HIT, "places": 4, "packed hits": PACKED_HIT}
+            rays, hits, places, packed = (
                 self._device.buffer(f"{name} of another device", size=capacity * stride, struct_size=stride)
-                for name, stride in (("rays", RAY), ("hits", HIT), ("places", 4))
+                for name, stride in strides.items()
             )
             _number(places)
-            self._buffers[capacity] = rays, hits, places, Readback(self._device, "hits on the host", capacity * HIT)
-        rays, hits, places, readback = self._buffers[capacity]
-        return RayQueue(rays, hits, places, nearest, shadows), readback
+            readback = Readback(self._device, "hits on the host", capacity * PACKED_HIT)
+            self._buffers[capacity] = rays, hits, places, packed, readback
+        rays, hits, places, packed, readback = self._buffers[capacity]
+        return RayQueue(rays, hits, places, nearest, shadows), packed, readback
 
     @contextmanager
     def _named(self, what: str) -> Iterator[None]:
