@@ -333,6 +333,14 @@ def test_where_it_does_not_pay_one_line_says_so_and_one_device_renders(device, s
         assert "trace_rays on secondary 1" not in pictures[1].timings
 
 
+def test_with_ray_tracing_pipelines_one_line_says_so_and_one_device_renders(device, second, monkeypatch):
+    monkeypatch.setattr(type(device), "is_software", False)
+    with pytest.warns(UserWarning, match=r"devices: one graphics card alone is faster.*rays.scheduler=buffers"):
+        renderer = pica.Renderer(lively(), size=SIZE, devices=[device, second])
+    with renderer:
+        assert not isinstance(renderer.tracer, shared_tracer.SharedTracer)
+
+
 def test_a_device_without_rays_is_left_out(device, second, monkeypatch):
     monkeypatch.setattr(shared_tracer, "traces", lambda other: other is not second)
     with pytest.warns(UserWarning, match="traces no rays; the others do without it"):

@@ -41,6 +41,7 @@ from pica.scene.model import Scene
 from pica.scene.values import checked, flag, instance, number, optional, whole
 from pica.settings import Settings
 from pica.tracing.fallbacks import runnable
+from pica.tracing.shared_tracer import pays
 
 _FIRST_SAMPLES = 8
 """Frames of a first picture on graphics cards: as many as it takes to have the error of the picture in motion."""
@@ -63,7 +64,8 @@ class Renderer(RendererFrames):
 
     `devices`: in place of `device`, several that trace rays of each frame, as names, numbers in the order of
     `pica doctor`, or open devices. The first makes the picture, and copies part of the rays to the others; not with
-    `views`. If that turns out to be slower than the first alone, it goes on alone, with a warning.
+    `views`. Where that is slower, as on graphics cards unless `rays.scheduler` is `buffers`, the first renders alone,
+    with a warning.
 
     Raises DeviceError without a usable device, SceneError for an invalid scene or one that is not the light
     map's, and PicaError for an impossible size or number of views.
@@ -96,6 +98,8 @@ class Renderer(RendererFrames):
         if self._makes_batches and self._others:
             raise PicaError("Renderer: views and several devices do not go together; make a renderer for each device")
         self._settings = self._runnable(settings or Settings())
+        if self._others and not pays(first, self.settings.rays):
+            self._others = []
         with self._lock:
             of_each = size, self.settings, light_map, lut
             self._views, leaders = list[View](), dict[int, View]()

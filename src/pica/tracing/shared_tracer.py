@@ -20,10 +20,20 @@ from pica.tracing.packed_rays import QueuePart
 from pica.tracing.ray_buffers import RayQueue
 from pica.tracing.secondary import Secondary
 from pica.tracing.stopwatch import Stopwatch
-from pica.tracing.tracers import buffer_tracer
+from pica.tracing.tracers import buffer_tracer, uses_embree
 
 FEWEST = 1 << 15
 """Rays of a queue that are worth copies; the primary traces smaller ones alone."""
+
+
+def pays(device: Device, settings: RaysSettings) -> bool:
+    """Whether several devices may be faster. A graphics card's ray tracing pipeline is faster than ray buffers, however
+    many devices share them: then a warning, unless these are asked for."""
+    if settings.scheduler == "buffers" or device.is_software or uses_embree(device, settings):
+        return True
+    slower = "one graphics card alone is faster than ray buffers that several share"
+    say_once(device, f"devices: {slower}; the first renders alone (rays.scheduler=buffers shares them all the same)")
+    return False
 
 
 class SharedTracer:
