@@ -17,6 +17,7 @@ from pica.cli.dataset import dataset
 from pica.cli.demo import demo
 from pica.cli.doctor import doctor
 from pica.cli.graph import graph
+from pica.cli.info import info
 from pica.cli.prepare import prepare
 from pica.cli.render import render
 from pica.cli.view import view
@@ -40,6 +41,7 @@ _COMMANDS: tuple[Callable[..., object], ...] = (
     bench,
     graph,
     prepare,
+    info,
     doctor,
 )
 for command in _COMMANDS:

@@ -93,7 +93,7 @@ class View:
         """The scene at its time; `moving`: at 0 s even without a time. Raises PicaError."""
         sky = self._sky()
         environment = self.env if sky is None else sky[0]
-        scene = _load(self.scene, environment, self.allow_outside, parse_limits(self.limit), self.up, self.variant)
+        scene = load_scene(self.scene, environment, self.allow_outside, parse_limits(self.limit), self.up, self.variant)
         if sky is not None:
             scene.add(sky[1])
         self._change_environment(scene)
@@ -214,7 +214,7 @@ def parse_limits(texts: list[str] | None) -> "Limits":
     return pica.Limits(**values)
 
 
-def _load(
+def load_scene(
     name: str,
     environment: "Path | Environment | None",
     allow_outside: bool,

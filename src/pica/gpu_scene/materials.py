@@ -330,7 +330,7 @@ class MaterialTable:
                 continue
             width, height = texture.image.size
             entry = packed[f"{slot}_texture"]
-            images.append(self._textures.acquire(texture.image, _is_srgb(texture.image, slot)))
+            images.append(self._textures.acquire(texture.image, is_srgb(texture.image, slot)))
             entry["texture"] = images[-1].view.descriptor_handle_ro.value
             entry["sampler"] = self._textures.sampler(texture.sampler).descriptor_handle.value
             entry["transform"] = np.reshape(texture.transform, (2, 3))
@@ -344,5 +344,6 @@ def _kind(material: Material) -> tuple[object, ...]:
     return material.type, material.double_sided, material.alpha_mode is AlphaMode.OPAQUE, material.transmission > 0
 
 
-def _is_srgb(image: Image, slot: str) -> bool:
+def is_srgb(image: Image, slot: str) -> bool:
+    """Whether a material's texture of this name is decoded from sRGB."""
     return slot in _SRGB if image.encoding is None else image.encoding == "srgb"

@@ -20,6 +20,14 @@ _MOST_SCANS = 100
 _TRIES = 16
 """Maximum number of candidates for the start of the last line."""
 _SCAN = b"\xff\xda"
+_SIGNATURES = {
+    "PNG": (0, _PNG),
+    "JPEG": (0, _JPEG),
+    "AVIF": (4, b"ftyp"),
+    "DDS": (0, b"DDS "),
+    "KTX 2": (0, b"\xabKTX 20"),
+}
+"""Where a signature begins in a file, and the signature."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +65,13 @@ def radiance_size(file: BinaryIO) -> PictureSize:
         return _exr_size(file)
     except struct.error:
         raise SceneError("truncated in its header") from None
+
+
+def file_format(start: bytes) -> str:
+    """The format of a texture's file by its first twelve bytes; empty for others than are read."""
+    if start[:4] == b"RIFF":
+        return "WebP" if start[8:12] == b"WEBP" else ""
+    return next((name for name, (at, sign) in _SIGNATURES.items() if start[at : at + len(sign)] == sign), "")
 
 
 def check_scans(content: bytes) -> None:

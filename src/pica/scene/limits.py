@@ -71,6 +71,11 @@ class Budget:
             self._file_bytes += length
         self.take(bytes=length)
 
+    @property
+    def file_bytes(self) -> int:
+        """The sum of the files' sizes so far, each once."""
+        return self._file_bytes
+
     def decompressed(self, length: int) -> None:
         """After a part of the files has become `length` bytes of a mesh."""
         self._decompressed += length

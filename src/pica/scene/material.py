@@ -102,6 +102,12 @@ class Image(Followed):
     name: CheckedField[str] = CheckedField(text, "")
     encoding: TrackedField[Encoding | None] = TrackedField(optional(_ENCODING), None)
     """The encoding of red, green and blue in every use; None: that of each use in Material. Alpha is linear."""
+    _file_format: str = field(default="", init=False, repr=False)
+
+    @property
+    def file_format(self) -> str:
+        """Format of the file that the pixels were decoded from, such as "PNG"; empty for those made in code."""
+        return self._file_format
 
     @property
     def blocks(self) -> BlockPicture | None:
@@ -120,6 +126,7 @@ class Image(Followed):
         """As tracked_field.Holder."""
         if field == "pixels":
             vars(self).pop("_blocks", None)
+            self._file_format = ""
         super()._written(field, before)
 
     @staticmethod

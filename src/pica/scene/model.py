@@ -18,6 +18,7 @@ from pica.scene.environment import Environment
 from pica.scene.extents import framed, subject_box, whole_box
 from pica.scene.mesh import Mesh, Section
 from pica.scene.node import Node, enter, loose, worth_checking
+from pica.scene.source import Source
 from pica.scene.tracked_field import TrackedField
 from pica.scene.values import BRIGHTEST, UnfitError, instance, items, number, optional, text, vector
 
@@ -37,6 +38,8 @@ class Scene(FieldsOnly):
     animations: list[Animation]
     variants: tuple[str, ...]
     """Names of the file's KHR_materials_variants, for pica.load."""
+    source: Source | None
+    """What the file says of itself, such as its copyright, which `save` keeps; None for scenes made in code."""
 
     def __init__(self, name: str = "", environment: Environment | None = None) -> None:
         self._listeners = Listeners(self)
@@ -46,6 +49,7 @@ class Scene(FieldsOnly):
         self._roots: list[Node] = []
         self.animations = []
         self.variants = ()
+        self.source = None
         self._together: tuple[tuple[Animation, ...], Animation] = ((), Animation([]))
 
     @property

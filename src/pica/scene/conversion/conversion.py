@@ -69,7 +69,7 @@ class Conversion:
         self.custom_up = FORMATS[path.suffix.lower()].up
         """The axis that points up in such files by custom; None: they say it."""
         self.files = AssetFiles(path, budget, allow_outside)
-        self.asset = Asset(Path("converted.glb"))
+        self.asset = Asset(Path("converted.glb"), generator="")
         self.warnings: list[str] = []
 
     def warn(self, text: str) -> None:

@@ -81,6 +81,11 @@ class Document:
         self.closing.close()
 
     @property
+    def suffix(self) -> str:
+        """That of the file's name, without its dot."""
+        return self._path.suffix.removeprefix(".")
+
+    @property
     def _is_foreign(self) -> bool:
         """Whether its suffix is that of another format, such as .obj."""
         return self._path.suffix.lower() not in (".gltf", ".glb", ".json", "")

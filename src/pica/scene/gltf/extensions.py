@@ -35,13 +35,13 @@ SUPPORTED = frozenset(
         "KHR_node_visibility",
         "KHR_texture_basisu",
         "KHR_texture_transform",
+        "KHR_xmp_json_ld",
         "MSFT_texture_dds",
     }
 )
 
 IGNORED = {
     "EXT_lights_image_based": "its environment is left out, another one can be given",
-    "KHR_xmp_json_ld": "",
     "MSFT_lod": "the finest level of detail is shown",
 }
 """Extensions whose files are read without them even if they are required, and what a warning says of each."""
@@ -60,8 +60,23 @@ def check_extensions(document: Document) -> None:
     if used:
         document.warn(f"ignores what is not supported: {used}")
     for name, effect in IGNORED.items():
-        if effect and name in names:
+        if name in names:
             document.warn(f"ignores {name}: {effect}")
+
+
+def treatments(document: Document) -> dict[str, str]:
+    """By extension that the file uses or requires, what is done with it."""
+    required = set(document.root.texts("extensionsRequired"))
+    names = [*document.root.texts("extensionsUsed"), *required, *_present(document.root.values)]
+    return {name: _treatment(name, name in required) for name in sorted(set(names))}
+
+
+def _treatment(name: str, required: bool) -> str:
+    if name in SUPPORTED:
+        return "supported"
+    if name in IGNORED:
+        return f"ignored: {IGNORED[name]}"
+    return "refused: required and not supported" if required else "ignored: not supported"
 
 
 def _present(root: dict[str, Any]) -> list[str]:

@@ -9,7 +9,7 @@ from pica.images.ktx2 import UnsupportedPictureError
 from pica.scene.construction import unchecked_constructor
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
-from pica.scene.gltf.pictures import Pictures, file_of
+from pica.scene.gltf.pictures import EncodedPicture, Pictures, file_of
 from pica.scene.gltf.texture_places import SPECULAR_GLOSSINESS, SPECULAR_GLOSSINESS_TEXTURES, TEXTURES
 from pica.scene.material import Encoding, Image, Sampler, Texture, Wrap
 
@@ -37,7 +37,7 @@ class Textures:
         self._document = document
         self._images: dict[Element, Image | None] = {}
         self._samplers: dict[Element, Sampler] = {}
-        self._by_content: dict[tuple[bytes, Encoding | None], Image] = {}
+        self._by_content: dict[tuple[EncodedPicture, Encoding | None], Image] = {}
         self._pictures = Pictures(document)
 
     def get(self, owner: Element, key: str) -> Texture | None:
@@ -108,8 +108,8 @@ class Textures:
 
     def _decoded(self, entry: Element) -> Image | None:
         encoding = entry.pica.choice("encoding", _ENCODINGS) if "encoding" in entry.pica else None
-        digest, decode = self._pictures.get(entry)
-        key = digest, encoding
+        encoded, decode = self._pictures.get(entry)
+        key = encoded, encoding
         if key not in self._by_content:
             try:
                 picture = decode()
@@ -118,9 +118,11 @@ class Textures:
                 return None
             name = entry.name or file_of(entry).stem
             if isinstance(picture, BlockPicture):
-                self._by_content[key] = Image.of_blocks(picture, name, encoding)
+                image = Image.of_blocks(picture, name, encoding)
             else:
-                self._by_content[key] = entry.apply(Image, picture, name, encoding)
+                image = entry.apply(Image, picture, name, encoding)
+            image._file_format = encoded.file_format
+            self._by_content[key] = image
         return self._by_content[key]
 
 

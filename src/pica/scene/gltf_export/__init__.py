@@ -19,6 +19,8 @@ def write(scene: Scene, path: str | Path) -> None:
     for mesh in dict.fromkeys(node.mesh for node in scene.nodes() if node.mesh is not None):
         mesh.check()
     asset = Asset(target)
+    if scene.source is not None:
+        asset.describe(copyright=scene.source.copyright, xmp=scene.source.xmp)
     rows, materials = add_nodes(asset, scene)
     add_animations(asset, scene.animations, rows, materials)
     entry = {

@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from pica.text import printable
 
 _NUMBERS = {dtype: number for number, dtype in COMPONENTS.items()}
 _KINDS = {width: kind for kind, width in WIDTHS.items()} | {16: "MAT4"}
+_XMP = "KHR_xmp_json_ld"
 _LARGEST_BINARY = (1 << 32) - 1
 """Bytes of a .glb, which has their number in 32 bits (4.4.2)."""
 VERTICES, INDICES = 34962, 34963
@@ -26,16 +28,25 @@ VERTICES, INDICES = 34962, 34963
 class Asset:
     """What has been added so far; equal arrays are stored once. `write` ends it."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, generator: str = "pica") -> None:
         self._path = path
         self.is_binary = path.suffix.lower() == ".glb"
-        self._root: dict[str, Any] = {"asset": {"version": "2.0", "generator": "pica"}, "scene": 0}
+        self._root: dict[str, Any] = {"asset": {"version": "2.0", "generator": generator}, "scene": 0}
         self._binary = bytearray()
         self._files: dict[str, bytes] = {}
         self._accessors: dict[tuple[Any, ...], int] = {}
         self._entries: dict[tuple[str, str, object], int] = {}
         self._used: set[str] = set()
         self._left_out: Counter[str] = Counter()
+
+    def describe(self, copyright: str = "", generator: str = "", xmp: Mapping[str, Any] | None = None) -> None:
+        """What the file says of itself (3.2), and its XMP metadata (KHR_xmp_json_ld)."""
+        about = {"copyright": copyright, "generator": generator}
+        self._root["asset"] |= {key: value for key, value in about.items() if value}
+        packet = self.extras(dict(xmp or {}), {})
+        if packet:
+            place = self.add_once("packets", packet, extension=_XMP)
+            self._root["asset"]["extensions"] = self.extensions(**{_XMP: {"packet": place}})
 
     def leave_out(self, what: str, count: int = 1) -> None:
         """Count content of a kind that cannot be saved."""

@@ -3,6 +3,7 @@
 import io
 import re
 from collections.abc import Callable
+from html import unescape
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,8 @@ _METRES = {
 _WHITE = {"pbrMetallicRoughness": {"metallicFactor": 0.0}, "doubleSided": True}
 _SMOOTHING = re.compile(rb"^s\s+(?!off|0\s*$)\S", re.MULTILINE)
 """A smoothing group of OBJ."""
+_ABOUT = re.compile(rb"<(copyright|authoring_tool)>([^<]*)</")
+"""Of COLLADA (COLLADA 1.4.1, contributor)."""
 _UP_AXIS = re.compile(rb"<up_axis>\s*([XYZ])_UP")
 
 
@@ -114,7 +117,16 @@ class MeshReader:
             nodes.append(self._asset.add("nodes", entry))
         if all(mesh is None for mesh in meshes.values()):
             raise SceneError("holds no triangles")
+        if self._kind == ".dae":
+            self._describe()
         self._conversion.show(nodes, self._up(), self._unit(loaded))
+
+    def _describe(self) -> None:
+        """Keep the first contributor's copyright and program."""
+        first = {key: text for key, text in reversed(_ABOUT.findall(self._content))}
+        texts = (unescape(first.get(key, b"").decode("utf-8", "replace")) for key in (b"copyright", b"authoring_tool"))
+        rights, program = map(str.strip, texts)
+        self._asset.describe(rights, program)
 
     def _up(self) -> str:
         """The axis that points up in the file."""

@@ -26,6 +26,8 @@ class Stage:
         self.up = conversion.given_up or own_up
         """The axis that points up, "y" or "z"."""
         self._transforms = UsdGeom.XformCache(self.time)
+        about = self.usd.GetRootLayer().customLayerData
+        conversion.asset.describe(_text(about.get("copyright")), _text(about.get("creator")))
         for error in self.usd.GetCompositionErrors():
             conversion.warn(f"composition: {str(error).splitlines()[0]}")
 
@@ -91,6 +93,10 @@ class Stage:
         except SceneError as error:
             self.conversion.warn(f"{error}; left out")
             return None
+
+
+def _text(value: object) -> str:
+    return value if isinstance(value, str) else ""
 
 
 def _check_clips(layer: Sdf.Layer) -> None:
