@@ -54,7 +54,7 @@ class SceneView:
         self.scene = gpu = GpuScene.of(device, scene)
         self._transparent_shadows = settings.shadows.transparent
         self._leaves_glass = settings.transparency.mode != "off"
-        self._meets_layers = settings.transparency.mode == "ray_traced"
+        self._meets_layers = settings.transparency.mode != "off"
         self._follows_diffuse = settings.translucency.mode != "off"
         self.own = ViewGeometry(device, gpu)
         self.places = PreviousPlaces(device)
@@ -224,7 +224,7 @@ class SceneView:
         """Follow other settings."""
         self._transparent_shadows = settings.shadows.transparent
         self._leaves_glass = settings.transparency.mode != "off"
-        self._meets_layers = settings.transparency.mode == "ray_traced"
+        self._meets_layers = settings.transparency.mode != "off"
         self._follows_diffuse = settings.translucency.mode != "off"
         self.bind()
 

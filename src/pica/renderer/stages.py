@@ -147,7 +147,7 @@ class Stages:
     @property
     def lights_hits(self) -> bool:
         """Whether some stage lights points that are not in the G-buffer."""
-        return self._traces_hits or (self.transparency is not None and self._view.shows_glass)
+        return self._traces_hits or (self.transparency is not None and self._view.glass_apart)
 
     @property
     def effects(self) -> list[Effect]:

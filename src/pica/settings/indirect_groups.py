@@ -68,9 +68,9 @@ class TransparencySettings(Group):
         "ray_traced",
         "How it is found.",
         off="Not at all: such surfaces are opaque to the camera.",
-        screen_space="Up to four transmissive surfaces a pixel are rasterized; each refracts the picture of what lies"
-        " behind, to where its bounding box says that the path leaves it. Without rays, and without shadows on them."
-        " Blended surfaces hide what lies behind by chance.",
+        screen_space="Up to four transmissive or blended surfaces a pixel are rasterized; the former refract the"
+        " picture of what lies behind, to where their bounding box says that the path leaves it. Without rays, and"
+        " without shadows on them. Of blended surfaces behind these, one is met by chance.",
         ray_traced="Rays are refracted and absorbed. What they find on screen shows its finished light.",
     )
     surfaces: int = number(

@@ -23,6 +23,8 @@ from pica.tracing.ray_effect import RayEffect, ray_effect
 
 _FOLDER = "effects/gbuffer"
 _BOXES = Facing.BOXES, Facing.BOXES_MIRRORED
+_MARKED, _SEEN, _BY_CHANCE = range(3)
+"""raster_glass.slang: LAYERS_MARKED and so on."""
 
 
 class RasterVisibility:
@@ -50,8 +52,10 @@ class RasterVisibility:
         gbuffer: GBuffer,
         glass: Texture | None = None,
         nearer: Texture | None = None,
+        layers: int = _MARKED,
     ) -> Texture:
         """Fill the visibility of `gbuffer`, or `glass` with what is farther than the depth `nearer`. Returns the depth.
+        `layers`: which points of blended surfaces are drawn there.
 
         Layer by layer that is depth peeling (Everitt 2001, "Interactive Order-Independent Transparency").
         """
@@ -66,7 +70,7 @@ class RasterVisibility:
         depth = graph.texture(f"{of} depth", spy.Format.d32_float, usage=usage)
         inputs: dict[str, Any] = {"scene": scene, "constants": graph.frame, "depth": write(depth)}
         if glass is not None:
-            inputs |= {"opaque": gbuffer.textures["depth"]} | ({"nearer": nearer} if nearer else {})
+            inputs |= {"layers": layers, "opaque": gbuffer.textures["depth"]} | ({"nearer": nearer} if nearer else {})
         graph.record(name, self._draw, **inputs, visibility=write(glass or gbuffer.textures["visibility"]))
         return depth
 
@@ -79,6 +83,7 @@ class RasterVisibility:
         depth: spy.Texture,
         opaque: spy.Texture | None = None,
         nearer: spy.Texture | None = None,
+        layers: int = _MARKED,
     ) -> None:
         if visibility not in self._targets:
             self._targets[visibility] = self._render_targets(visibility, depth)
@@ -88,9 +93,12 @@ class RasterVisibility:
         draw_lists = scene.draws(frame)
         if scene.glass_apart:
             # Points of blended sections that are nearly opaque are in the G-buffer.
-            layers = self._glass and scene.shows_layers
+            blended = self._glass and scene.shows_layers
             draw_lists = [
-                draws for draws in draw_lists if draws.kind.glass is self._glass or (layers and draws.kind.blends)
+                draws
+                for draws in draw_lists
+                if draws.kind.glass is self._glass
+                or (blended and draws.kind.blends and draws.kind.facing not in _BOXES)
             ]
         for draws in draw_lists:
             if _key(draws.kind) not in self._passes:
@@ -108,7 +116,8 @@ class RasterVisibility:
         with frame.encoder.begin_render_pass(self._targets[visibility]) as encoder:
             for draws in draw_lists:
                 step = self._passes[_key(draws.kind)].of(scene.material_types)
-                step.bind(encoder, scene=scene, frame=constants, **apart)
+                drawn = {"layers": layers} if apart and draws.kind.facing not in _BOXES else {}
+                step.bind(encoder, scene=scene, frame=constants, **apart, **drawn)
                 encoder.set_render_state(self._state)
                 encoder.draw_indexed_indirect(draws.count, draws.arguments)
         frame.profiler.end(frame.encoder)
@@ -174,7 +183,7 @@ class GBufferEffect(Effect):
         self._rays: RayEffect | None = None
         # Any-hit shaders of a pipeline see what rays go through: a raster pass would take half a millisecond on a card.
         self._marks_glass = self.primary == "rays" and tracer is None and glass_layers == 0
-        self._glass_layers = max(glass_layers, 1)
+        self._glass_layers = glass_layers
         self._raster: RasterVisibility | None = None
         if self.primary == "rays":
             self._rays = ray_effect(device, f"{_FOLDER}/primary_rays.slang", "PrimaryRays", "hit", tracer)
@@ -194,10 +203,11 @@ class GBufferEffect(Effect):
             if self._raster is not None:
                 self._raster(graph, scene, gbuffer)
             marks = scene.glass_apart and self._marks_glass
+            layered = self._glass_layers > 0
             if scene.glass_apart:
                 gbuffer.glass_layers = [
                     graph.texture(f"glass {layer}", spy.Format.rg32_uint, usage=VISIBILITY_USAGE)
-                    for layer in range(self._glass_layers)
+                    for layer in range(max(self._glass_layers + (layered and scene.shows_layers), 1))
                 ]
             if self._rays is not None:
                 unused = graph.texture("unused glass", spy.Format.rg32_uint, (1, 1))
@@ -212,8 +222,10 @@ class GBufferEffect(Effect):
             with graph.scope("transparency"):  # labels do without
                 self._raster_glass = self._raster_glass or RasterVisibility(self._device, glass=True)
                 nearer = None
-                for layer in gbuffer.glass_layers:
-                    nearer = self._raster_glass(graph, scene, gbuffer, layer, nearer)
+                for number, texture in enumerate(gbuffer.glass_layers):
+                    # Behind those that are seen one by one, one further layer is met by chance.
+                    layers = _MARKED if not layered else _SEEN if number < self._glass_layers else _BY_CHANCE
+                    nearer = self._raster_glass(graph, scene, gbuffer, texture, nearer, layers)
         return gbuffer
 
     def _offer(self, graph: FrameGraph, scene: SceneView, gbuffer: GBuffer) -> None:

@@ -134,16 +134,25 @@ class Transparency(Effect):
                 "radiance": radiance,
             }
             seen, glass, by_rays = radiance, None, self._settings.mode == "ray_traced"
+            layers = self._layers(graph) if scene.shows_layers else None
+            in_front = None
+            if layers is not None and not by_rays:
+                in_front = self._screen.in_front(graph, gbuffer, radiance, layers, lit)
             if scene.shows_glass:
                 glass = graph.history("glass", {"glassMotion": spy.Format.rgba32_uint})
                 if by_rays:
                     seen = self._through_glass(graph, scene, glass, radiance, exposure, inputs)
                 else:
-                    seen = self._screen(graph, gbuffer, glass, radiance, lit)
-            if scene.shows_layers:
-                seen = self._over(graph, seen, inputs)
+                    seen = self._screen.through(graph, gbuffer, glass, radiance, in_front, lit)
+            if layers is not None and by_rays:
+                written = {name: write(texture) for name, texture in layers.items()}
+                graph.add(self._trace_layers, graph.size, **inputs, **written, layers=self._settings.layers)
+            if layers is not None:
+                seen = self._over(graph, seen, layers)
             graph.offer("transmission", (seen, radiance), lambda after, before: rgb(after) - rgb(before))
-            for name in ["transparency_rays"] * (scene.shows_glass and by_rays) + ["layer_rays"] * scene.shows_layers:
+            for name in ["transparency_rays"] * (scene.shows_glass and by_rays) + ["layer_rays"] * (
+                scene.shows_layers and by_rays
+            ):
                 graph.offer(f"rays.{name}", (gbuffer.glass,), _count, on_request=True)
         return Seen(seen, glass)
 
@@ -208,14 +217,15 @@ class Transparency(Effect):
         )
         return whole
 
-    def _over(self, graph: FrameGraph, beneath: Texture, inputs: dict[str, Any]) -> Texture:
-        """Layers of blended surfaces over a picture."""
-        layers = {
+    def _layers(self, graph: FrameGraph) -> dict[str, Texture]:
+        """The outputs of layer_sum.slang."""
+        return {
             name: graph.texture(name, spy.Format.rg32_float if name == "layerBefore" else spy.Format.rgba32_float)
             for name in ("layerLight", "layerAlbedo", "layerReflection", "layerBefore")
         }
-        written = {name: write(texture) for name, texture in layers.items()}
-        graph.add(self._trace_layers, graph.size, **inputs, **written, layers=self._settings.layers)
+
+    def _over(self, graph: FrameGraph, beneath: Texture, layers: dict[str, Texture]) -> Texture:
+        """Layers of blended surfaces over a picture."""
         seen = graph.texture("seen with layers", spy.Format.rgba32_float)
         history = graph.history("layers", {"light": spy.Format.rgba32_float})
         light, state = history.textures["light"], history.state

@@ -43,7 +43,7 @@ def _packet(document: Document, asset: Element) -> dict[str, Any]:
 
 def _depth(packet: dict[str, Any]) -> int:
     """Levels of objects and lists within one another, at most one more than are read."""
-    depth, level = 0, [packet]
+    depth, level = 0, list[Any]([packet])
     while level and depth <= _DEEPEST:
         depth += 1
         below = (each for part in level for each in (part.values() if isinstance(part, dict) else part))
