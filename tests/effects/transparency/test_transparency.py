@@ -54,6 +54,24 @@ def test_a_slab_absorbs_by_its_thickness(device, tracer):
     np.testing.assert_allclose(picture.mean((0, 1)), expected, rtol=0.01)
 
 
+@BOTH
+@pytest.mark.parametrize("has_top", [True, False])
+def test_meshes_that_are_not_closed_absorb_up_to_the_next_surface(device, tracer, has_top):
+    """Fronts and backs are met: water without a bottom absorbs down to the floor, and a solid without a top, below a clear
+    pane, from that pane on."""
+    absorption, depth = np.array((0.5, 2.0, 6.0)), 0.4
+    water = glass(absorption=tuple(absorption), specular=0.0, ior=1.0)
+    floor = placed(plane(4, 4, lambert(0, emission=(1, 1, 1))))
+    if has_top:
+        nodes = [placed(plane(4, 4, water), move(0, depth, 0))]
+    else:
+        bottom = placed(plane(4, 4, water), move(0, 0.2, 0) @ rotate("x", 180))
+        nodes = [placed(plane(4, 4, glass(thin_walled=True, specular=0.0)), move(0, 0.2 + depth, 0)), bottom]
+    scene = scene_of(floor, *nodes)
+    picture = tracer(device, scene, 32, orthographic((0, 3, 0), (0, 0, 0), 0.5), (8, 8)).color
+    np.testing.assert_allclose(picture.mean((0, 1)), np.exp(-absorption * depth), rtol=0.01)
+
+
 def directions() -> Environment:
     """Whose colour is one more than the direction that it is seen in."""
     v, u = np.meshgrid((np.arange(256) + 0.5) / 256, (np.arange(512) + 0.5) / 512, indexing="ij")
