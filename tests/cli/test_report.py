@@ -14,6 +14,7 @@ from pica.cli.report import progress
 from pica.compiling import Compilation
 from pica.images.pictures import encoded_png
 from pica.scene.loading import load
+from pica.texture_space import unwrap_progress
 from tests.scene.gltf_files import GltfFile
 
 
@@ -24,6 +25,14 @@ def test_a_bar_of_its_own_says_how_many_shaders_are_compiled(capsys):
     rendering, compiled = capsys.readouterr().err.splitlines()
     assert rendering.startswith("Rendering ") and "1/2" in rendering
     assert compiled.startswith("Compiling shaders ") and " 7/17" in compiled
+
+
+def test_a_bar_of_its_own_says_how_many_triangles_are_unwrapped(capsys):
+    with progress("Rendering") as advance:
+        unwrap_progress.REPORTS.listener(120, 480)
+        advance(1, 2)
+    _, unwrapped = capsys.readouterr().err.splitlines()
+    assert unwrapped.startswith("Unwrapping triangles ") and " 120/480" in unwrapped
 
 
 def test_nothing_is_said_of_shaders_where_none_are_compiled(capsys):

@@ -8,6 +8,7 @@ from pica.scenes.basic_meshes import box, sphere, torus
 from pica.texture_space import unwrap as module
 from pica.texture_space.texture_maps import _places, _sides
 from pica.texture_space.unwrap import unwrap
+from pica.texture_space.unwrap_progress import REPORTS
 
 
 def places(corners: np.ndarray) -> np.ndarray:
@@ -25,7 +26,7 @@ MESHES = [lambda: sphere(1, Material(), 24), lambda: box(1, Material()), lambda:
 @pytest.mark.parametrize("made", MESHES, ids=["sphere", "box", "torus"])
 def test_no_texel_is_in_two_triangles(made):
     section, side = made(), 128
-    corners = places(unwrap(section, side)) * side
+    corners = places(unwrap([(section, side)])[0]) * side
     owners = np.zeros((side, side), int)
     for a, b, c in corners:
         low, high = np.floor(np.min([a, b, c], 0)).astype(int), np.ceil(np.max([a, b, c], 0)).astype(int)
@@ -41,15 +42,28 @@ def test_no_texel_is_in_two_triangles(made):
 def test_it_is_kept_by_content_and_a_damaged_file_is_made_anew(monkeypatch, tmp_path):
     monkeypatch.setattr(module, "caches", lambda: tmp_path)
     section = sphere(1, Material(), 12)
-    first = unwrap(section, 64)
+    (first,) = unwrap([(section, 64)])
     (file,) = (path for path in tmp_path.rglob("*.npy"))
     monkeypatch.setattr(module, "_unwrapped", lambda *_: pytest.fail("unwrapped again"))
-    np.testing.assert_array_equal(unwrap(section, 64), first)
+    np.testing.assert_array_equal(unwrap([(section, 64)])[0], first)
     monkeypatch.undo()
     monkeypatch.setattr(module, "caches", lambda: tmp_path)
     file.write_bytes(file.read_bytes()[:100])
-    np.testing.assert_array_equal(unwrap(section, 64), first)
+    np.testing.assert_array_equal(unwrap([(section, 64)])[0], first)
     np.testing.assert_array_equal(np.load(file), first)
+
+
+def test_progress_is_of_the_triangles_that_the_cache_does_not_have(monkeypatch, tmp_path):
+    monkeypatch.setattr(module, "caches", lambda: tmp_path)
+    known, first, second = sphere(1, Material(), 12), box(1, Material()), torus(1, 0.3, Material(), 12)
+    unwrap([(known, 64)])
+    said = []
+    with REPORTS.to(lambda *counts: said.append(counts)):
+        corners = unwrap([(first, 64), (known, 64), (second, 64)])
+        unwrap([(known, 64), (second, 64)])
+    assert [len(each) for each in corners] == [len(section.indices) for section in (first, known, second)]
+    total = len(first.indices) + len(second.indices)
+    assert said == [(0, total), (len(first.indices), total), (total, total)]
 
 
 def test_maps_share_the_texture_without_overlap():

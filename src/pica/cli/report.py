@@ -13,16 +13,17 @@ from pica.cli.interrupts import cleaning_up_first
 from pica.cli.streams import Messages, say
 from pica.scene import load_progress as loads
 from pica.text import one_line
+from pica.texture_space import unwrap_progress
 
-_COMPILING = "Compiling shaders"
+_COMPILING, _UNWRAPPING = "Compiling shaders", "Unwrapping triangles"
 _LATE = 1.0
 """Seconds of a load without a bar."""
 
 
 @contextmanager
 def progress(title: str, json: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on stderr while the block runs; call the result with (done, total). Another one while shaders
-    are compiled in the block.
+    """A progress bar on stderr while the block runs; call the result with (done, total). Others while shaders
+    are compiled, and meshes unwrapped, in the block.
 
     `json`: one JSON object a line instead, {"progress": title, "done": 1, "total": 16}.
     Ctrl-C is a KeyboardInterrupt within the block: terminals need their cursor back, and begun files are removed.
@@ -31,6 +32,7 @@ def progress(title: str, json: bool = False) -> Iterator[Callable[[int, int], No
         cleaning_up_first(),
         nullcontext(_line) if json else _bars(title) as show,
         compiling.REPORTS.to(partial(show, _COMPILING)),
+        unwrap_progress.REPORTS.to(partial(show, _UNWRAPPING)),
     ):
         yield partial(show, title)
 

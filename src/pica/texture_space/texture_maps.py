@@ -128,17 +128,14 @@ class TextureMaps:
             return False
         before, self._placed = self._placed, placed
         objects: list[tuple[object, ...]] = []
-        corners: list[NDArray[np.uint32]] = []
-        unwrapped: dict[tuple[int, int], int] = {}
+        meshes = {(id(each.section), side): (each.section, side) for each, side in zip(shown, sides, strict=True)}
+        corners = unwrap(list(meshes.values()))
+        lengths = np.array([len(each) for each in corners], np.int64)
+        first_of = dict(zip(meshes, (np.cumsum(lengths) - lengths).tolist(), strict=True))
         object_of = np.zeros(len(scene.records), np.uint32)
-        first = 0
         for (where, each), side, place in zip(placed.items(), sides, _places(sides), strict=True):
-            mesh = id(each.section), side
-            if mesh not in unwrapped:
-                unwrapped[mesh] = first
-                corners.append(unwrap(each.section, side))
-                first += len(corners[-1])
-            objects.append((each.record, len(each.section.indices), unwrapped[mesh], place, side, where not in before))
+            first = first_of[id(each.section), side]
+            objects.append((each.record, len(each.section.indices), first, place, side, where not in before))
             object_of[each.record] = len(objects)
         self._bind(objects, corners, object_of)
         return True

@@ -1,6 +1,7 @@
 """Unwraps meshes: charts that do not overlap, by xatlas, kept in the cache folder by the mesh's content."""
 
 import warnings
+from collections.abc import Sequence
 from hashlib import blake2b
 from importlib.metadata import version
 from pathlib import Path
@@ -13,30 +14,56 @@ from pica.caches.places import caches
 from pica.errors import PicaError
 from pica.images.saving import write_whole
 from pica.scene.model import Section
+from pica.texture_space.unwrap_progress import REPORTS
 
 GUTTER = 3
 """Texels between charts, about: charts that need more room than the map has are shrunk, with their gaps."""
 _FOLDER = f"unwrapped-{version('xatlas')}"
 
 
-def unwrap(section: Section, side: int) -> NDArray[np.uint32]:
-    """(triangles, 3) place in a square map of each triangle's corners: u and v in 0 to 65535 of its side, u in the
-    lower 16 bits; 0 for triangles that have no place, as degenerate ones.
+def unwrap(wanted: Sequence[tuple[Section, int]]) -> list[NDArray[np.uint32]]:
+    """Of each section, for a square map of so many texels along its side: (triangles, 3) place there of each triangle's
+    corners: u and v in 0 to 65535 of the side, u in the lower 16 bits; 0 for triangles that have no place, as
+    degenerate ones.
 
-    `side`: of the map in texels.
+    Those that the cache does not have are reported to `unwrap_progress.REPORTS`.
     """
-    positions = np.ascontiguousarray(section.positions, np.float32)
-    indices = np.ascontiguousarray(section.indices, np.uint32).reshape(-1, 3)
-    state = blake2b(positions.tobytes(), digest_size=16)
-    state.update(indices.tobytes())
-    folder = caches()
-    file = None if folder is None else folder / _FOLDER / f"{state.hexdigest()}-{side}.npy"
-    corners = None if file is None else _read(file, len(indices))
-    if corners is None:
-        corners = _unwrapped(positions, indices, side)
-        if file is not None:
-            _write(file, corners)
-    return corners
+    meshes = [_Mesh(section, side) for section, side in wanted]
+    found = [mesh.load() for mesh in meshes]
+    missing = [number for number, corners in enumerate(found) if corners is None]
+    total, done, listener = sum(len(meshes[number].indices) for number in missing), 0, REPORTS.listener
+    for number in missing:
+        if listener is not None:
+            listener(done, total)
+        found[number] = meshes[number].unwrap()
+        done += len(meshes[number].indices)
+    if missing and listener is not None:
+        listener(done, total)
+    return [corners for corners in found if corners is not None]
+
+
+class _Mesh:
+    """What is to be unwrapped, and its file in the cache."""
+
+    def __init__(self, section: Section, side: int) -> None:
+        self._positions = np.ascontiguousarray(section.positions, np.float32)
+        self.indices = np.ascontiguousarray(section.indices, np.uint32).reshape(-1, 3)
+        self._side = side
+        state = blake2b(self._positions.tobytes(), digest_size=16)
+        state.update(self.indices.tobytes())
+        folder = caches()
+        self._file = None if folder is None else folder / _FOLDER / f"{state.hexdigest()}-{side}.npy"
+
+    def load(self) -> NDArray[np.uint32] | None:
+        """The cache's; None if it has none."""
+        return None if self._file is None else _read(self._file, len(self.indices))
+
+    def unwrap(self) -> NDArray[np.uint32]:
+        """Anew, and into the cache."""
+        corners = _unwrapped(self._positions, self.indices, self._side)
+        if self._file is not None:
+            _write(self._file, corners)
+        return corners
 
 
 def _unwrapped(positions: NDArray[np.float32], indices: NDArray[np.uint32], side: int) -> NDArray[np.uint32]:

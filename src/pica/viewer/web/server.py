@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import rich
 
-from pica.compiling import REPORTS
 from pica.errors import PicaError, shown
 from pica.images.pictures import encoded_png
 from pica.rhi.fair_lock import FairLock
@@ -27,6 +26,7 @@ from pica.viewer.resolution import Size, fitted
 from pica.viewer.uploads import ENVIRONMENTS, uploaded_environment, uploaded_scene
 from pica.viewer.view import View
 from pica.viewer.viewer import Picture, Viewer
+from pica.viewer.waiting import progress_told
 from pica.viewer.web.client_camera import ClientPose, show
 from pica.viewer.web.dropping import DroppedFiles
 from pica.viewer.web.gate import Gate, hidden_address
@@ -113,7 +113,7 @@ class WebViewer:
     def run(self) -> None:
         """Render and show pictures until `stop`. Errors of the user's making are shown on the page."""
         before = time.perf_counter()
-        with REPORTS.to(self._tell_compiling), warnings.catch_warnings(), contextlib.closing(self._sender):
+        with progress_told(self._panel.say), warnings.catch_warnings(), contextlib.closing(self._sender):
             warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a page that has just gone
             while not self._stopped.is_set():
                 now = time.perf_counter()
@@ -291,9 +291,6 @@ class WebViewer:
         self._panel.show_costs(picture, self.viewer.milliseconds)
         if self.viewer.playback.playing:
             self._panel.show_time()
-
-    def _tell_compiling(self, done: int, total: int) -> None:
-        self._panel.say(f"Compiling shaders: {done} of {total}")
 
     @contextlib.contextmanager
     def _errors_shown(self) -> Iterator[None]:

@@ -8,7 +8,6 @@ from typing import Any
 import slangpy as spy
 from slangpy import ui
 
-from pica.compiling import REPORTS
 from pica.errors import PicaError
 from pica.images.pictures import encoded_png
 from pica.images.saving import write_whole
@@ -21,6 +20,7 @@ from pica.viewer.camera_control import CameraControl
 from pica.viewer.resolution import Size, fitted
 from pica.viewer.uploads import ENVIRONMENTS
 from pica.viewer.viewer import Viewer
+from pica.viewer.waiting import progress_told
 from pica.viewer.window.camera_input import CameraInput
 from pica.viewer.window.panel import Panel
 from pica.viewer.window.presenter import Presenter, open_window
@@ -77,7 +77,7 @@ class WindowViewer:
     def run(self) -> None:
         """Render and show pictures until the window is closed. Errors of the user's making are shown in the panel."""
         before = time.perf_counter()
-        with REPORTS.to(self._tell_compiling):
+        with progress_told(self._say_waiting):
             while not self._window.should_close():
                 now = time.perf_counter()
                 self.step(now - before)
@@ -223,8 +223,8 @@ class WindowViewer:
     def _live(self) -> None:
         self._lively_until = time.perf_counter() + _LIVELY
 
-    def _tell_compiling(self, done: int, total: int) -> None:
-        self._panel.say(f"Compiling shaders: {done} of {total}")
+    def _say_waiting(self, text: str) -> None:
+        self._panel.say(text)
         self._window.process_events()
         self._presenter.present(None)
 
