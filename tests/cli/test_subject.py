@@ -4,6 +4,7 @@ import math
 from dataclasses import fields
 
 import numpy as np
+import PIL.Image
 import pytest
 from typer.main import get_command
 
@@ -183,3 +184,17 @@ def test_the_background_is_a_colour_in_srgb_or_the_environment(show, calls, load
     assert calls[-1].scene.background is None
     code, err = show(command, "--camera", "eye", "--background", "red")
     assert (code, err.count("\n")) == (2, 1) and "--background 'red' is neither a colour such as '#404048' nor" in err
+
+
+def test_the_background_may_be_another_picture_and_blurred(show, calls, loaded, tmp_path):
+    sky = tmp_path / "sky.png"
+    PIL.Image.fromarray(np.full((2, 4, 3), 255, np.uint8)).save(sky)
+    view = ("render", "--camera", "eye")
+    assert show(*view, "--background", sky, "--background-blur", "10")[0] == 0
+    shown = calls[-1].scene.background
+    assert shown.name == "sky" and shown.radiance == pytest.approx(1.0)
+    for wrong in (("--background", "#ffffff"), ("--background", sky, "--background-blur", "-1")):
+        code, err = show(*view, "--background-blur", "10", *wrong)
+        assert (code, err.count("\n")) == (2, 1) and "--background-blur" in err
+    code, err = show(*view, "--background", tmp_path / "missing.hdr")
+    assert (code, err.count("\n")) == (2, 1) and "missing.hdr" in err

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from pica.scene.camera import Camera
+from pica.scene.environment import Environment
 from pica.scene.gltf.meshes import TRIANGLES, renumbered, triangulate
 from pica.scene.material import Material, Texture
 from pica.scene.mesh import Mesh, Section
@@ -27,13 +28,10 @@ def fields_of_scene(scene: Scene) -> dict[str, Any]:
     numbers: dict[Any, int] = {}
     nodes = list(scene.nodes())
     rows = {node: row for row, node in enumerate(nodes)}
-    environment = scene.environment
     return {
         "name": scene.name,
-        "environment": None
-        if environment is None
-        else {name: getattr(environment, name) for name in _names(environment)},
-        "background": scene.background,
+        "environment": _picture(scene.environment),
+        "background": _picture(scene.background),
         "nodes": [_node(node, rows, numbers) for node in nodes],
         "animations": [
             {
@@ -48,6 +46,10 @@ def fields_of_scene(scene: Scene) -> dict[str, Any]:
             if animation.channels
         ],
     }
+
+
+def _picture(shown: Any) -> Any:
+    return {name: getattr(shown, name) for name in _names(shown)} if isinstance(shown, Environment) else shown
 
 
 def assert_same(one: Any, other: Any, place: str = "") -> None:

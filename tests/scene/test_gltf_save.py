@@ -97,6 +97,13 @@ def test_transforms_that_mirror_shear_and_turn(tmp_path: Path) -> None:
     assert loaded.roots[0].pose is None and loaded.roots[0].children[0].pose is not None
 
 
+def test_a_background_of_its_own(tmp_path: Path) -> None:
+    scene = shown(Node(mesh=Mesh([triangle()])))
+    radiance = np.arange(2 * 4 * 3, dtype=np.float32).reshape(2, 4, 3)
+    scene.background = Environment(radiance, strength=0.5, rotation=1.0, name="clouds")
+    assert isinstance(check_same(scene, tmp_path).background, Environment)
+
+
 def test_attributes_of_vertices(tmp_path: Path) -> None:
     random = np.random.default_rng(1)
     material = Material(normal_texture=Texture.from_array(np.full((2, 2, 3), 128, np.uint8), encoding="linear"))
@@ -306,6 +313,7 @@ def edited(folder: Path, **pica_keys: Any) -> Path:
 
 FAULTS: dict[str, tuple[str, dict[str, Any], str]] = {
     "row of the environment": ("scenes", {"environment": {"radiance": 0, "width": 5}}, "are no rows of 5"),
+    "row of the background": ("scenes", {"background": {"radiance": 0, "width": 5}}, "are no rows of 5"),
     "background below black": ("scenes", {"background": [0, -1, 0]}, "-1 is not a number from 0 to"),
     "environment without pixels": ("scenes", {"environment": {"width": 4}}, "radiance: is missing"),
     "coat": ("materials", {"coats": [{"ior": 0.5}]}, r"coats\[0\].ior: 0.5"),

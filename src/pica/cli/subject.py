@@ -59,8 +59,12 @@ class View:
         float | None, _option("DEGREES", "Turns the environment about the vertical axis, from +Z towards +X.")
     ] = None
     background: Annotated[
-        str | None, _option("#RRGGBB", "A colour to show behind all surfaces, sRGB; or environment, to show that.")
+        str | None,
+        _option(
+            "#RRGGBB|FILE", "A colour, sRGB, or a picture as of --env to show behind all surfaces; or environment."
+        ),
     ] = None
+    background_blur: Annotated[float | None, _option("DEGREES", "Blurs the background, such as 5.")] = None
     sun: Annotated[
         str | None,
         _option("ELEVATION,AZIMUTH", "A clear sky and its sun, degrees, north is -Z; or TIME@LATITUDE,LONGITUDE."),
@@ -98,7 +102,9 @@ class View:
             scene.add(sky[1])
         self._change_environment(scene)
         if self.background is not None:
-            scene.background = _background(self.background)
+            scene.background = _background(self.background, parse_limits(self.limit))
+        if self.background_blur is not None:
+            _blur_background(scene, self.background_blur)
         if moving or self.start is not None or self.animation is not None:
             scene.animate(self.start or 0.0, find_animation(scene, self.animation))
         return scene
@@ -247,18 +253,32 @@ def load_scene(
         )
 
 
-def _background(text: str) -> tuple[float, float, float] | None:
-    """Scene.background of "#404048" or "environment". Raises PicaError."""
+def _background(text: str, limits: "Limits") -> "tuple[float, float, float] | Environment | None":
+    """Scene.background of "#404048", "sky.hdr" or "environment". Raises PicaError."""
     import numpy as np
 
     from pica.color import srgb_decode
+    from pica.scene.limits import Budget
+    from pica.scene.loading import read_environment
 
     if text == "environment":
         return None
     if not re.fullmatch("#?[0-9a-fA-F]{6}", text):
-        raise PicaError(f"--background {text!r} is neither a colour such as '#404048' nor environment")
+        if Path(text).suffix:
+            return read_environment(Path(text), Budget(limits))
+        raise PicaError(f"--background {text!r} is neither a colour such as '#404048' nor a picture nor environment")
     red, green, blue = srgb_decode(np.array([*bytes.fromhex(text.removeprefix("#"))]) / 255).tolist()
     return red, green, blue
+
+
+def _blur_background(scene: "Scene", degrees: float) -> None:
+    """Raises PicaError where the background is a colour, or nothing."""
+    from pica.scene.environment import Environment
+
+    shown = scene.environment if scene.background is None else scene.background
+    if not isinstance(shown, Environment) or not 0 <= degrees <= 180:
+        raise PicaError(f"--background-blur {degrees:g}: is for environments, from 0 to 180 degrees")
+    scene.background = shown.blurred(math.radians(degrees))
 
 
 def _point(option: str, text: str) -> tuple[float, ...]:

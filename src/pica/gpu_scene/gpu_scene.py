@@ -12,6 +12,7 @@ from pica.gpu_scene.deformation.deformation import Deformation, check_deforming,
 from pica.gpu_scene.draws import is_mirrored
 from pica.gpu_scene.edits import Edit, Edits
 from pica.gpu_scene.geometry import GeometryBuffers
+from pica.gpu_scene.lights.background_map import BackgroundMap
 from pica.gpu_scene.lights.emissive_triangles import EmissiveTriangles
 from pica.gpu_scene.lights.environment_map import EnvironmentMap
 from pica.gpu_scene.lights.light_table import LightTable
@@ -90,6 +91,7 @@ class GpuScene:
         self._masked: set[Node] = set()
         self.arrivals = Arrivals(self.instance_table, self.records, self.geometry, self.rt_scene)
         self.environment = EnvironmentMap(device, scene.environment)
+        self.background = BackgroundMap(device, scene.background)
         self.lights = self.light_table()
         with device.record() as recording:
             self._grow_bounds(self._add(recording, nodes))
@@ -219,6 +221,8 @@ class GpuScene:
         lights_moved = self._follow_lights(ready, relit, changes)
         if self.source in edits and self.environment.source is not self.source.environment:
             self.environment.replace(self.source.environment)
+        if self.source in edits and self.background.source is not self.source.background:
+            self.background.replace(self.source.background)
         lights_differ = self._lights_for != self._lights_source()
         if lights_differ:
             self._make_lights()

@@ -72,7 +72,7 @@ class SceneView:
         self.places.note(every[:0], every)
         self.positions.on_meshes_added(deformation.mesh for deformation in gpu.deformations.values())
         self.block = device.parameter_block("gpu_scene/scene.slang", "scene")
-        self._environment_revision = -1
+        self._environment_revision = self._background_revision = -1
         self.bind()
         gpu.views.add(self)
         self._finalizer = finalize(self, device.lock.defer, self.own.close)
@@ -291,6 +291,9 @@ class SceneView:
         if self._environment_revision != scene.environment.revision:
             self._environment_revision = scene.environment.revision
             self.block.bind(environment=scene.environment.fields)
+        if self._background_revision != scene.background.revision:
+            self._background_revision = scene.background.revision
+            self.block.bind(backgroundMap=scene.background.fields)
         self.block.bind(
             positions=geometry.positions,
             previousPositions=self.positions.buffer,
@@ -303,8 +306,6 @@ class SceneView:
             instances=scene.instance_table.buffer,
             previousPlaces=self.places.buffer,
             materials=scene.materials.table.buffer,
-            hasBackground=int(scene.source.background is not None),
-            backgroundColor=scene.source.background or (0.0, 0.0, 0.0),
             masked=int(scene.masked or self.lights.masked),
             transparent=int(self.transparent),
             glassApart=int(self.glass_apart) << int(self._meets_layers),

@@ -16,6 +16,7 @@ from pica.scene.checked_field import CheckedField, described, fitting
 from pica.scene.construction import FieldsOnly
 from pica.scene.environment import Environment
 from pica.scene.extents import framed, subject_box, whole_box
+from pica.scene.light import Color
 from pica.scene.mesh import Mesh, Section
 from pica.scene.node import Node, enter, loose, worth_checking
 from pica.scene.source import Source
@@ -25,6 +26,16 @@ from pica.scene.values import BRIGHTEST, UnfitError, instance, items, number, op
 __all__ = ["Mesh", "Node", "Scene", "Section"]
 
 
+_COLOR = vector(3, 0, BRIGHTEST)
+
+
+def _background(value: Any) -> Color | Environment:
+    if isinstance(value, Environment):
+        return value
+    red, green, blue = _COLOR(value)
+    return red, green, blue
+
+
 class Scene(FieldsOnly):
     """Nodes and an environment. A renderer keeps a copy on the GPU and tracks assignments to all fields of the scene,
     its nodes and their content; data that is not tracked is read-only."""
@@ -32,8 +43,9 @@ class Scene(FieldsOnly):
     name: CheckedField[str] = CheckedField(text, "")
     environment: TrackedField[Environment | None] = TrackedField(optional(instance(Environment)), None)
     """Environments are immutable: set another one, such as `dataclasses.replace(scene.environment, strength=2.0)`."""
-    background: TrackedField[tuple[float, float, float] | None] = TrackedField(optional(vector(3, 0, BRIGHTEST)), None)
-    """Radiance of pixels without a surface, linear Rec. 709, nits; None: that of the environment. It gives no light."""
+    background: TrackedField[Color | Environment | None] = TrackedField(optional(_background), None)
+    """Radiance of pixels without a surface, which gives no light: a colour, linear Rec. 709, nits, or an environment,
+    such as `scene.environment.blurred(0.2)`; None: that of the environment."""
 
     animations: list[Animation]
     variants: tuple[str, ...]
@@ -107,6 +119,8 @@ class Scene(FieldsOnly):
         """Raises SceneError if the content, except for the meshes' own arrays, is invalid."""
         if self.environment is not None:
             self.environment.check()
+        if isinstance(self.background, Environment):
+            self.background.check()
         for node in worth_checking(list(self.nodes())):
             node.check()
 

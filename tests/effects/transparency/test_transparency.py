@@ -57,8 +57,8 @@ def test_a_slab_absorbs_by_its_thickness(device, tracer):
 @BOTH
 @pytest.mark.parametrize("has_top", [True, False])
 def test_meshes_that_are_not_closed_absorb_up_to_the_next_surface(device, tracer, has_top):
-    """Fronts and backs are met: water without a bottom absorbs down to the floor, and a solid without a top, below a clear
-    pane, from that pane on."""
+    """Fronts and backs are met: water without a bottom absorbs down to the floor, and a solid without a top, below a
+    clear pane, from that pane on."""
     absorption, depth = np.array((0.5, 2.0, 6.0)), 0.4
     water = glass(absorption=tuple(absorption), specular=0.0, ior=1.0)
     floor = placed(plane(4, 4, lambert(0, emission=(1, 1, 1))))

@@ -4,6 +4,7 @@ from pica.scene.environment import Environment
 from pica.scene.gltf.accessors import read_floats
 from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
+from pica.scene.light import Color
 from pica.scene.values import BRIGHTEST
 
 
@@ -11,7 +12,10 @@ def read_environment(document: Document, scene: Element | None) -> Environment |
     """The environment of a scene of the file; None if it has none. Raises SceneError."""
     if scene is None or "environment" not in scene.pica:
         return None
-    entry = scene.pica.object("environment")
+    return _environment(document, scene.pica.object("environment"))
+
+
+def _environment(document: Document, entry: Element) -> Environment:
     radiance = read_floats(document, entry, "radiance", ("VEC3",))
     width = entry.integer("width", low=1)
     if len(radiance) % width:
@@ -26,9 +30,11 @@ def read_environment(document: Document, scene: Element | None) -> Environment |
     )
 
 
-def read_background(scene: Element | None) -> tuple[float, float, float] | None:
+def read_background(document: Document, scene: Element | None) -> Color | Environment | None:
     """Scene.background of a scene of the file; None if it has none. Raises SceneError."""
     if scene is None or "background" not in scene.pica:
         return None
+    if type(scene.pica.values["background"]) is dict:
+        return _environment(document, scene.pica.object("background"))
     red, green, blue = scene.pica.numbers("background", 3, 0, BRIGHTEST)
     return red, green, blue

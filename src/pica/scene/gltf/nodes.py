@@ -46,7 +46,7 @@ def build_scene(document: Document) -> Scene:
     hierarchy = _Hierarchy(document)
     name, roots = hierarchy.shown()
     scene = Scene(name, read_environment(document, hierarchy.scene))
-    scene.background = read_background(hierarchy.scene)
+    scene.background = read_background(document, hierarchy.scene)
     scene.variants = Variants(document).names
     made = _make_nodes(document, hierarchy, roots)
     nodes = made.nodes

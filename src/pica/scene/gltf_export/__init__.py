@@ -6,7 +6,7 @@ from pathlib import Path
 from pica.errors import SceneError, shown
 from pica.scene.gltf_export.animations import add_animations
 from pica.scene.gltf_export.container import Asset
-from pica.scene.gltf_export.environments import environment_entry
+from pica.scene.gltf_export.environments import background_entry, environment_entry
 from pica.scene.gltf_export.nodes import add_nodes
 from pica.scene.model import Scene
 from pica.text import printable
@@ -27,7 +27,11 @@ def write(scene: Scene, path: str | Path) -> None:
         "name": scene.name,
         "nodes": [rows[root] for root in scene.roots],
         "extras": asset.extras(
-            {}, {"environment": environment_entry(asset, scene.environment), "background": scene.background}
+            {},
+            {
+                "environment": environment_entry(asset, scene.environment),
+                "background": background_entry(asset, scene.background),
+            },
         ),
     }
     asset.add("scenes", entry)
