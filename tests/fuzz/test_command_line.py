@@ -80,7 +80,7 @@ def nothing_renders(monkeypatch, tmp_path):
     (tmp_path / "folder").mkdir()
 
 
-@given(st.sampled_from(["render", "compare", "bench", "", "nothing"]), st.lists(word, max_size=8))
+@given(st.sampled_from(["render", "compare", "bench", "info", "", "nothing"]), st.lists(word, max_size=8))
 def test_exit_codes_and_lines(nothing_renders, capfd, command, words):
     words = [word for word in words if "\0" not in word]  # which no command line can hold
     code = main([command, *words] if command else words)

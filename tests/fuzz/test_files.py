@@ -12,6 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pica
+from pica.gpu_scene.memory_estimate import estimated_memory
+from pica.scene.contents import contents
 from tests.fuzz import whole_files
 from tests.fuzz.mutations import NUMBERS, TEXTS, broken_bytes, broken_json
 from tests.fuzz.outcome import held
@@ -29,7 +31,7 @@ def document(file=None):
 
 
 def loaded(path, environment=None):
-    """Loaded, and asked for all that rendering would ask for."""
+    """Loaded, and asked for all that rendering and `pica info` would ask for."""
     scene = pica.load(path, environment=environment, limits=LIMITS)
     scene.default_camera(1.5)
     for time in (0.0, 0.3, 2.0):
@@ -37,6 +39,7 @@ def loaded(path, environment=None):
             scene.animate(time)
         for node in scene.nodes():
             assert np.isfinite(node.world).all()
+    json.dumps(contents(scene) | vars(scene.source) | estimated_memory(scene))
 
 
 def test_the_whole_files_are_good(tmp_path):

@@ -141,6 +141,8 @@ def gltf() -> GltfFile:
     ]
     variants = {"variants": [{"name": "other"}]}
     file.json["extensions"] = {"KHR_lights_punctual": {"lights": lights}, "KHR_materials_variants": variants}
+    file.json["extensions"]["KHR_xmp_json_ld"] = {"packets": [{"dc:title": "all", "dc:creator": {"@list": ["one"]}}]}
+    file.json["asset"] |= {"copyright": "one", "extensions": {"KHR_xmp_json_ld": {"packet": 0}}}
     shining = [file.add("nodes", extensions={"KHR_lights_punctual": {"light": i}}) for i in range(3)]
     file.json["nodes"][shining[0]]["extensions"]["KHR_node_visibility"] = {"visible": False}
     file.add("cameras", type="perspective", perspective={"yfov": 0.8, "znear": 0.1, "zfar": 100, "aspectRatio": 1.5})
