@@ -256,6 +256,18 @@ def test_a_picture_at_rest_becomes_that_of_own_rays(device):
     assert errors[0] < 0.5 * errors[1], errors
 
 
+def test_all_pixels_of_a_picture_at_rest_have_as_many_rays_of_their_own(device):
+    """Also in the rows below which threads of the last groups have no texel."""
+    scene = scene_of(placed(sphere(3, metal(0.4)), move(0, 0, -4)), environment=uniform(0.3, 0.4, 0.5))
+    with pica.Renderer(
+        scene, size=(40, 36), settings=settings({"reflections.mode": "ray_traced"}), device=device
+    ) as renderer:
+        for _ in range(72):
+            renderer.advance(Camera.look_at((0, 0, 0), (0, 0, -4), vertical_fov=np.radians(30)), jittered=False)
+        counts = held(renderer, "reflections", "correction").to_numpy()[..., 3]
+    assert counts.min() > 8 and np.ptp(counts) <= 1
+
+
 def mirrored_board():
     """A mirror for a floor, and far behind it a board that shines in stripes."""
     light = lambert(0, emission=(4.0, 4.0, 4.0))
