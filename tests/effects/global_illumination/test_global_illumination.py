@@ -56,15 +56,18 @@ def test_a_still_picture_is_that_of_many_paths(device, name, values, tolerance):
 
 @pytest.mark.parametrize("values", [ON, SURFELS])
 def test_a_closed_door_keeps_the_light_out(device, values):
-    """Also of who has just been in the lit room, whose surfels lie a few centimetres away."""
-    scene = pica.scenes.rooms(door=0.0)
+    """Also of who has just been in the lit room, whose surfels lie a few centimetres away: the mean of four seeds, as
+    the order of threads decides which surfels there are."""
+    scene, shares = pica.scenes.rooms(door=0.0), []
     beside = pica.Camera.look_at((-1.2, 1.5, 1.8), (-2.4, 1.0, -1.2), vertical_fov=np.radians(75))
-    renderer = pica.Renderer(scene, size=SIZE, settings=settings(values), device=device)
-    lit = reflected(renderer.render(16, camera=beside)).mean()
     towards_the_door = pica.Camera.look_at((-1.2, 1.5, 1.8), (0.2, 1.0, -1.2), vertical_fov=np.radians(75))
-    renderer.render(16, camera=towards_the_door)
-    assert lit > 0.1
-    assert reflected(renderer.render(16)).mean() < 0.01 * lit
+    for seed in range(4):
+        with pica.Renderer(scene, size=SIZE, settings=settings(values | {"seed": seed}), device=device) as renderer:
+            lit = reflected(renderer.render(16, camera=beside)).mean()
+            renderer.render(16, camera=towards_the_door)
+            shares.append(reflected(renderer.render(16)).mean() / lit)
+        assert lit > 0.1
+    assert np.mean(shares) < 0.01
 
 
 @pytest.mark.parametrize("mode", ["path_traced", "restir"])
