@@ -28,12 +28,8 @@ def info(
         str, typer.Argument(metavar="SCENE", help=f"A file, as for render, or one of {', '.join(BUILT_IN)}.")
     ],
     variant: Annotated[str | None, typer.Option(metavar="NAME", help="A variant of the file's materials.")] = None,
-    allow_outside: Annotated[
-        bool, typer.Option("--allow-outside", help="Also read files outside SCENE's folder, such as textures in ../")
-    ] = False,
-    limit: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=N", help="What loading may take, as for render.")
-    ] = None,
+    allow_outside: options.AllowOutside = False,
+    limit: options.LimitsAsForRender = None,
     json: options.Json = False,
 ) -> None:
     """Tell what SCENE holds: counts, textures, extensions and what is done with each, metadata, memory.

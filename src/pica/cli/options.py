@@ -60,6 +60,12 @@ Devices = Annotated[
         help="Several, such as 0,1 (pica doctor), that share the rays of a frame, or the samples of --path-traced.",
     ),
 ]
+AllowOutside = Annotated[
+    bool, typer.Option("--allow-outside", help="Also read files outside SCENE's folder, such as textures in ../")
+]
+LimitsAsForRender = Annotated[
+    list[str] | None, typer.Option("--limit", metavar="NAME=N", help="What loading may take, as for render.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object; progress as JSON lines on stderr.")]
 Cluster = Annotated[
     str | None,

@@ -27,12 +27,8 @@ def prepare(
         bool, typer.Option("--all", help="All built-in scenes and all that materials and lights can have.")
     ] = False,
     env: Annotated[Path | None, typer.Option(metavar="FILE", help="Environment, .hdr, .exr or .ktx2.")] = None,
-    allow_outside: Annotated[
-        bool, typer.Option("--allow-outside", help="Also read files outside SCENE's folder, such as textures in ../")
-    ] = False,
-    limit: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=N", help="What loading may take, as for render.")
-    ] = None,
+    allow_outside: options.AllowOutside = False,
+    limit: options.LimitsAsForRender = None,
     preset: Annotated[
         str | None, typer.Option(metavar="NAME", help="Named settings, as for render; with --all, each of them.")
     ] = None,

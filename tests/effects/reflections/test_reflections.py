@@ -9,13 +9,13 @@ from benchmarks import motion_scenes
 from pica.color import luminance
 from pica.quality.effects import MeasuredEffect, compare_effect
 from pica.scene.camera import Camera
-from pica.scene.environment import Environment
-from pica.scene.light import DiskLight, PointLight, RectangleLight, SphereLight, TubeLight
-from pica.scene.material import AlphaMode, Material
+from pica.scene.light import PointLight
+from pica.scene.material import Material
 from pica.scene.orbit import orbited, pivot
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
 from tests.building import held, lambert, left_in, placed, scene_of, settings, shining, trace, uniform
+from tests.effects.reflections.scenes import SCENES, VIEW, metal, under_clouds
 
 SIZE = (64, 48)
 UNFILTERED = {
@@ -26,90 +26,6 @@ UNFILTERED = {
     "debug.filters": "false",
     "shadows.denoiser": "off",
     "transparency.map_size": "64",  # of pictures with few pixels
-}
-VIEW = Camera.look_at((0, 1.2, 3.4), (0, 0.6, 0), vertical_fov=np.radians(50))
-
-
-def metal(roughness, *color):
-    return Material(base_color=(*(color or (0.9, 0.8, 0.7)), 1), metallic=1.0, roughness=roughness)
-
-
-def clouds():
-    """A sky without a sun, whose light few rays would find."""
-    fields = np.random.default_rng(0).choice([0.05, 2.0], (16, 32, 1), p=[0.7, 0.3]) * np.float32([1.0, 0.8, 0.6])
-    return Environment(fields.astype(np.float32))
-
-
-def furnace():
-    """White metals and dielectrics under the same light from everywhere."""
-    glossy = Material(base_color=(1, 1, 1, 1), metallic=0.0, roughness=0.3)
-    balls = [
-        placed(sphere(0.4, material), move(x, 0.5, 0)) for x, material in ((-0.9, metal(0.2, 1, 1, 1)), (0, glossy))
-    ]
-    return scene_of(*balls, placed(plane(3, 3, metal(0.6, 1, 1, 1))), environment=uniform(1, 1, 1)), VIEW
-
-
-def glossy_room():
-    """An open room of glossy walls with a lamp, a bulb and a sky through its roof."""
-    wall, floor = Material(base_color=(0.7, 0.6, 0.5, 1), metallic=0.0, roughness=0.5), metal(0.5)
-    bulb = lambert(0.2, emission=(6.0, 5.0, 3.0))
-    return (
-        scene_of(
-            placed(plane(4, 4, floor)),
-            placed(plane(4, 3, wall), move(0, 1.5, -2) @ rotate("x", 90)),
-            placed(plane(3, 4, wall), move(-2, 1.5, 0) @ rotate("z", -90)),
-            placed(sphere(0.4, metal(0.35)), move(0.4, 0.4, -0.4)),
-            placed(sphere(0.2, bulb), move(-0.9, 0.5, 0.2)),
-            shining(RectangleLight(radiance=8.0, width=0.8, height=0.5), move(0.8, 2.2, 0.5) @ rotate("x", -90)),
-            shining(PointLight(intensity=3.0), move(-1, 1.6, -1)),
-            environment=clouds(),
-        ),
-        VIEW,
-    )
-
-
-def lamps(roughness=0.4):
-    """A glossy floor, walls and a ball below lamps of all shapes, one behind a board."""
-    floor, wall = metal(0.55), Material(base_color=(0.7, 0.6, 0.5, 1), metallic=0.0, roughness=0.5)
-    return (
-        scene_of(
-            placed(plane(4, 4, floor)),
-            placed(plane(4, 3, wall), move(0, 1.5, -2) @ rotate("x", 90)),
-            placed(sphere(0.4, metal(roughness)), move(0.4, 0.4, -0.4)),
-            placed(box((0.8, 0.8, 0.05), wall), move(-0.7, 0.4, -1.2)),
-            shining(RectangleLight(radiance=3.0, width=1.4, height=1.0), move(0.8, 1.7, -1.2) @ rotate("x", -30)),
-            shining(DiskLight(radiance=3.0, radius=0.7), move(-0.7, 0.9, -1.0)),
-            shining(SphereLight(radiance=2.0, radius=0.45), move(-0.9, 1.5, 0)),
-            shining(TubeLight(radiance=2.0, radius=0.2, length=1.0), move(0.3, 1.7, -0.6) @ rotate("z", 20)),
-        ),
-        VIEW,
-    )
-
-
-def transmissive():
-    """The glossy room with a coloured pane, a rough solid, a blended layer and a leaf, each before opaque surfaces."""
-    pane = Material(base_color=(0.6, 0.9, 0.7, 1), metallic=0.0, roughness=0.0, transmission=1.0, thin_walled=True)
-    solid = Material(base_color=(0.9, 0.9, 0.9, 1), metallic=0.0, roughness=0.25, transmission=0.7)
-    layer = Material(base_color=(0.8, 0.4, 0.3, 0.5), metallic=0.0, roughness=0.6, alpha_mode=AlphaMode.BLEND)
-    leaf = lambert(0.6, 0.7, 0.2, diffuse_transmission=0.6, thin_walled=True)
-    scene, camera = glossy_room()
-    for node in (
-        placed(plane(0.9, 0.7, pane), move(-0.45, 0.5, 1.0) @ rotate("x", 80)),
-        placed(sphere(0.28, solid), move(0.75, 0.35, 0.9)),
-        placed(plane(0.6, 0.5, layer), move(0.5, 1.3, 0.6) @ rotate("x", 70)),
-        placed(plane(0.5, 0.5, leaf), move(-0.6, 1.4, 0.2) @ rotate("x", 60)),
-    ):
-        scene.add(node)
-    return scene, camera
-
-
-SCENES = {
-    "furnace": furnace,
-    "cornell": lambda: (pica.scenes.cornell(), None),
-    "glossy room": glossy_room,
-    "lamps": lamps,
-    "lamps in a mirror": lambda: lamps(0.05),
-    "transmissive": transmissive,
 }
 SHAPES = {"reflections.area_lights": "true"}
 LONGER = {"global_illumination.bounces": "2", "reflections.bounces": "2"}
@@ -145,13 +61,6 @@ def test_every_path_counts_once(device, name, values, edges):
     }  # of one frame
     assert shares["reflections"] > 0.1 or name == "cornell", "reflections are a part worth counting"
     assert shares["diffuse_indirect"] > 0.03 or name == "furnace", "so is indirect light"
-
-
-def under_clouds(roughness):
-    """A metal floor and a ball of it, below bright and dark fields."""
-    material = metal(roughness)
-    nodes = placed(plane(8, 8, material)), placed(sphere(0.6, material), move(0, 0.6, 0))
-    return scene_of(*nodes, environment=clouds()), VIEW
 
 
 def rebuilt_frames(device, scene, camera, size, count, values):
@@ -207,65 +116,6 @@ def fours(picture):
     """(height / 2, 2, width / 2, 2): the pixels that share a ray."""
     height, width = picture.shape
     return picture.reshape(height // 2, 2, width // 2, 2)
-
-
-@pytest.mark.parametrize(("roughness", "tolerance"), [(0.15, 0.05), (0.55, 0.02)])
-def test_a_still_picture_is_what_many_rays_find(device, roughness, tolerance):
-    scene, camera = under_clouds(roughness)
-    renderer = pica.Renderer(scene, size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device)
-    measured = MeasuredEffect(renderer, "reflections")
-    for _ in range(64):
-        renderer.advance(camera, jittered=False, capture=measured.offers)
-    found, truth = measured.result()["reflections"], measured.reference(512)["reflections"]
-    there = np.isfinite(truth)
-    assert found[there].mean() == pytest.approx(truth[there].mean(), rel=tolerance)
-
-
-def balls_that_show_each_other():
-    """Sharp metals that touch nearly: neighbours' rays see other sides of the ball beside than a pixel's own."""
-    light = lambert(0, emission=(4.0, 1.0, 0.4))
-    balls = [placed(sphere(0.4, metal(roughness)), move(x, 0.4, 0)) for roughness, x in ((0.03, -0.42), (0.35, 0.42))]
-    return scene_of(*balls, placed(box((0.3, 1.5, 0.3), light), move(0, 0.8, 1.2)), environment=uniform(0.3, 0.4, 0.5))
-
-
-def test_a_picture_at_rest_becomes_that_of_own_rays(device):
-    """What neighbours' rays got wrong goes; as soon as the camera moves, it starts anew."""
-    camera, errors = Camera.look_at((1.2, 0.9, 2.2), (0, 0.4, 0), vertical_fov=np.radians(40)), []
-    for own in (True, False):
-        renderer = pica.Renderer(
-            balls_that_show_each_other(),
-            size=(48, 36),
-            settings=settings({"reflections.mode": "ray_traced"}),
-            device=device,
-        )
-        measured = MeasuredEffect(renderer, "reflections")
-        if not own:
-            renderer._stages.reflections._correction = None
-        for _ in range(180):
-            renderer.advance(camera, jittered=False, capture=measured.offers)
-        found, truth = measured.result()["reflections"], measured.reference(1024)["reflections"]
-        errors.append(np.nanmean((found - truth) ** 2))
-        if own:
-            correction = held(renderer, "reflections", "correction")
-            before = correction.to_numpy()[..., 3].max()
-            for _ in range(34):
-                renderer.advance(
-                    Camera.look_at((1.3, 0.9, 2.2), (0, 0.4, 0), vertical_fov=np.radians(40)), jittered=False
-                )
-            assert before > 30 and 0 < correction.to_numpy()[..., 3].max() < 4
-    assert errors[0] < 0.5 * errors[1], errors
-
-
-def test_all_pixels_of_a_picture_at_rest_have_as_many_rays_of_their_own(device):
-    """Also in the rows below which threads of the last groups have no texel."""
-    scene = scene_of(placed(sphere(3, metal(0.4)), move(0, 0, -4)), environment=uniform(0.3, 0.4, 0.5))
-    with pica.Renderer(
-        scene, size=(40, 36), settings=settings({"reflections.mode": "ray_traced"}), device=device
-    ) as renderer:
-        for _ in range(72):
-            renderer.advance(Camera.look_at((0, 0, 0), (0, 0, -4), vertical_fov=np.radians(30)), jittered=False)
-        counts = held(renderer, "reflections", "correction").to_numpy()[..., 3]
-    assert counts.min() > 8 and np.ptp(counts) <= 1
 
 
 def mirrored_board():

@@ -56,19 +56,22 @@ def test_layers_cover_each_other_without_noise(device, primary):
         np.testing.assert_allclose(picture, np.broadcast_to(expected, picture.shape), rtol=2e-3)
 
 
-def test_lit_layers_may_be_listed_in_any_order(device):
-    def nodes():
-        return [
+def in_two_orders(device, frames, values):
+    """Pictures of three lit veils that are listed in another order."""
+    pictures = []
+    for order in ((0, 1, 2), (2, 0, 1)):
+        veils = [
             placed(plane(1.2, 0.9, veil(color, 0.4)), move(0.1 * row, 0.5, 0.3 * row) @ rotate("x", 75 + 10 * row))
             for row, color in enumerate(((0.9, 0.5, 0.3), (0.4, 0.9, 0.8), (0.7, 0.7, 0.95)))
         ]
-
-    pictures = []
-    for order in ((0, 1, 2), (2, 0, 1)):
-        made = nodes()
         floor = placed(plane(4, 4, lambert(0.5, 0.4, 0.3)))
-        scene = scene_of(floor, *(made[which] for which in order), environment=uniform(0.5, 0.6, 0.7))
-        pictures.append(render(device, scene, 96, VIEW, (32, 20)).color)
+        scene = scene_of(floor, *(veils[which] for which in order), environment=uniform(0.5, 0.6, 0.7))
+        pictures.append(render(device, scene, frames, VIEW, (32, 20), values).color)
+    return pictures
+
+
+def test_lit_layers_may_be_listed_in_any_order(device):
+    pictures = in_two_orders(device, 96, {})
     assert compare(*pictures).flip < 0.03  # noise of shadows
     assert pictures[0].mean() == pytest.approx(pictures[1].mean(), rel=0.005)
 

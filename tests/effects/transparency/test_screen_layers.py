@@ -7,10 +7,11 @@ import numpy as np
 import pica
 from pica.quality.picture_errors import compare
 from pica.scenes.basic_meshes import plane, sphere
-from pica.scenes.placing import move, rotate
-from tests.building import lambert, placed, render, scene_of, settings, uniform
-from tests.effects.transparency.test_layers import ABOVE, VIEW, still_life, veil
+from pica.scenes.placing import move
+from tests.building import placed, render, scene_of, settings, uniform
+from tests.effects.transparency.test_layers import ABOVE, VIEW, in_two_orders, still_life, veil
 from tests.effects.transparency.test_transparency import glass
+from tests.effects.transparency.trails import trail_of
 
 SCREEN = {"transparency.mode": "screen_space", "visibility.primary": "raster"}
 BACKGROUND = np.array((0.4, 0.5, 0.6))
@@ -74,34 +75,11 @@ def test_frames_come_near_the_path_tracer_and_have_less_noise(device):
 
 
 def test_lit_layers_may_be_listed_in_any_order(device):
-    def nodes():
-        return [
-            placed(plane(1.2, 0.9, veil(color, 0.4)), move(0.1 * row, 0.5, 0.3 * row) @ rotate("x", 75 + 10 * row))
-            for row, color in enumerate(((0.9, 0.5, 0.3), (0.4, 0.9, 0.8), (0.7, 0.7, 0.95)))
-        ]
-
-    pictures = []
-    for order in ((0, 1, 2), (2, 0, 1)):
-        made = nodes()
-        floor = placed(plane(4, 4, lambert(0.5, 0.4, 0.3)))
-        scene = scene_of(floor, *(made[which] for which in order), environment=uniform(0.5, 0.6, 0.7))
-        pictures.append(render(device, scene, 64, VIEW, (32, 20), SCREEN | {"shadows.mode": "off"}).color)
-    assert compare(*pictures).flip < 0.01
+    assert compare(*in_two_orders(device, 64, SCREEN | {"shadows.mode": "off"})).flip < 0.01
 
 
 def test_a_layer_that_moves_leaves_no_trail(device):
-    wall = placed(plane(5, 3, lambert(0.3, 0.45, 0.7)), move(0, 1, -0.8) @ rotate("x", 90))
-    ball = placed(sphere(0.2, veil((0.9, 0.3, 0.2), 0.7), 32))
-    scene = scene_of(wall, ball, environment=uniform(0.5, 0.5, 0.5))
-    camera = pica.Camera.look_at((0, 1, 3), (0, 1, 0), vertical_fov=0.5236)
-    with pica.Renderer(scene, size=(96, 60), settings=pica.Settings.preset("raster"), device=device) as renderer:
-        for frame in range(20):
-            ball.transform = move(0.05 * frame - 0.5, 1, 0)
-            picture = renderer.render(1, camera=camera).color
-        renderer.reset()
-        expected = renderer.render(24, camera=camera).color
-    left = np.abs(picture - expected)[:, :40].max(-1) > 0.1 * expected.mean()
-    assert left.mean() < 0.002
+    assert trail_of(device, veil((0.9, 0.3, 0.2), 0.7), pica.Settings.preset("raster")) < 0.002
 
 
 def test_scenes_without_blended_surfaces_have_no_pass(device):

@@ -17,6 +17,7 @@ from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, rotate
 from tests.building import lambert, orthographic, placed, render, scene_of, settings, shining, sky, trace, uniform
 from tests.effects.transparency.at_rest_and_in_motion import errors
+from tests.effects.transparency.trails import trail_of
 
 BOTH = pytest.mark.parametrize("tracer", [render, trace], ids=["hybrid", "path tracer"])
 VIEW = Camera.look_at((0.5, 1.0, 2.6), (0, 0.35, 0), vertical_fov=math.radians(35))
@@ -179,18 +180,7 @@ def test_default_frames_come_near_the_path_tracer_at_rest_and_in_motion(device):
 
 def test_glass_that_moves_leaves_no_trail(device):
     """Over a wall at rest, which is all that the G-buffer sees."""
-    wall = placed(plane(5, 3, lambert(0.3, 0.45, 0.7)), move(0, 1, -0.8) @ rotate("x", 90))
-    ball = placed(sphere(0.2, glass((0.9, 0.4, 0.3)), 32))
-    scene = scene_of(wall, ball, environment=uniform(0.5, 0.5, 0.5))
-    camera = Camera.look_at((0, 1, 3), (0, 1, 0), vertical_fov=math.radians(30))
-    with pica.Renderer(scene, size=(96, 60), device=device) as renderer:
-        for frame in range(20):
-            ball.transform = move(0.05 * frame - 0.5, 1, 0)
-            picture = renderer.render(1, camera=camera).color
-        renderer.reset()
-        expected = renderer.render(24, camera=camera).color
-    left = np.abs(picture - expected)[:, :40].max(-1) > 0.1 * expected.mean()
-    assert left.mean() < 0.002
+    assert trail_of(device, glass((0.9, 0.4, 0.3)), pica.Settings()) < 0.002
 
 
 def test_the_gbuffer_has_what_lies_behind(device):

@@ -1,0 +1,73 @@
+"""Reflections of a picture at rest: what neighbours' rays get wrong goes."""
+
+import numpy as np
+import pytest
+
+import pica
+from pica.quality.effects import MeasuredEffect
+from pica.scene.camera import Camera
+from pica.scenes.basic_meshes import box, sphere
+from pica.scenes.placing import move
+from tests.building import held, lambert, placed, scene_of, settings, uniform
+from tests.effects.reflections.scenes import metal, under_clouds
+
+SIZE = (64, 48)
+
+
+@pytest.mark.parametrize(("roughness", "tolerance"), [(0.15, 0.05), (0.55, 0.02)])
+def test_a_still_picture_is_what_many_rays_find(device, roughness, tolerance):
+    scene, camera = under_clouds(roughness)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device)
+    measured = MeasuredEffect(renderer, "reflections")
+    for _ in range(64):
+        renderer.advance(camera, jittered=False, capture=measured.offers)
+    found, truth = measured.result()["reflections"], measured.reference(512)["reflections"]
+    there = np.isfinite(truth)
+    assert found[there].mean() == pytest.approx(truth[there].mean(), rel=tolerance)
+
+
+def balls_that_show_each_other():
+    """Sharp metals that touch nearly: neighbours' rays see other sides of the ball beside than a pixel's own."""
+    light = lambert(0, emission=(4.0, 1.0, 0.4))
+    balls = [placed(sphere(0.4, metal(roughness)), move(x, 0.4, 0)) for roughness, x in ((0.03, -0.42), (0.35, 0.42))]
+    return scene_of(*balls, placed(box((0.3, 1.5, 0.3), light), move(0, 0.8, 1.2)), environment=uniform(0.3, 0.4, 0.5))
+
+
+def test_a_picture_at_rest_becomes_that_of_own_rays(device):
+    """What neighbours' rays got wrong goes; as soon as the camera moves, it starts anew."""
+    camera, errors = Camera.look_at((1.2, 0.9, 2.2), (0, 0.4, 0), vertical_fov=np.radians(40)), []
+    for own in (True, False):
+        renderer = pica.Renderer(
+            balls_that_show_each_other(),
+            size=(48, 36),
+            settings=settings({"reflections.mode": "ray_traced"}),
+            device=device,
+        )
+        measured = MeasuredEffect(renderer, "reflections")
+        if not own:
+            renderer._stages.reflections._correction = None
+        for _ in range(180):
+            renderer.advance(camera, jittered=False, capture=measured.offers)
+        found, truth = measured.result()["reflections"], measured.reference(1024)["reflections"]
+        errors.append(np.nanmean((found - truth) ** 2))
+        if own:
+            correction = held(renderer, "reflections", "correction")
+            before = correction.to_numpy()[..., 3].max()
+            for _ in range(34):
+                renderer.advance(
+                    Camera.look_at((1.3, 0.9, 2.2), (0, 0.4, 0), vertical_fov=np.radians(40)), jittered=False
+                )
+            assert before > 30 and 0 < correction.to_numpy()[..., 3].max() < 4
+    assert errors[0] < 0.5 * errors[1], errors
+
+
+def test_all_pixels_of_a_picture_at_rest_have_as_many_rays_of_their_own(device):
+    """Also in the rows below which threads of the last groups have no texel."""
+    scene = scene_of(placed(sphere(3, metal(0.4)), move(0, 0, -4)), environment=uniform(0.3, 0.4, 0.5))
+    with pica.Renderer(
+        scene, size=(40, 36), settings=settings({"reflections.mode": "ray_traced"}), device=device
+    ) as renderer:
+        for _ in range(72):
+            renderer.advance(Camera.look_at((0, 0, 0), (0, 0, -4), vertical_fov=np.radians(30)), jittered=False)
+        counts = held(renderer, "reflections", "correction").to_numpy()[..., 3]
+    assert counts.min() > 8 and np.ptp(counts) <= 1
