@@ -43,6 +43,8 @@ class FrameContext:
     """Whether the camera differs from the frame before; true in a first frame."""
     changed: bool
     """Whether the camera or, once it is updated, the scene differs from the frame before; true in a first frame."""
+    changed_scene: bool = True
+    """Whether the scene does, once it is updated."""
     changed_lights: bool = True
     """Whether emitters do, once the scene is updated."""
     since_relit: int = 0

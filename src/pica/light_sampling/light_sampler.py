@@ -8,6 +8,7 @@ import slangpy as spy
 
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, Texture, write
+from pica.light_sampling.light_motions import LightMotions
 from pica.light_sampling.light_slots import LightSlots
 from pica.programs.library import programs
 from pica.programs.recipes import MaterialPass
@@ -33,6 +34,8 @@ class LightSamples:
     """(width, height, denoised slots, r16_float) their weights in the filtered visibility of their slot."""
     pool: Buffer | None
     """Points on all emitters, for the hits of rays; None if no pass reads them."""
+    motions: LightMotions
+    """Of the first lights of the table."""
 
     def at_hits(self, regularized: bool) -> dict[str, Any]:
         """Arguments of ray effects that light their hits. `regularized`: with highlights wider than surfaces have."""
@@ -50,17 +53,19 @@ class LightSampler:
 
     def __init__(self, device: Device) -> None:
         self._device = device
+        self._motions = LightMotions(device)
         self._presample = [programs(device).compute("light_sampling/presample_lights.slang") for _ in range(2)]
         self._sample: dict[bool, MaterialPass] = {}
 
     def __call__(self, graph: FrameGraph, slots: LightSlots, at_hits: bool) -> LightSamples:
         """Draw this frame's samples. `at_hits`: whether some effect lights points that are not in the G-buffer."""
         with graph.scope("light_sampling"):
+            graph.record("follow lights", lambda frame: self._motions.follow(frame, slots.lights))
             pool = self._pool_at_hits(graph, slots) if at_hits else None
             layers, denoised = slots.count, len(slots.denoised)
             if slots.first_sampled == slots.count:
                 nothing = graph.nothing(spy.Format.rgba32_uint, 1), graph.nothing(spy.Format.r16_float, 1)
-                return LightSamples(slots, *nothing, pool)
+                return LightSamples(slots, *nothing, pool, self._motions)
             samples = graph.texture("samples", spy.Format.rgba32_uint, layers=layers)
             size = graph.size if denoised else (1, 1)
             weights = graph.texture("weights", spy.Format.r16_float, size, layers=max(denoised, 1))
@@ -71,7 +76,7 @@ class LightSampler:
                 lightSamples=write(samples),
                 weights=write(weights),
             )
-        return LightSamples(slots, samples, weights, pool)
+        return LightSamples(slots, samples, weights, pool, self._motions)
 
     def _sample_pass(self, by_ratio: bool) -> MaterialPass:
         if by_ratio not in self._sample:

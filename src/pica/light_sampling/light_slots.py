@@ -11,8 +11,8 @@ from pica.scene.model import Node
 from pica.settings import Settings
 
 _NO_SLOT = 0xFFFFFFFF
-_MOST_SHAPES = 32
-"""Lights up to which sharp reflections meet their shapes, since each of their rays tests all lights."""
+MOST_SHAPES = 32
+"""Lights up to which reflections meet their shapes, since each of their rays tests all lights."""
 _UNTRACED = 8
 """Lights with a slot of their own, where that costs no ray."""
 
@@ -54,6 +54,11 @@ class LightSlots:
     def has_shared(self) -> bool:
         """Whether several lights share the last slot."""
         return len(self.shared_lights) > 0
+
+    @property
+    def lights(self) -> list[Node]:
+        """The lights of the table, in its order."""
+        return [] if self._lights is None else self._lights.nodes
 
     @property
     def layout(self) -> tuple[int, ...]:
@@ -109,13 +114,14 @@ class LightSlots:
             firstDistance=self.svgf,
             firstNoisy=self.count - self.noisy,
             hard=int(self._settings.shadows.mode == "hard"),
-            needMaterial=int(self.has_shared or ratio),
+            needMaterial=int(self.has_shared or ratio or self._met_shapes(lights) > 0),
             ratio=int(ratio),
             shared=shared,
             candidates=candidates if environment else min(candidates, sources),
             byBrdf=int(environment),
             reflections=int(self._settings.reflections.mode != "off"),
             shapes=self._met_shapes(lights),
+            exact=sum(1 << light for light in denoised),
             surroundings=int(by_reflection_rays and self._settings.lighting.environment != "off"),
         )
 
@@ -126,7 +132,7 @@ class LightSlots:
             return 0
         if reflections.area_lights:
             return 2
-        return int(reflections.rays == "adaptive" and lights.light_count <= _MOST_SHAPES)
+        return int(reflections.rays == "adaptive" and lights.light_count <= MOST_SHAPES)
 
     def _denoiser(self, light: Light | None) -> str:
         """The filter of a light's shadow; none where shadows have no penumbra."""

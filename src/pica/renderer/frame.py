@@ -92,7 +92,7 @@ def declare(
     surroundings = stages.reflections.surroundings(graph) if stages.reflections else None
     direct = [stages.lighting(graph, s.scene, s.light, s.shadows, s.occlusion, noisy, surroundings)]
     if noisy is not None:
-        direct.append(stages.stochastic_light(graph, noisy, s.reprojection))
+        direct.append(stages.stochastic_light(graph, noisy, s.reprojection, s.light.motions))
     stages.lighting.offer(graph, *direct)
     s.parts += direct
     yield "lighting"

@@ -68,7 +68,8 @@ class View:
         if self._shared is not None:
             self._shared.begin_frame(camera)
         frame = self.frames.begin(camera, jittered, batch)
-        frame.changed |= self.scene.update(frame, camera)
+        frame.changed_scene = self.scene.update(frame, camera)
+        frame.changed |= frame.changed_scene
         frame.changed_lights = self.scene.lights_changed
         frame.since_relit = self._relighting.count(frame.changed_lights, frame.first)
         return frame

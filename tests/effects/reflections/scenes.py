@@ -52,9 +52,13 @@ def glossy_room():
     )
 
 
-def lamps(roughness=0.4):
-    """A glossy floor, walls and a ball below lamps of all shapes, one behind a board."""
-    floor, wall = metal(0.55), Material(base_color=(0.7, 0.6, 0.5, 1), metallic=0.0, roughness=0.5)
+POLISHED = Material(base_color=(0.05, 0.05, 0.06, 1), metallic=0.0, roughness=0.15, ior=2.0)
+"""Mirrors sharply, and little: area lights are shared by rays and light samples."""
+
+
+def lamps(roughness=0.4, floor=None):
+    """A glossy floor, or one of another material, walls and a ball below lamps of all shapes, one behind a board."""
+    floor, wall = floor or metal(0.55), Material(base_color=(0.7, 0.6, 0.5, 1), metallic=0.0, roughness=0.5)
     return (
         scene_of(
             placed(plane(4, 4, floor)),
@@ -93,6 +97,7 @@ SCENES = {
     "glossy room": glossy_room,
     "lamps": lamps,
     "lamps in a mirror": lambda: lamps(0.05),
+    "lamps over a polished floor": lambda: lamps(floor=POLISHED),
     "transmissive": transmissive,
 }
 

@@ -17,6 +17,7 @@ from pica.effects.reflections.ray_traced.traced_rays import TracedRays
 from pica.effects.reflections.screen_space.screen_rays import ScreenRays
 from pica.filtering.reprojection import Reprojection
 from pica.frame.aovs import light_of
+from pica.frame.context import FrameContext
 from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import ENDLESS, IndirectResult
@@ -110,8 +111,10 @@ class Reflections(Effect):
             size = ray_size(graph, dense)
             hit_position_and_pdf = graph.texture("hit position and pdf", _LIGHT, size)
             ray_light = single = graph.texture("light", spy.Format.rgba32_uint, size)
+            hit_motion = graph.nothing(spy.Format.rgba16_float)
             if self._traced is not None:
-                rays = hit_position_and_pdf, ray_light, int(self._by_mirror_rays), dense
+                hit_motion = graph.texture("hit motion", spy.Format.rgba16_float, size)
+                rays = hit_position_and_pdf, ray_light, hit_motion, int(self._by_mirror_rays), dense
                 single = self._traced(graph, gbuffer, light, indirect, *rays)
             if self._screen is not None:
                 assert surroundings is not None and picture is not None
@@ -127,7 +130,7 @@ class Reflections(Effect):
                     light=write(ray_light),
                 )
             offer_ray_aovs(graph, single)
-            signal = self._rebuild(graph, history, hit_position_and_pdf, ray_light, dense)
+            signal = self._rebuild(graph, history, hit_position_and_pdf, ray_light, hit_motion, dense)
             graph.add(
                 self._filter,
                 graph.grid,
@@ -145,11 +148,13 @@ class Reflections(Effect):
         history: History,
         hit_position_and_pdf: Texture,
         light: Texture,
+        hit_motion: Texture,
         dense: bool,
     ) -> Texture:
         """(width, height, rgba32_float) mirrored light over albedo from fewer rays, and its variance."""
         reconstructed = graph.texture("reconstructed", _LIGHT)
         distances = graph.texture("distances", spy.Format.rg32_float)
+        motions = graph.texture("motions", spy.Format.rgba16_float)
         graph.add(
             self._reconstruct,
             graph.grid,
@@ -157,6 +162,9 @@ class Reflections(Effect):
             light=light,
             reconstructed=write(reconstructed),
             distances=write(distances),
+            hitMotion=hit_motion,
+            moves=self._moves,
+            motions=write(motions),
             dense=int(dense),
             **({} if self._by_mirror_rays else {"filtered": int(self._filters)}),
         )
@@ -164,7 +172,7 @@ class Reflections(Effect):
         if not self._filters:
             return reconstructed
         signal = graph.texture("signal", _LIGHT)
-        past = {"reconstructed": reconstructed, "distances": distances}
+        past = {"reconstructed": reconstructed, "distances": distances, "motions": motions, "moves": self._moves}
         graph.add(
             self._accumulate,
             graph.grid,
@@ -178,6 +186,10 @@ class Reflections(Effect):
         if graph.wants(*REPROJECTION_AOVS):
             self._show_past(graph, signal, history, past)
         return signal
+
+    def _moves(self, frame: FrameContext) -> int:
+        """Whether rays know how what they hit has moved."""
+        return int(frame.changed_scene and self._traced is not None)
 
     def _show_past(self, graph: FrameGraph, signal: Texture, history: History, past: dict[str, Any]) -> None:
         """Views of the frame before are made by a pass of their own."""

@@ -4,25 +4,22 @@ from itertools import pairwise
 
 import numpy as np
 import slangpy as spy
-from numpy.typing import NDArray
 
 from pica.filtering.accumulation import accumulate_grid
 from pica.frame.context import FrameContext
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Size, Texture, update, write
+from pica.light_sampling.light_motions import LightMotions
 from pica.light_sampling.light_slots import LightSlots
 from pica.programs.library import programs
 from pica.programs.scene_features import LIGHTS
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
-from pica.scene.light import DirectionalLight
 from pica.scene.model import Node
 
 _NEW_LIGHT = 0xFFFFFFFF
 _STEPS = (1, 2, 4, 8, 16)
 """Pixels between the taps of SVGF's five passes."""
-_MOST_LIGHTS = 16
-"""ShadowsSettings.denoised_lights has no more."""
 _REMEMBERED = {"signal": spy.Format.rgba16_float, "moments": spy.Format.rgba16_float}
 """Their content is documented in shadow_history.slang."""
 _TILE = 8
@@ -46,11 +43,8 @@ class ShadowDenoiser:
         self._footprint = compute("footprint")
         self._anisotropic = [compute("anisotropic") for _ in range(2)]
         self._lights: list[Node] = []
-        self._places: dict[Node, NDArray[np.float64]] = {}
-        self._motions = device.structured("light motions", np.zeros((_MOST_LIGHTS, 4), np.float32))
         self._sources: dict[tuple[int, ...], spy.Buffer] = {}
         self._layers = 0
-        self._moved = False
         self._source: spy.Buffer | None = None
 
     def reset(self) -> None:
@@ -63,6 +57,7 @@ class ShadowDenoiser:
         slots: LightSlots,
         samples: Texture,
         slopes: Texture,
+        motions: LightMotions,
     ) -> dict[str, Texture]:
         """filtered: (width, height, denoised slots, rgba16_float) visibility of each slot's light; and
         the textures for debug_aovs.py.
@@ -81,12 +76,11 @@ class ShadowDenoiser:
         def follow(frame: FrameContext) -> None:
             if not state.precedes(frame):
                 self._lights = []
-            self._moved = self._follow(frame, slots.denoised, slots.svgf)
             self._source = self._source_layers(slots.denoised)
 
         graph.record("follow lights", follow)
         if slots.svgf < layers:
-            self._find_footprints(graph, slots, slopes, footprints, shifts)
+            self._find_footprints(graph, slots, slopes, motions, footprints, shifts)
         else:
             footprints, shifts = graph.nothing(spy.Format.rgba16_float, 1), graph.nothing(spy.Format.rg16_float, 1)
         graph.add(
@@ -97,7 +91,7 @@ class ShadowDenoiser:
             footprints=footprints,
             firstFootprint=slots.svgf,
             shifts=shifts,
-            shadowsShift=self._shadows_shift,
+            shadowsShift=motions.have_moved,
             sourceLayers=lambda frame: self._source,
             remembered=float(self._remembered),
             **history.swap(),
@@ -116,9 +110,6 @@ class ShadowDenoiser:
             "filtered deviation": after,
             "footprints": footprints,
         }
-
-    def _shadows_shift(self, frame: FrameContext) -> int:
-        return int(self._moved)
 
     def _filter_by_variance(
         self,
@@ -151,6 +142,7 @@ class ShadowDenoiser:
         graph: FrameGraph,
         slots: LightSlots,
         slopes: Texture,
+        motions: LightMotions,
         footprints: Texture,
         shifts: Texture,
     ) -> None:
@@ -165,8 +157,8 @@ class ShadowDenoiser:
             tiles=tiles,
             footprints=write(footprints),
             shifts=write(shifts),
-            shadowsShift=self._shadows_shift,
-            lightMotions=self._motions,
+            shadowsShift=motions.have_moved,
+            lightMotions=motions.buffer,
             tileCount=spy.uint2(*count),
             firstLayer=first,
         )
@@ -195,18 +187,6 @@ class ShadowDenoiser:
                 firstLayer=first,
             )
 
-    def _follow(self, frame: FrameContext, lights: list[Node], first: int) -> bool:
-        """Measure how far the lights from `first` on have moved since the previous frame; returns whether any has."""
-        places = {light: _place(light) for light in lights[first:]}
-        motions = np.zeros((_MOST_LIGHTS, 4), np.float32)
-        for row, (light, place) in zip(motions, places.items(), strict=False):
-            row[:3] = place - self._places.get(light, place)
-        self._places = places
-        moved = bool(motions.any())
-        if moved:
-            frame.encoder.upload_buffer_data(self._motions, 0, motions.view(np.uint8))
-        return moved
-
     def _source_layers(self, lights: list[Node]) -> spy.Buffer:
         """Where each light was in the frame before."""
         sources = tuple(self._lights.index(light) if light in self._lights else _NEW_LIGHT for light in lights)
@@ -214,11 +194,6 @@ class ShadowDenoiser:
         if sources not in self._sources:
             self._sources[sources] = self._device.structured("source layers", np.array(sources, np.uint32)[:, None])
         return self._sources[sources]
-
-
-def _place(light: Node) -> NDArray[np.float64]:
-    """Where it is; of a directional light the direction to it."""
-    return light.world[:3, 2 if isinstance(light.light, DirectionalLight) else 3]
 
 
 def _tiles_of(size: Size) -> Size:

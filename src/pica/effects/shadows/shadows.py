@@ -83,7 +83,7 @@ class Shadows(Effect):
             graph.offer("rays.shadow_rays", (bits,), _traced, on_request=True)
             filtered = samples
             if denoised:
-                textures = self._denoiser(graph, slots, samples, slopes)
+                textures = self._denoiser(graph, slots, samples, slopes, light.motions)
                 filtered = textures["filtered"]
                 offer_shadow_aovs(graph, {"samples": samples, **textures}, slots.svgf)
             for slot in range(len(slots.single_lights)):

@@ -11,6 +11,7 @@ from pica.frame.effect import Effect
 from pica.frame.signals.light import BOTH_PARTS
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, update, write
+from pica.light_sampling.light_motions import LightMotions
 from pica.programs.library import programs
 from pica.rhi.device import Device
 
@@ -45,6 +46,7 @@ class StochasticLightDenoiser(Effect):
         graph: FrameGraph,
         samples: Texture,
         reprojection: Reprojection,
+        motions: LightMotions,
     ) -> Texture:
         """The light of `samples`, filtered, both parts as frame/signals/light.py has them."""
         with graph.scope(self.name):
@@ -69,6 +71,8 @@ class StochasticLightDenoiser(Effect):
                 signal=write(filtered[0]),
                 lobes=write(lobes),
                 known=history.known,
+                lightMotions=motions.buffer,
+                lightsMove=motions.have_moved,
                 **history.swap(),
             )
             for number, (step, smooth) in enumerate(zip(_STEPS, self._passes, strict=True)):

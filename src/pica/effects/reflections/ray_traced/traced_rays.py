@@ -47,10 +47,12 @@ class TracedRays:
         indirect: IndirectResult | None,
         hit_position_and_pdf: Texture,
         light: Texture,
+        hit_motion: Texture,
         mirrors: int,
         dense: bool,
     ) -> Texture:
-        """Trace the rays; write `hit_position_and_pdf` and `light` as reflected.slang has them.
+        """Trace the rays; write `hit_position_and_pdf` and `light` as reflected.slang has them, and in frames in which
+        anything but the camera moves `hit_motion`.
 
         `indirect`: None without global illumination. `mirrors`: as in reflected.slang, `dense`: as in ray_grid.slang.
         Returns the light of single rays
@@ -79,6 +81,9 @@ class TracedRays:
             hitPositionAndPdf=write(hit_position_and_pdf),
             light=write(single),
             packedHits=write(packed_hits),
+            hitMotion=write(hit_motion),
+            moves=lambda frame: int(frame.changed_scene),
+            lightMotions=samples.motions.buffer,
             mirrors=mirrors,
             dense=int(dense),
             **(indirect.cache.values if indirect and indirect.cache else {}),

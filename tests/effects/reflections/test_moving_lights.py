@@ -1,0 +1,53 @@
+"""Highlights and reflections of what moves follow it."""
+
+import numpy as np
+import pytest
+
+import pica
+from pica.scene.camera import Camera
+from pica.scene.light import RectangleLight
+from pica.scene.material import Material
+from pica.scenes.basic_meshes import plane, sphere
+from pica.scenes.placing import move, rotate
+from tests.building import lambert, placed, scene_of, shining
+
+SIZE, FRAMES, STEP = (64, 48), 24, 0.05
+CAMERA = Camera.look_at((0, 1.2, 4), (0, 0.2, -1), vertical_fov=0.8)
+FLOOR_ROWS = slice(28, 46)
+"""That show the floor alone."""
+
+
+def columns_of_moved(device, node, floor, turn, values):
+    """Light of the floor by column, after `node` has gone to the right behind it, and the path tracer's."""
+    scene = scene_of(placed(plane(20, 20, floor)), node)
+    # Antialiasing has a history of its own.
+    given = pica.Settings().with_values({"antialiasing.mode": "accumulate", **values})
+    renderer = pica.Renderer(scene, size=SIZE, settings=given, device=device)
+    for number in range(FRAMES):
+        node.transform = move(STEP * number - 0.6, 1.2, -2) @ turn
+        frame = renderer.render(1, camera=CAMERA, aovs=())
+    tracer = pica.PathTracer(scene, size=SIZE, device=device)
+    expected = tracer.render(256, camera=CAMERA, aovs=())
+    return [picture.color[FLOOR_ROWS].mean(-1).sum(0) for picture in (frame, expected)]
+
+
+def center(columns):
+    return (columns * np.arange(len(columns))).sum() / columns.sum()
+
+
+def test_the_highlight_of_a_light_that_moves_leaves_no_trail(device):
+    """A strip over a polished floor, lit by light samples and reflection rays together."""
+    strip = shining(RectangleLight(radiance=40.0, width=0.2, height=2.0))
+    floor = Material(base_color=(0.02, 0.02, 0.02, 1), metallic=0.0, roughness=0.13)
+    light, expected = columns_of_moved(device, strip, floor, rotate("y", 180), {"shadows.max_lights": "0"})
+    assert center(light) == pytest.approx(center(expected), abs=0.9)
+    behind = np.arange(SIZE[0]) < center(expected) - 3
+    assert light[behind].sum() < expected[behind].sum() + 0.08 * expected.sum()
+
+
+def test_a_reflection_follows_what_moves(device):
+    """A ball that shines, in a floor that mirrors less than sharply."""
+    ball = placed(sphere(0.3, lambert(0, emission=(5.0, 5.0, 5.0))))
+    floor = Material(base_color=(0.9, 0.9, 0.9, 1), metallic=1.0, roughness=0.15)
+    light, expected = columns_of_moved(device, ball, floor, np.eye(4), {})
+    assert center(light) == pytest.approx(center(expected), abs=1.2)
