@@ -1,7 +1,8 @@
 """Types of arrays for the fields of a scene; values.py documents checked fields.
 
 Contiguous arrays of the required type are stored without a copy, so that they can be shared. Others are converted
-to a new array: floats of any kind are rounded, integers must be exact, in any byte and memory order.
+to a new array: floats of any kind are rounded, integers must be exact, in any byte and memory order. Tensors of
+other libraries count as arrays (host_arrays.py).
 """
 
 from collections.abc import Callable
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from pica.errors import shown
+from pica.scene.host_arrays import host_array
 from pica.scene.values import LARGEST, TOO_LARGE, Check, UnfitError
 
 Shape = int | str
@@ -38,9 +40,8 @@ def shares(*shape: Shape) -> Check[NDArray[np.float32]]:
     given = floats(*shape)
 
     def check(values: Any) -> NDArray[np.float32]:
-        if getattr(values, "dtype", None) == np.uint8:
-            values = np.asarray(values) / np.float32(255)
-        result = given(values)
+        array = as_array(values, shape, "fiu", "numbers")
+        result = given(array / np.float32(255) if array.dtype == np.uint8 else array)
         check_shares(result)
         return result
 
@@ -149,7 +150,7 @@ def _converted(array: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
 def as_array(values: Any, shape: tuple[Shape, ...], kinds: str, what: str) -> NDArray[Any]:
     """The values as an array of a shape and of some kinds of numbers."""
     try:
-        array = np.asarray(values)
+        array = np.asarray(host_array(values))
     except Exception as error:  # raised by an object's own conversion
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise UnfitError(f"is not an array of {what} ({shown(reason)})") from None

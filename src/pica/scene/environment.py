@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pica.errors import SceneError, shown
 from pica.names import checked_names
-from pica.scene.arrays import floats, picture
+from pica.scene.arrays import as_array, floats, picture
 from pica.scene.checked_field import CheckedField, ReadOnlyCopies, check_again, described
 from pica.scene.values import BRIGHTEST, UnfitError, checked, number, text
 
@@ -20,8 +20,8 @@ _RADIANCE = picture(floats("height", "width", 3, low=0))
 
 
 def _radiance(values: Any) -> NDArray[np.float32]:
-    kind = getattr(values, "dtype", None)
-    if kind is not None and kind.kind in "iu":
+    kind = as_array(values, (), "fiu", "numbers").dtype
+    if hasattr(values, "dtype") and kind.kind in "iu":
         hint = "give floats in nits; of a picture, pica.color.srgb_decode(picture / 255)"
         raise UnfitError(f"an array of {kind.name} is not radiance; {hint}")
     return _RADIANCE(values)

@@ -119,7 +119,7 @@ def _points(shape: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def _lengths(shape: str, values: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:
-    count = len(np.asarray(points))
+    count = len(_points(shape, points))
     try:
         lengths = doubles()(values)
     except UnfitError as unfit:
