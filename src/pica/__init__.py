@@ -85,6 +85,7 @@ if TYPE_CHECKING:  # for type checkers and editors; a test compares it with _HOM
     from pica.scene.primitives import rounded_boxes as rounded_boxes
     from pica.scene.primitives import spheres as spheres
     from pica.scene.primitives import tori as tori
+    from pica.scene.scene_views import SceneViews as SceneViews
     from pica.scene.shape_registry import register_shape as register_shape
     from pica.scene.sheen import Sheen as Sheen
     from pica.scene.skin import Skin as Skin
@@ -162,6 +163,7 @@ _PUBLIC = {
     "pica.scene.node": ("Node",),
     "pica.scene.particles": ("Particles", "Ribbons", "Sprites"),
     "pica.scene.primitives": ("Primitives", "capsules", "rounded_boxes", "spheres", "tori"),
+    "pica.scene.scene_views": ("SceneViews",),
     "pica.scene.shape_registry": ("register_shape",),
     "pica.scene.sheen": ("Sheen",),
     "pica.scene.skin": ("Skin",),

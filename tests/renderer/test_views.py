@@ -293,33 +293,59 @@ def test_one_view_gives_batches_too(device, scene):
         assert renderer.render(1, camera=cameras(count=1), aovs=()).color.shape == (1, *SIZE[::-1], 3)
 
 
+def vary(views, random, step):
+    """Places, visibility, materials and lights of the room, by view."""
+    count = len(views)
+    places = np.stack([move(-0.5 + 0.2 * random.random(), 0.35 + 0.1 * step, 0.2 * random.random()) for _ in views])
+    views.set_transforms("cube", places)
+    views.set_visible("ball", np.arange(count) % 3 != 1)
+    views.set_material("paint", base_color=random.random((count, 4)), roughness=random.random(count))
+    views.set_light("light", intensity=random.uniform(10, 60, count), color=random.random((count, 3)))
+    views.set_environment(strength=random.uniform(0.1, 1.0, count), rotation=random.random(count))
+
+
+def assert_views_equal_scenes_of_their_own(device, views, size, steps):
+    """Each view of SceneViews equals a renderer of a copy with its values, bit for bit."""
+    scene = room()
+    node(scene, "cube").mesh.sections[0].material.name = "paint"
+    scenes = pica.SceneViews(scene, views)
+    random = np.random.default_rng(1)
+    batches, copies = [], []
+    with pica.Renderer(scenes, size=size, device=device) as together:
+        for step in range(steps):
+            vary(scenes, random, step)
+            batches.append(together.render(1, camera=cameras()[:1] * views))
+            copies.append(deepcopy(list(scenes)))
+    for number in range(views):
+        with pica.Renderer(copies[0][number], size=size, device=device, settings=seed(number)) as alone:
+            for step in range(steps):
+                assign(copies[0][number], copies[step][number])
+                assert_same(batches[step][number], alone.render(1, camera=cameras()[0]))
+    return batches
+
+
+def assign(scene, other):
+    """Give a scene the values of another copy."""
+    for name in ("cube", "ball", "light"):
+        mine, theirs = node(scene, name), node(other, name)
+        mine.transform, mine.light = theirs.transform, theirs.light
+        for flag in ("visible_to_camera", "visible_to_reflections", "casts_shadows"):
+            setattr(mine, flag, getattr(theirs, flag))
+        if mine.mesh is not None:
+            paint, other_paint = (each.mesh.sections[0].material for each in (mine, theirs))
+            paint.base_color, paint.roughness = other_paint.base_color, other_paint.roughness
+    scene.environment = other.environment
+
+
 def test_scenes_of_their_own(device):
-    """Transforms, visibility, materials and lights differ by view, and change between pictures; each view equals a
-    renderer of such a scene."""
-    scenes = [deepcopy(room()) for _ in range(VIEWS)]
-    alone = [deepcopy(room()) for _ in range(VIEWS)]
+    batches = assert_views_equal_scenes_of_their_own(device, VIEWS, SIZE, 3)
+    assert not batches[0].mask("ball")[1].any() and batches[0].mask("ball")[0].any()
+    assert len({picture.tobytes() for picture in batches[-1].color}) == VIEWS
 
-    def vary(scene, number, step):
-        node(scene, "cube").transform = move(-0.5, 0.35 + 0.1 * step, 0.2 * number)
-        node(scene, "ball").visible_to_camera = number != 1
-        node(scene, "ball").mesh.sections[0].material.base_color = (0.2 + 0.3 * number, 0.5, 0.5, 1.0)
-        lamp = node(scene, "light")
-        lamp.light = replace(lamp.light, intensity=20.0 + 20 * number)
 
-    renderers = [
-        pica.Renderer(scene, size=SIZE, device=device, settings=seed(number)) for number, scene in enumerate(alone)
-    ]
-    with pica.Renderer(scenes, size=SIZE, device=device) as together:
-        for step in range(3):
-            for number in range(VIEWS):
-                vary(scenes[number], number, step)
-                vary(alone[number], number, step)
-            batch = together.render(1, camera=cameras()[:1] * VIEWS)
-            for number, each in enumerate(renderers):
-                assert_same(batch[number], each.render(1, camera=cameras()[0]))
-        assert not batch.mask("ball")[1].any() and batch.mask("ball")[0].any()
-    for each in renderers:
-        each.close()
+@pytest.mark.slow
+def test_64_scenes_of_their_own(device):
+    assert_views_equal_scenes_of_their_own(device, 64, (16, 16), 2)
 
 
 def test_maps_of_light_below_surfaces_are_traced_once_for_all_views(device):

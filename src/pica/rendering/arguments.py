@@ -11,6 +11,7 @@ from pica.frame.context import Size
 from pica.rhi.device import Device, open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
+from pica.scene.scene_views import SceneViews
 from pica.scene.values import checked, instance, optional, whole
 from pica.settings import Settings
 
@@ -34,7 +35,7 @@ def checked_scenes(caller: str, scene: Any, views: Any) -> list[Any]:
     """The scene of each view: one for all, or a sequence of one for each. Raises PicaError for an impossible number
     of views, SceneError for another number of scenes; whether they are scenes is not checked."""
     count = checked(f"{caller}: views", optional(whole(1, _MOST_VIEWS)), views, PicaError)
-    if not isinstance(scene, list | tuple):
+    if not isinstance(scene, list | tuple | SceneViews):
         return [scene] * (count or 1)
     if not scene or (count or len(scene)) != len(scene):
         raise SceneError(f"{caller}: scene: {len(scene)} scenes: must be one for each of {count or 'some'} views")

@@ -22,7 +22,7 @@ class CheckedField(Generic[_Value]):
     """
 
     def __init__(self, check: Check[_Value], default: Any = _REQUIRED) -> None:
-        self._check, self._default = check, default
+        self.check, self._default = check, default
         self._make: Callable[[], Any] | None = default if isinstance(default, type) else None
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -44,7 +44,7 @@ class CheckedField(Generic[_Value]):
 
     def __set__(self, holder: object, value: _Value) -> None:
         if value is not self._default:
-            value = fitting(holder, self._name, self._check, value)
+            value = fitting(holder, self._name, self.check, value)
         elif self._make is not None:
             value = self._make()
         holder.__dict__[self._name] = read_only(value)
