@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pica.distributed.workers import do
+from pica.distributed.workers import THREADS, do
 from pica.errors import PicaError
 
 
@@ -63,3 +63,8 @@ def test_nothing_is_opened_for_nothing(tmp_path):
 def test_what_happens_in_a_worker_is_raised_here(tmp_path, fault, kind, line):
     with pytest.raises(kind, match=line):
         do(Writing(tmp_path, fault), [0, 1, 2], 2, lambda *counts: None)
+
+
+def test_workers_have_the_driver_use_one_thread():
+    """By the variable's name in Mesa: sums in another order would change last bits of pictures."""
+    assert THREADS == "LP_NUM_THREADS"

@@ -14,7 +14,7 @@ from pica.text import first_line
 
 Progress = Callable[[int, int], None]
 """Called with (done, total)."""
-THREADS = "LP_NUMTHREADS"
+THREADS = "LP_NUM_THREADS"
 """Environment variable: the threads of the software device (Mesa's lavapipe)."""
 _WAIT = 10.0
 """Seconds for a process that was told to end."""
