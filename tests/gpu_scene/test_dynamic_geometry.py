@@ -299,8 +299,9 @@ def test_a_change_of_level_costs_only_the_patches_that_change(device):
     gpu = renderer.view
     before = {node: gpu.own.mesh(node) for node in hills.node.children}
     uploads = []
-    upload = gpu.geometry._upload
-    gpu.geometry._upload = lambda encoder, mesh, previous: (uploads.append(mesh), upload(encoder, mesh, previous))[1]
+    store = gpu.geometry._store
+    upload = store._upload
+    store._upload = lambda encoder, mesh, *more: (uploads.append(mesh), upload(encoder, mesh, *more))[1]
     renderer.advance(from_left)
     assert not uploads
     renderer.reset()

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pica.gpu_scene.geometry import VERTEX, octahedral
+from pica.gpu_scene.geometry_store import VERTEX, octahedral
 from pica.scene.camera import Camera
 from pica.scenes.basic_meshes import box, plane, sphere
 from tests.building import RASTER, RAYS, lambert, placed, render, scene_of

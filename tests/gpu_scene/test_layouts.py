@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from pica.gpu_scene.geometry import NOT_DEFORMED, OF_VIEW, VERTEX
+from pica.gpu_scene.geometry_store import NOT_DEFORMED, OF_VIEW, VERTEX
 from pica.gpu_scene.lights.emissive_triangles import EMISSIVE_TRIANGLE
 from pica.gpu_scene.lights.light_rows import LIGHT_DTYPE
 from pica.gpu_scene.materials import MATERIAL, SLOT

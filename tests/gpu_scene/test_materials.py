@@ -217,12 +217,14 @@ def test_compressed_textures_have_their_own_mipmaps(device):
 
 def test_compressed_textures_take_a_byte_a_texel(device):
     image = compressed()
-    textures = MaterialTextures(device, ChangeSet())
-    taken = []
+    textures = MaterialTextures(device)
+    before = device.memory
+    taken, kept = [], []
     for _ in range(2):
-        before = device.memory
-        textures.acquire(image, srgb=False)
-        taken.append(device.memory - before)
+        kept.append(textures.of(image, srgb=False))
+        assert textures.of(image, srgb=False) is kept[-1]
+        taken.append(device.memory - before - sum(taken))
         image.pixels = image.pixels
-        textures.renew(image)
     assert 32 * 32 < taken[0] < 1.6 * 32 * 32 < 4 * 32 * 32 < taken[1]
+    kept.clear()
+    assert device.memory == before

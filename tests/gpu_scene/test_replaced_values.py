@@ -70,8 +70,8 @@ METHODS: dict[type, set[str]] = {
 """What methods and setters take; each argument has its test below."""
 MADE_AT_ONCE = {pica.Landscape, pica.Skin, pica.Animation, pica.Channel, pica.FieldChannel}
 """Assigned, added or played as a whole: tests below; field channels in test_animated_fields_render.py."""
-NOT_SHOWN = {pica.Limits, pica.Emitter}
-"""Limits of loading; what gives Particles."""
+NOT_SHOWN = {pica.Limits, pica.Emitter, pica.SceneViews}
+"""Limits of loading; what gives Particles; copies of scenes."""
 ASSIGNED = {kind for kind, _ in CASES}
 
 

@@ -59,7 +59,7 @@ class GpuScene:
         self._due: Changes | None = None
         self._moves: tuple[list[Node], NDArray[np.float32]] = [], np.zeros((0, 3, 4), np.float32)
         """Of the pending changes: moved nodes, and their instances' new transforms, node by node."""
-        self.geometry = GeometryBuffers(device)
+        self.geometry = GeometryBuffers(device, scene.origin)
         self.materials = MaterialTable(device, self._changes)
         self.instance_table = HostTable(device, "instances", INSTANCE)
         self.record_table = HostTable(device, "records", RECORD)

@@ -1,13 +1,13 @@
 """Textures of materials on the GPU, with mip levels; compressed ones stay so."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
+from weakref import WeakValueDictionary, finalize
 
 import numpy as np
 import slangpy as spy
 
 from pica.rhi.device import Device
-from pica.scene.changes import ChangeSet
 from pica.scene.material import Image, Sampler, Wrap
 
 _PIXELS = {False: spy.Format.rgba8_unorm, True: spy.Format.rgba8_unorm_srgb}
@@ -20,36 +20,43 @@ _WRAP = {
 }
 
 
-@dataclass
+@dataclass(eq=False)
 class ImageOnGpu:
-    """A texture, and the image that it was made of."""
+    """A texture, and the image that it was made of; freed with its last user."""
 
     image: Image
     srgb: bool
+    content: object
+    """The image's pixels or blocks at that time."""
     texture: spy.Texture
     view: spy.TextureView
-    users: int = 0
 
 
 class MaterialTextures:
-    """The textures in use; an image used twice is uploaded once, and freed with its last user."""
+    """A device's textures in use: an image that materials use twice, of one scene or of several, is uploaded once."""
 
-    def __init__(self, device: Device, changes: ChangeSet) -> None:
-        """`changes`: where images note that they were written to."""
-        self._device, self._changes = device, changes
-        self._textures: dict[tuple[Image, bool], ImageOnGpu] = {}
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._textures: WeakValueDictionary[tuple[int, int, bool], ImageOnGpu] = WeakValueDictionary()
+        """By the identities of image and content, which they keep alive."""
         self._samplers: dict[Sampler, spy.Sampler] = {}
 
-    def acquire(self, image: Image, srgb: bool) -> ImageOnGpu:
-        """The texture of an image, with one more user; uploaded for the first."""
-        if (image, srgb) not in self._textures:
-            self._textures[image, srgb] = self._upload(image, srgb)
-            image.follow(self._changes)
-        texture = self._textures[image, srgb]
-        texture.users += 1
+    def of(self, image: Image, srgb: bool) -> ImageOnGpu:
+        """The texture of an image; uploaded if there is none."""
+        content = _content(image)
+        texture = self._textures.get((id(image), id(content), srgb))
+        if texture is None:
+            texture = self._upload(image, srgb, content)
+            self._textures[id(image), id(content), srgb] = texture
         return texture
 
-    def _upload(self, image: Image, srgb: bool) -> ImageOnGpu:
+    def outdate(self, texture: ImageOnGpu) -> None:
+        """Its image has changed, perhaps by writes into the same pixels: the next user uploads them."""
+        key = id(texture.image), id(texture.content), texture.srgb
+        if self._textures.get(key) is texture:
+            del self._textures[key]
+
+    def _upload(self, image: Image, srgb: bool, content: object) -> ImageOnGpu:
         """The texture of an image: compressed as the image is, if the device samples such textures."""
         blocks = image.blocks if self._samples_blocks else None
         if blocks is not None:
@@ -65,7 +72,10 @@ class MaterialTextures:
             encoder = self._device.handle.create_command_encoder()
             encoder.generate_mips(texture)
             self._device.handle.submit_command_buffer(encoder.finish())
-        return ImageOnGpu(image, srgb, texture, texture.create_view())
+        made = ImageOnGpu(image, srgb, content, texture, texture.create_view())
+        release = partial(self._device.count_memory, -texture.memory_usage.device)
+        finalize(made, self._device.lock.defer, release).atexit = False
+        return made
 
     @cached_property
     def _samples_blocks(self) -> bool:
@@ -86,19 +96,6 @@ class MaterialTextures:
         self._device.count_memory(texture.memory_usage.device)
         return texture
 
-    def renew(self, image: Image) -> None:
-        """The image's pixels have changed: its next users upload them."""
-        for srgb in (False, True):
-            self._textures.pop((image, srgb), None)
-
-    def release(self, on_gpu: ImageOnGpu) -> None:
-        """Remove one user."""
-        on_gpu.users -= 1
-        if not on_gpu.users:
-            self._device.count_memory(-on_gpu.texture.memory_usage.device)
-            if self._textures.get((on_gpu.image, on_gpu.srgb)) is on_gpu:  # otherwise its pixels were edited
-                del self._textures[on_gpu.image, on_gpu.srgb]
-
     def sampler(self, sampler: Sampler) -> spy.Sampler:
         """How a texture is read."""
         if sampler not in self._samplers:
@@ -111,3 +108,8 @@ class MaterialTextures:
                 address_v=_WRAP[sampler.wrap_v],
             )
         return self._samplers[sampler]
+
+
+def _content(image: Image) -> object:
+    """What changes when other pixels are assigned."""
+    return image.pixels if image.blocks is None else image.blocks

@@ -118,7 +118,7 @@ class MaterialTable:
         self.table = HostTable(device, "materials", MATERIAL)
         self.traits = MaterialTraits()
         self._materials: dict[Material, _Packed] = {}
-        self._textures = MaterialTextures(device, changes)
+        self._textures, self._changes = device.shared(MaterialTextures), changes
         self._types: MaterialTypeSet = ()
         self._type_users: Counter[str] = Counter()
 
@@ -217,7 +217,7 @@ class MaterialTable:
         before = self._materials[material]
         entry = self._materials[material] = self._pack(material, before.row)
         entry.users = before.users
-        self._forget(before)
+        self._type_users[before.type] -= 1
         self.table.touch(np.array([entry.row]))
         return entry.emission != before.emission
 
@@ -228,8 +228,10 @@ class MaterialTable:
 
     def with_image(self, image: Image) -> list[Material]:
         """The materials in use that have it. Its pixels have changed: the next that is packed uploads them."""
-        self._textures.renew(image)
-        return [m for m, entry in self._materials.items() if any(used.image is image for used in entry.images)]
+        users = [(m, used) for m, entry in self._materials.items() for used in entry.images if used.image is image]
+        for _, used in users:
+            self._textures.outdate(used)
+        return [material for material, _ in users]
 
     def numbered(self) -> Iterator[tuple[int, Material]]:
         """Each material in use and its row."""
@@ -252,7 +254,7 @@ class MaterialTable:
             return
         del self._materials[material]
         self.traits.forget(entry.row)
-        self._forget(entry)
+        self._type_users[entry.type] -= 1
         self.table.give_back(entry.row, 1)
 
     def _pack(self, material: Material, row: int) -> _Packed:
@@ -261,11 +263,6 @@ class MaterialTable:
         self._type_users[material.type] += 1
         self.traits.note(row, material)
         return _Packed(row, material.type, _kind(material), images, average_emission(material))
-
-    def _forget(self, entry: _Packed) -> None:
-        self._type_users[entry.type] -= 1
-        for on_gpu in entry.images:
-            self._textures.release(on_gpu)
 
     def _packed(self, material: Material, images: list[ImageOnGpu]) -> NDArray[np.void]:
         """Its row; the images that it uses are added to `images`."""
@@ -330,7 +327,8 @@ class MaterialTable:
                 continue
             width, height = texture.image.size
             entry = packed[f"{slot}_texture"]
-            images.append(self._textures.acquire(texture.image, is_srgb(texture.image, slot)))
+            images.append(self._textures.of(texture.image, is_srgb(texture.image, slot)))
+            texture.image.follow(self._changes)
             entry["texture"] = images[-1].view.descriptor_handle_ro.value
             entry["sampler"] = self._textures.sampler(texture.sampler).descriptor_handle.value
             entry["transform"] = np.reshape(texture.transform, (2, 3))

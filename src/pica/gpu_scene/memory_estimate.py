@@ -1,6 +1,6 @@
 """The device memory that a scene will take, estimated without a device."""
 
-from pica.gpu_scene.geometry import VERTEX
+from pica.gpu_scene.geometry_store import VERTEX
 from pica.gpu_scene.materials import is_srgb
 from pica.gpu_scene.primitive_buffers import BOX
 from pica.gpu_scene.table_rows import INSTANCE

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from pica.gpu_scene.bounds import Box
 from pica.gpu_scene.draws import DrawList
-from pica.gpu_scene.geometry import GeometryBuffers, GpuMesh, PlacedSection
+from pica.gpu_scene.geometry import GeometryBuffers, GpuMesh
+from pica.gpu_scene.geometry_store import PlacedSection
 from pica.gpu_scene.gpu_scene import GpuScene
 from pica.gpu_scene.label_snapshot import snapshot
 from pica.gpu_scene.lights.light_table import LightTable

@@ -55,6 +55,7 @@ class Scene(FieldsOnly):
 
     def __init__(self, name: str = "", environment: Environment | None = None) -> None:
         self._listeners = Listeners(self)
+        self._origin = object()
         self.name = name
         self.environment = environment
         self.background = None
@@ -63,6 +64,11 @@ class Scene(FieldsOnly):
         self.variants = ()
         self.source = None
         self._together: tuple[tuple[Animation, ...], Animation] = ((), Animation([]))
+
+    @property
+    def origin(self) -> object:
+        """The same for the copies of SceneViews, which share arrays."""
+        return self._origin
 
     @property
     def roots(self) -> tuple[Node, ...]:

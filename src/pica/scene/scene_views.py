@@ -199,7 +199,7 @@ def _shared(scene: Scene, meshes: Iterable[Mesh]) -> list[Any]:
             shared += [value for value in vars(part).values() if isinstance(value, np.ndarray)]
             textures = (value for value in vars(part.material).values() if isinstance(value, Texture))
             shared += (texture.image for texture in textures)
-    return [content for content in shared if isinstance(content, np.ndarray | Image | Environment)]
+    return [scene.origin, *(content for content in shared if isinstance(content, np.ndarray | Image | Environment))]
 
 
 def _original(copies: Mapping[_Named, object], kind: str, which: _Named | str) -> _Named:

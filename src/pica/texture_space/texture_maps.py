@@ -9,7 +9,7 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.frame.context import FrameContext
-from pica.gpu_scene.geometry import PlacedSection
+from pica.gpu_scene.geometry_store import PlacedSection
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.programs.library import programs

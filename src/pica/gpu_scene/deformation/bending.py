@@ -6,7 +6,7 @@ import numpy as np
 import slangpy as spy
 
 from pica.gpu_scene.deformation.vertex_writer import VertexWriter, rest_shapes
-from pica.gpu_scene.geometry import PlacedSection
+from pica.gpu_scene.geometry_store import PlacedSection
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.scene.model import Section

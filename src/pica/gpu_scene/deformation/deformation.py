@@ -7,7 +7,8 @@ from pica.gpu_scene.deformation.particles import FacingWriter, RibbonWriter, Spr
 from pica.gpu_scene.deformation.refit_quality import RefitQuality
 from pica.gpu_scene.deformation.skinning import Skinning
 from pica.gpu_scene.deformation.vertex_writer import VertexWriter
-from pica.gpu_scene.geometry import GeometryBuffers, GpuMesh, PlacedSection
+from pica.gpu_scene.geometry import GeometryBuffers, GpuMesh
+from pica.gpu_scene.geometry_store import PlacedSection
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.tables import GrowingBuffer

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pica.gpu_scene.deformation.vertex_writer import VertexWriter
-from pica.gpu_scene.geometry import PlacedSection
+from pica.gpu_scene.geometry_store import PlacedSection
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.scene.dynamic_vertices import DynamicVertices

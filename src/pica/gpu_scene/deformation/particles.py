@@ -8,7 +8,8 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.gpu_scene.deformation.vertex_writer import VertexWriter
-from pica.gpu_scene.geometry import OF_VIEW, GeometryBuffers, PlacedSection
+from pica.gpu_scene.geometry import GeometryBuffers
+from pica.gpu_scene.geometry_store import OF_VIEW, PlacedSection
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.rhi.tables import GrowingBuffer

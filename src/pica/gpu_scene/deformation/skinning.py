@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.gpu_scene.deformation.vertex_writer import SHAPE, VertexWriter, rest_shapes, shapes
-from pica.gpu_scene.geometry import PlacedSection
+from pica.gpu_scene.geometry_store import PlacedSection
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.scene.model import Node, Section

@@ -7,7 +7,8 @@ import numpy as np
 import slangpy as spy
 from numpy.typing import NDArray
 
-from pica.gpu_scene.geometry import GeometryBuffers, PlacedSection
+from pica.gpu_scene.geometry import GeometryBuffers
+from pica.gpu_scene.geometry_store import PlacedSection
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 from pica.scene.model import Section

@@ -1,14 +1,18 @@
 """The scene's environment on the GPU: its picture and the tables that sample it."""
 
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 import slangpy as spy
+from numpy.typing import NDArray
 
 from pica.gpu_scene.lights.environment_tables import build_tables
 from pica.gpu_scene.lights.light_rows import LUMINANCE
 from pica.rhi.device import Device
 from pica.scene.environment import Environment
+
+_BLACK = np.zeros((1, 1, 3), np.float32)
 
 
 def environment_power(environment: Environment, radius: float) -> float:
@@ -20,33 +24,17 @@ def environment_power(environment: Environment, radius: float) -> float:
     return integral * environment.strength * np.pi * radius**2
 
 
-class EnvironmentMap:
-    """A scene's environment on the device; black without one."""
+class _Tables:
+    """Radiance as a texture, and the tables that sample it; freed with its last user."""
 
-    def __init__(self, device: Device, environment: Environment | None) -> None:
-        self._device = device
-        self.revision = 0
-        """Counts how often it was replaced."""
-        self.source = environment
-        """The environment it was made of."""
-        self.fields = self._made()
-        """Fields of EnvironmentMap in shaders/environment.slang."""
-
-    def replace(self, environment: Environment | None) -> None:
-        """Show another one."""
-        self._device.give_back(*(self.fields[name] for name in ("radiance", "marginal", "conditional")))
-        self.source = environment
-        self.fields = self._made()
-        self.revision += 1
-
-    def _made(self) -> dict[str, Any]:
-        device, environment = self._device, self.source
-        radiance = np.zeros((1, 1, 3), np.float32) if environment is None else environment.radiance
+    def __init__(self, device: Device, radiance: NDArray[np.float32]) -> None:
+        self.radiance = radiance
         height, width, _ = radiance.shape
+        marginal, conditional = build_tables(radiance)
+        device = device.memory_scope()
         texture = device.texture("environment", spy.Format.rgba32_float, (width, height))
         texture.copy_from_numpy(np.dstack([radiance, np.ones((height, width), np.float32)]).astype(np.float32))
-        marginal, conditional = build_tables(radiance)
-        return {
+        self.fields: dict[str, Any] = {
             "radiance": texture,
             "sampler": device.sampler(
                 address_u=spy.TextureAddressingMode.wrap, address_v=spy.TextureAddressingMode.clamp_to_edge
@@ -54,6 +42,44 @@ class EnvironmentMap:
             "marginal": device.structured("environment rows", marginal),
             "conditional": device.structured("environment texels", conditional.reshape(-1)),
             "size": spy.uint2(width, height),
+        }
+        self._device = device
+        """Their memory's scope."""
+
+
+class _AllTables:
+    """A device's tables in use: environments that differ in strength or rotation alone share them."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._made: WeakValueDictionary[int, _Tables] = WeakValueDictionary()
+        """By the identity of the radiance, which they keep alive."""
+
+    def of(self, radiance: NDArray[np.float32]) -> _Tables:
+        tables = self._made.get(id(radiance))
+        if tables is None:
+            tables = self._made[id(radiance)] = _Tables(self._device, radiance)
+        return tables
+
+
+class EnvironmentMap:
+    """A scene's environment on the device; black without one."""
+
+    def __init__(self, device: Device, environment: Environment | None) -> None:
+        self._tables = device.shared(_AllTables)
+        self.revision = -1
+        """Counts how often it was replaced."""
+        self.replace(environment)
+
+    def replace(self, environment: Environment | None) -> None:
+        """Show another one."""
+        self.source = environment
+        """The environment it was made of."""
+        self._shown = self._tables.of(_BLACK if environment is None else environment.radiance)
+        self.fields = {
+            **self._shown.fields,
             "strength": 1.0 if environment is None else environment.strength,
             "rotation": 0.0 if environment is None else environment.rotation,
         }
+        """Fields of EnvironmentMap in shaders/environment.slang."""
+        self.revision += 1
