@@ -4,7 +4,8 @@ machine_world with default settings from cameras beside one another, which move 
 renderer, then by a renderer each, one after the other. Both are measured in turn. Prints pictures a second (median of
 the rounds), milliseconds a picture of the host and of all processors, which depend little on other programs, and
 megabytes of device memory. `--batches N` renders so many, and prints by how much device memory and the process grew
-in their second half.
+in their second half. `--randomized`: each view has places, visibility, a material, lights and an environment of its
+own, by arrays that are set before each batch.
 """
 
 import argparse
@@ -24,6 +25,17 @@ def cameras(scene: pica.Scene, views: int, step: int) -> list[pica.Camera]:
     camera = scene.default_camera(1.0)
     places = [move(0.02 * view + 0.01 * step, 0.005 * step, 0) for view in range(views)]
     return [pica.Camera(transform=place @ camera.transform, vertical_fov=camera.vertical_fov) for place in places]
+
+
+def randomize(views: pica.SceneViews, step: int) -> None:
+    """Values for each view by arrays."""
+    random, count = np.random.default_rng(step), len(views)
+    x, z = random.uniform(-0.3, 0.3, (2, count)).tolist()
+    views.set_transforms("hopper", np.stack([move(*place) for place in zip(x, [0] * count, z, strict=True)]))
+    views.set_visible("cross belt", random.random(count) < 0.5)
+    views.set_material("navy plastic", base_color=random.random((count, 4)), roughness=random.random(count))
+    views.set_light("sun", illuminance=random.uniform(0.5, 5.0, count), color=random.random((count, 3)))
+    views.set_environment(strength=random.random(count), rotation=random.uniform(0, 6, count))
 
 
 def timed(call: Callable[[], object]) -> tuple[float, float]:
@@ -46,15 +58,19 @@ def main() -> None:
     parser.add_argument("--size", type=int, default=128)
     parser.add_argument("--rounds", type=int, default=8)
     parser.add_argument("--batches", type=int, default=0)
+    parser.add_argument("--randomized", action="store_true")
     arguments = parser.parse_args()
     device, scene, views = open_device(arguments.device), pica.scenes.machine_world(), arguments.views
     size = arguments.size, arguments.size
     start = device.memory
-    together = pica.Renderer(scene, size=size, device=device, views=views)
+    copies = pica.SceneViews(scene, views) if arguments.randomized else None
+    together = pica.Renderer(copies or scene, size=size, device=device, views=views)
     together.render(1, camera=cameras(scene, views, 0), aovs=())
     print(f"{device.name}, {views} views of {size[0]}x{size[1]}: {(device.memory - start) / 2**20:.0f} MiB")
 
     def batch(step: int) -> object:
+        if copies is not None:
+            randomize(copies, step)
         return together.render(1, camera=cameras(scene, views, step), aovs=()).color
 
     if arguments.batches:
@@ -67,9 +83,11 @@ def main() -> None:
             f"{arguments.batches} batches, second half: device memory {grown[0]:+} bytes, process {grown[1]:+.1f} MiB"
         )
         return
-    alone = [pica.Renderer(scene, size=size, device=device) for _ in range(views)]
+    alone = [pica.Renderer(each, size=size, device=device) for each in copies or [scene] * views]
 
     def one_by_one(step: int) -> object:
+        if copies is not None:
+            randomize(copies, step)
         looks = zip(alone, cameras(scene, views, step), strict=True)
         return [renderer.render(1, camera=camera, aovs=()).color for renderer, camera in looks]
 
