@@ -73,6 +73,26 @@ def test_a_labelled_data_set(run):
     assert read(folder / "0000.belt.png").any()
 
 
+def test_a_training_set_with_random_colours_places_and_lights(run):
+    arguments = "--batches", "2", "--views", "3", "--size", "64x48", "--frames", "1"
+    folder = run("domain_randomization", "set", *arguments) / "set"
+    described = json.loads((folder / "data_set.json").read_text())
+    numbers = {name: int(number) for number, name in described["nodes"].items()}
+    pictures = [read(folder / f"{number:04}.png") for number in range(6)]
+    assert len(described["boxes"]) == 6 and len({picture.tobytes() for picture in pictures}) == 6
+    seen = 0
+    for number, boxes in enumerate(described["boxes"]):
+        ids, channels = read(folder / f"{number:04}.ids.png"), ["red block", "green block", "blue block"]
+        assert set(boxes) == {name for name in channels if (ids == numbers[name]).any()}
+        for name, (left, top, width, height) in boxes.items():
+            inside = np.zeros(ids.shape, bool)
+            inside[top : top + height, left : left + width] = True
+            assert not (ids[~inside] == numbers[name]).any()
+            colors = pictures[number][ids == numbers[name]].astype(int)
+            seen += colors.sum(axis=0).argmax() == channels.index(name)
+    assert seen > 0.8 * sum(map(len, described["boxes"])) > 8  # lamps are coloured, but hardly
+
+
 def test_depth_is_learned(run, capsys):
     pytest.importorskip("torch", reason="PyTorch is not installed")
     picture = read(
