@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 
 import pica
 from pica.distributed import dataset as module
-from pica.distributed.samples import LABELS
+from pica.distributed.samples import LABELS, Sampler
 from pica.distributed.shards import is_whole, records
 from pica.errors import PicaError
 from tests.building import CAMERA, still_life
@@ -131,6 +132,13 @@ def test_a_run_cut_short_and_resumed_gives_the_same_bytes(made, tmp_path, device
     render(folder, resume=True, progress=lambda *counts: done.append(counts), device=device.name)
     assert done[-1] == (3, 3) and first.stat().st_mtime_ns == written
     assert content(folder) == content(made)
+
+
+def test_samples_that_are_rendered_at_once_give_the_same_bytes(made, tmp_path, device, monkeypatch):
+    """As on graphics cards; the last shard has fewer samples than views."""
+    monkeypatch.setattr("pica.distributed.dataset_job.Sampler", partial(Sampler, views=2))
+    render(tmp_path / "out", device=device.name)
+    assert content(tmp_path / "out") == content(made)
 
 
 @pytest.mark.slow

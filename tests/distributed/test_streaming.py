@@ -5,10 +5,12 @@ import numpy as np
 import pytest
 
 import pica
-from pica.distributed.samples import LABELS, Sampler
+from pica.distributed.samples import LABELS, Sampler, views_for
 from pica.distributed.viewpoints import viewpoints
 from pica.errors import PicaError
-from tests.building import still_life
+from pica.scenes.basic_meshes import sphere
+from pica.scenes.placing import move
+from tests.building import lambert, placed, still_life
 
 SIZE = 32, 24
 
@@ -28,7 +30,7 @@ def test_samples_are_those_of_the_sampler(torch, device):
     assert [sample["number"] for sample in got] == [0, 1, 2]
     scene, settings = still_life(), pica.Settings().with_values({"seed": 4})
     sampler = Sampler(scene, SIZE, settings, 1, device.name)
-    expected = sampler(viewpoints("sphere", scene, SIZE, 3, seed=4).at(2), LABELS)
+    [expected] = sampler([viewpoints("sphere", scene, SIZE, 3, seed=4).at(2)], LABELS)
     last = got[2]
     assert np.array_equal(last["picture"], expected.picture.display)
     for name in LABELS:
@@ -38,6 +40,28 @@ def test_samples_are_those_of_the_sampler(torch, device):
     assert np.array_equal(last["pose"], camera.pose("opencv"))
     assert np.array_equal(last["intrinsics"], camera.intrinsics(SIZE))
     assert torch.equal(next(iter(rendered))["depth"], got[0]["depth"])  # again from the start
+
+
+@pytest.mark.parametrize("labels", [("depth", "motion"), ("depth",)], ids=["motion", "rest"])
+def test_samples_depend_on_their_numbers_alone(device, labels):
+    """Not on the samples that are rendered at the same time, whose surfaces and lights differ in brightness; light
+    below translucent surfaces, which other views share, is traced by each."""
+    wax = lambert(0.8, diffuse_transmission=1.0, thin_walled=False, scattering=(10.0, 10.0, 10.0))
+    scene, settings = still_life(), pica.Settings()
+    scene.add(placed(sphere(0.3, wax), move(0, 0.3, 0.9), "wax"))
+    places = viewpoints("sphere", scene, SIZE, 5, seed=1)
+    alone, together = (Sampler(scene, SIZE, settings, 2, device, views=views) for views in (1, 3))
+    expected = list(alone.each(range(5), places, labels))
+    found = list(together.each(range(5), places, labels))
+    assert [number for number, _ in found] == list(range(5))
+    for (_, sample), (_, other) in zip(found, expected, strict=True):
+        assert np.array_equal(sample.picture.color, other.picture.color)
+        assert all(np.array_equal(sample.label(name), other.label(name)) for name in labels)
+
+
+def test_processors_render_one_by_one_and_cards_no_more_than_fit(device):
+    assert Sampler(still_life(), SIZE, pica.Settings(), 1, device).views == 1 or not device.is_software
+    assert [views_for(size) for size in ((128, 128), (640, 360), (1920, 1080))] == [10, 5, 1]
 
 
 def test_it_goes_on_for_ever_without_a_count(torch, device):

@@ -86,8 +86,7 @@ class DatasetJob:
 
     def _render(self, shard: int, sampler: Sampler, places: Viewpoints) -> None:
         def files() -> Iterator[tuple[str, Files]]:
-            for number in self._numbers(shard):
-                sample = sampler(places.at(number), self.labels)
+            for number, sample in sampler.each(self._numbers(shard), places, self.labels):
                 content = encoded(sample, self.labels)
                 name = f"{number:06d}.png"
                 write_whole(self._images / name, partial(_write_bytes, content["png"]))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import count, islice
+from itertools import count
 from typing import Any
 
 import torch
@@ -38,8 +38,9 @@ class RenderedDataset(IterableDataset[dict[str, Any]]):  # type: ignore[misc]  #
         first, step = (0, 1) if info is None else (info.id, info.num_workers)
         scene, sampler = self._open(first, info is not None)
         places = viewpoints(self.cameras, scene, self.size, self.count, self.settings.seed, self.camera)
-        for number in islice(count(first, step), None if self.count is None else len(range(first, self.count, step))):
-            tensors = self._tensors(sampler(places.at(number), self.labels))
+        numbers = count(first, step) if self.count is None else range(first, self.count, step)
+        for number, sample in sampler.each(numbers, places, self.labels):
+            tensors = self._tensors(sample)
             yield {"number": number, **(tensors if info is None else _on_processor(tensors))}
 
     def _open(self, worker: int, is_worker: bool) -> tuple[Scene, Sampler]:

@@ -1,8 +1,9 @@
 """A sample of a data set: a picture, its labels, its camera and its instances."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,13 @@ from numpy.typing import NDArray
 from pica.color import srgb_encode
 from pica.distributed import coco
 from pica.distributed.shards import npy, png
-from pica.distributed.viewpoints import Moment, Viewpoint
+from pica.distributed.viewpoints import Moment, Viewpoint, Viewpoints
 from pica.errors import PicaError, shown
 from pica.images.labels import Semantic
 from pica.images.output import Frame
 from pica.names import did_you_mean
 from pica.renderer import Renderer
+from pica.rhi.device import open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.settings import Settings
@@ -25,6 +27,8 @@ LABELS = ("depth", "normal", "instance", "semantic", "motion", "albedo")
 """What a sample can have beside its picture."""
 _AOVS = ("depth", "normal", "motion", "albedo")
 """Of these, those that are AOVs as they are."""
+_PIXELS = 1_200_000
+"""Of samples that are rendered at once."""
 
 
 @dataclass(frozen=True)
@@ -43,38 +47,69 @@ class Sample:
         return self.semantic.labels if name == "semantic" else self.labels.aov(name)
 
 
+class _AlikeViews(Renderer):
+    """Its views make the pictures of a renderer of one."""
+
+    _views_are_alike = True
+
+
 class Sampler:
-    """Renders samples of a scene; each depends on its viewpoint alone, not on those before."""
+    """Renders samples of a scene; each depends on its viewpoint alone, not on those before or beside it."""
 
     def __init__(
-        self, scene: Scene, size: tuple[int, int], settings: Settings, frames: int, device: Any = None
+        self,
+        scene: Scene,
+        size: tuple[int, int],
+        settings: Settings,
+        frames: int,
+        device: Any = None,
+        views: int | None = None,
     ) -> None:
-        """`frames`: whose mean is a picture. Raises as Renderer."""
-        self.renderer = Renderer(scene, size=size, settings=settings, device=device)
+        """`frames`: whose mean is a picture. `views`: samples that are rendered at once; None: several on graphics
+        cards, unless the scene has animations, as all views are at one time. Raises as Renderer."""
+        opened = open_device(device)
+        if views is None:
+            views = 1 if opened.is_software or scene.animations else views_for(size)
+        self.views = views
+        self.renderer = _AlikeViews(scene, size=size, settings=settings, device=opened, views=views)
         self._scene, self._frames = scene, frames
         self._by_extras: bool | None = None
 
-    def __call__(self, viewpoint: Viewpoint, labels: Sequence[str]) -> Sample:
-        """One sample with these labels."""
+    def __call__(self, viewpoints: Sequence[Viewpoint], labels: Sequence[str]) -> list[Sample]:
+        """Samples with these labels, as many as `views` or fewer."""
         aovs = {"instance", *(name for name in labels if name in _AOVS)}
-        render = partial(self.renderer.render, self._frames, camera=viewpoint.now.camera, cut=True)
+        spare = [viewpoints[-1]] * (self.views - len(viewpoints))
+        every = [*viewpoints, *spare]
+        cameras = [each.now.camera for each in every]
         if "motion" in labels:
-            self._go(viewpoint.before)
-            self.renderer.labels(camera=viewpoint.before.camera, aovs=())
-            self._go(viewpoint.now)
-            seen = self.renderer.labels(camera=viewpoint.now.camera, aovs=aovs)
-            picture = render(aovs=())
+            self._go(every[0].before)
+            self.renderer.labels(camera=[each.before.camera for each in every], aovs=())
+            self._go(every[0].now)
+            seen = self.renderer.labels(camera=cameras, aovs=aovs)
+            pictures = self.renderer.render(self._frames, camera=cameras, cut=True, aovs=())
         else:
-            self._go(viewpoint.now)
-            seen = picture = render(aovs=aovs)
+            self._go(every[0].now)
+            seen = pictures = self.renderer.render(self._frames, camera=cameras, cut=True, aovs=aovs)
         if self._by_extras is None:
-            self._by_extras = coco.has_classes(seen.ids.values())
-        semantic = seen.semantic(partial(coco.category_of, by_extras=self._by_extras))
-        return Sample(picture, seen, semantic, viewpoint)
+            self._by_extras = coco.has_classes(seen[0].ids.values())
+        category = partial(coco.category_of, by_extras=self._by_extras)
+        shown = zip(pictures, seen, viewpoints, strict=False)
+        return [Sample(picture, labelled, labelled.semantic(category), at) for picture, labelled, at in shown]
+
+    def each(self, numbers: Iterable[int], places: Viewpoints, labels: Sequence[str]) -> Iterator[tuple[int, Sample]]:
+        """The samples of these numbers, one after the other, and their numbers."""
+        left = iter(numbers)
+        while together := list(islice(left, self.views)):
+            yield from zip(together, self([places.at(number) for number in together], labels), strict=True)
 
     def _go(self, moment: Moment) -> None:
         if self._scene.animations:
             self._scene.animate(moment.time)
+
+
+def views_for(size: tuple[int, int]) -> int:
+    """Samples at once on a graphics card: a divisor of usual shards."""
+    return next(views for views in (10, 5, 2, 1) if views == 1 or views * size[0] * size[1] <= _PIXELS)
 
 
 def checked_labels(labels: Any) -> tuple[str, ...]:

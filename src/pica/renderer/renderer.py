@@ -71,6 +71,10 @@ class Renderer(RendererFrames):
     map's, and PicaError for an impossible size or number of views.
     """
 
+    _views_are_alike = False
+    """Whether all views have the noise of the first, and nothing is traced once for all: each picture has the bits of
+    a renderer of one view."""
+
     def __init__(
         self,
         scene: Scene | Sequence[Scene],
@@ -104,8 +108,10 @@ class Renderer(RendererFrames):
             of_each = size, self.settings, light_map, lut
             self._views, leaders = list[View](), dict[int, View]()
             for number, each in enumerate(scenes):
-                view = View(self.device, each, *of_each, number, leaders.get(id(each)), self._others)
-                leaders.setdefault(id(each), view)
+                own = 0 if self._views_are_alike else number
+                view = View(self.device, each, *of_each, own, leaders.get(id(each)), self._others)
+                if not self._views_are_alike:
+                    leaders.setdefault(id(each), view)
                 self._views.append(view)
         self.view = self._views[0].scene
         """The first view's data of the scene."""
