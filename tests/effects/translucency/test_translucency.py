@@ -232,3 +232,24 @@ def test_after_a_reset_nothing_is_left_of_pictures_before(device):
         again = renderer.render(2, camera=FRONT, cut=True)
     assert first.aov("subsurface").any()
     assert np.array_equal(first.aov("subsurface"), again.aov("subsurface"))
+
+
+def test_maps_read_no_memory_that_nothing_has_written(device, monkeypatch):
+    """A map of a size between two powers of two leaves texels without an object beside those with one."""
+    make, content = type(device).texture, [0.0]
+
+    def filled(device, label, *arguments, **more):
+        texture = make(device, label, *arguments, **more)
+        if "drift" in label:
+            encoder = device.handle.create_command_encoder()
+            encoder.clear_texture_float(texture, clear_value=content * 4)
+            device.handle.submit_command_buffer(encoder.finish())
+        return texture
+
+    monkeypatch.setattr(type(device), "texture", filled)
+    scene = scene_of(placed(sphere(0.28, wax(), 24)), placed(box(0.2, wax()), move(0.35, 0, 0)), environment=sky(3))
+    light = []
+    for content[0] in (0.0, 50.0):
+        with pica.Renderer(scene, size=(24, 16), settings=each_path(), device=device) as renderer:
+            light.append(renderer.render(40, camera=OBLIQUE).aov("subsurface"))
+    np.testing.assert_allclose(*light, rtol=1e-3, atol=1e-4)  # threads add in any order
