@@ -380,7 +380,7 @@ class GpuScene:
         triangles = [self.records.emissive] if own is None else [self.records.emissive, own]
         low, high = self.bounds
         radius = float(np.linalg.norm(high - low)) / 2
-        return LightTable(self._device, self.placed_lights, triangles, self.environment.source, radius)
+        return LightTable(self._device, self.placed_lights, triangles, self.environment, radius)
 
     def _lights_source(self) -> tuple[int, int, int]:
         """Revisions of the light table's inputs."""

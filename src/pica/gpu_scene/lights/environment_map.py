@@ -15,15 +15,6 @@ from pica.scene.environment import Environment
 _BLACK = np.zeros((1, 1, 3), np.float32)
 
 
-def environment_power(environment: Environment, radius: float) -> float:
-    """Lumen that fall onto a sphere round the scene (Pharr, Jakob and Humphreys 2023, section 12.5.2)."""
-    height = environment.radiance.shape[0]
-    edges = np.cos(np.pi * np.arange(height + 1) / height)
-    rows = (environment.radiance.astype(np.float64) @ LUMINANCE).mean(axis=1)
-    integral = float(rows @ (edges[:-1] - edges[1:])) * 2 * np.pi
-    return integral * environment.strength * np.pi * radius**2
-
-
 class _Tables:
     """Radiance as a texture, and the tables that sample it; freed with its last user."""
 
@@ -45,6 +36,10 @@ class _Tables:
         }
         self._device = device
         """Their memory's scope."""
+        edges = np.cos(np.pi * np.arange(height + 1) / height)
+        rows = (radiance.astype(np.float64) @ LUMINANCE).mean(axis=1)
+        self.integral = float(rows @ (edges[:-1] - edges[1:])) * 2 * np.pi
+        """Of the luminance over all directions."""
 
 
 class _AllTables:
@@ -83,3 +78,13 @@ class EnvironmentMap:
         }
         """Fields of EnvironmentMap in shaders/environment.slang."""
         self.revision += 1
+
+    @property
+    def is_lit(self) -> bool:
+        """Whether any light comes from it, at some strength."""
+        return self._shown.integral > 0
+
+    def power(self, radius: float) -> float:
+        """Lumen that fall onto a sphere round the scene (Pharr, Jakob and Humphreys 2023, section 12.5.2)."""
+        strength = 0.0 if self.source is None else self.source.strength
+        return self._shown.integral * strength * np.pi * radius**2

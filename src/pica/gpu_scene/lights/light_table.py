@@ -8,12 +8,11 @@ import slangpy as spy
 from numpy.typing import NDArray
 
 from pica.gpu_scene.lights.emissive_triangles import EmissiveTriangles, emissive_table
-from pica.gpu_scene.lights.environment_map import environment_power
+from pica.gpu_scene.lights.environment_map import EnvironmentMap
 from pica.gpu_scene.lights.light_rows import LIGHT_DTYPE, LIGHT_TYPES, selection_probabilities
 from pica.gpu_scene.lights.placed_lights import PlacedLights
 from pica.rhi.device import Device
 from pica.scene.channels import ALL_CHANNELS, channel_bits
-from pica.scene.environment import Environment
 
 _EVEN_SHARE = 0.5
 """Fraction of the selection that ignores power, so that no light far from the others is missed."""
@@ -30,7 +29,7 @@ class LightTable:
         device: Device,
         lights: PlacedLights,
         triangles: Sequence[EmissiveTriangles],
-        environment: Environment | None,
+        environment: EnvironmentMap,
         radius: float,
     ) -> None:
         """`radius`: metres, of the scene (light_rows.scene_radius)."""
@@ -45,11 +44,11 @@ class LightTable:
         if len(emissive):
             markers.append(_marker("emissive_triangles"))
             powers.append(emissive_power)
-        lit = environment is not None and environment.radiance.any()
+        lit = environment.is_lit
         self.environment_light = self.light_count + len(markers) if lit else None
-        if environment is not None and self.environment_light is not None:
+        if lit:
             markers.append(_marker("environment"))
-            powers.append(environment_power(environment, radius))
+            powers.append(environment.power(radius))
 
         table = np.append(lights.rows(self._slots), np.array(markers, LIGHT_DTYPE))
         shares = selection_probabilities(powers) * (1 - _EVEN_SHARE) + _EVEN_SHARE / max(len(table), 1)
