@@ -395,6 +395,24 @@ def test_memory_stays_while_batches_go_on(device, fresh):
     assert device.memory == before
 
 
+def test_memory_stays_while_each_view_has_values_of_its_own(device):
+    scene = room()
+    node(scene, "cube").mesh.sections[0].material.name = "paint"
+    views, random = pica.SceneViews(scene, 2), np.random.default_rng(0)
+    with pica.Renderer(views, size=(16, 16), device=device) as renderer:
+
+        def batches(count):
+            for step in range(count):
+                vary(views, random, step % 3)
+                renderer.render(1, camera=cameras(count=2), aovs=())
+
+        batches(6)
+        gc.collect()
+        before = device.memory
+        batches(12)
+        assert device.memory == before
+
+
 def test_all_views_are_freed(device):
     scene = room()
     gc.collect()

@@ -3,6 +3,7 @@
 import operator
 
 import numpy as np
+import slangpy as spy
 
 from pica.gpu_scene.lights.light_table import LightTable
 from pica.rhi.device import Device
@@ -28,6 +29,7 @@ class LightSlots:
         self._device, self._settings = device, settings
         self._lights: LightTable | None = None
         self._shown: list[Light | None] = []
+        self._ranges: list[spy.Buffer] = []
         self.count = 0
         self.single_lights: list[str] = []
         """Names of the lights that have a slot of their own, in the order of their slots."""
@@ -106,8 +108,10 @@ class LightSlots:
         candidates = self._settings.lighting.candidates
         by_reflection_rays = self._settings.reflections.mode == "ray_traced"
         ratio = bool(denoised) and self.by_ratio
+        self._device.give_back(*self._ranges)
+        self._ranges = [self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2))]
         self.block.bind(
-            ranges=self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2)),
+            ranges=self._ranges[0],
             count=self.count,
             firstSampled=self.first_sampled,
             denoised=len(denoised),
