@@ -57,7 +57,8 @@ class Renderer(RendererFrames):
     (docs/guide/devices.md); `settings` has the result.
     `light_map`: for global_illumination.mode "light_map", which the preset "raster" has; paths end in it too.
     `lut`: changes the colours of the display (docs/guide/viewing.md). `views`: cameras in each call, each with noise,
-    exposure and histories of its own (docs/guide/scaling.md). Their `scene` is one for all, or a list of one for each:
+    exposure and histories of its own (docs/guide/scaling.md). Their `scene` is one for all, or one for each, as
+    pica.SceneViews or a list:
 
         renderer = pica.Renderer(scene, size=(128, 128), views=64)
         batch = renderer.render(4, camera=cameras)  # a pica.FrameBatch; batch.color is (64, 128, 128, 3)

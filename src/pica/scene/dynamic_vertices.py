@@ -54,7 +54,8 @@ class DynamicVertices(Deformer):
 
         `normals` (count, 3) of any length but 0; None: those of the triangles round each vertex, weighted by
         area, and averaged over coincident vertices with equal normals in the original mesh. Tangents follow the
-        triangles. Both arrays are copied. Raises SceneError for other shapes and for numbers that are not finite.
+        triangles. Both arrays, or tensors, are copied. Raises SceneError for other shapes and for numbers that are not
+        finite.
         """
         checked = self._checked("positions", positions)
         given = None if normals is None else self._checked("normals", normals)

@@ -26,8 +26,9 @@ class Section(Followed):
 
     Attributes that a file lacks are generated when it is loaded, so all are present. Arrays of the type and shape
     below are not copied: the fields return read-only views of them. Others are converted, with no loss but a
-    float's last digits. Raises SceneError, with the field's name, for non-finite or invalid values, when a field
-    is set; for inconsistent fields, before the mesh is shown.
+    float's last digits. Tensors of other libraries count as arrays (docs/guide/scaling.md). Raises SceneError, with the
+    field's name, for non-finite or invalid values, when a field is set; for inconsistent fields, before the mesh is
+    shown.
 
     To edit visible content, assign: `section.positions = moved` or `section.material = other` is in the next picture.
     Writes into an assigned array take effect once it is assigned again. For vertices that
