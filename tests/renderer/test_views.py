@@ -343,6 +343,27 @@ def test_scenes_of_their_own(device):
     assert len({picture.tobytes() for picture in batches[-1].color}) == VIEWS
 
 
+def test_vertices_of_each_view_move_on_their_own(device):
+    """Meshes that deform have vertices and structures of their own in each view, which come while others are shown."""
+    scene = room()
+    rest = node(scene, "ball").mesh.sections[0].positions
+    views, alone = pica.SceneViews(scene, VIEWS), [deepcopy(scene) for _ in range(VIEWS)]
+    renderers = [pica.Renderer(each, size=SIZE, device=device, settings=seed(n)) for n, each in enumerate(alone)]
+    with pica.Renderer(views, size=SIZE, device=device) as together:
+        for step in range(4):
+            if step == 1:  # not in the first picture
+                cloths = [pica.DynamicVertices(each) for each in views.nodes("ball")]
+                own = [pica.DynamicVertices(node(each, "ball")) for each in alone]
+            for number in range(VIEWS) if step else ():
+                for each in (cloths[number], own[number]):
+                    each.set(rest * np.float32([1, 1 - 0.2 * number, 1 + 0.1 * step]))
+            batch = together.render(1, camera=cameras())
+            for number, each in enumerate(renderers):
+                assert_same(batch[number], each.render(1, camera=cameras()[number]))
+    for each in renderers:
+        each.close()
+
+
 @pytest.mark.slow
 def test_64_scenes_of_their_own(device):
     assert_views_equal_scenes_of_their_own(device, 64, (16, 16), 2)
