@@ -42,13 +42,18 @@ def test_samples_are_those_of_the_sampler(torch, device):
     assert torch.equal(next(iter(rendered))["depth"], got[0]["depth"])  # again from the start
 
 
+@pytest.mark.parametrize("animated", [False, True], ids=["rigid", "animated"])
 @pytest.mark.parametrize("labels", [("depth", "motion"), ("depth",)], ids=["motion", "rest"])
-def test_samples_depend_on_their_numbers_alone(device, labels):
+def test_samples_depend_on_their_numbers_alone(device, labels, animated):
     """Not on the samples that are rendered at the same time, whose surfaces and lights differ in brightness; light
     below translucent surfaces, which other views share, is traced by each."""
     wax = lambert(0.8, diffuse_transmission=1.0, thin_walled=False, scattering=(10.0, 10.0, 10.0))
     scene, settings = still_life(), pica.Settings()
     scene.add(placed(sphere(0.3, wax), move(0, 0.3, 0.9), "wax"))
+    if animated:
+        scene.roots[1].pose = pica.Pose(np.array([-0.9, 0.5, 0]))
+        rises = pica.Channel(scene.roots[1], "translation", np.array([0.0, 2]), np.array([[-0.9, 0.5, 0], [0, 1.5, 0]]))
+        scene.animations = [pica.Animation([rises])]
     places = viewpoints("sphere", scene, SIZE, 5, seed=1)
     alone, together = (Sampler(scene, SIZE, settings, 2, device, views=views) for views in (1, 3))
     expected = list(alone.each(range(5), places, labels))

@@ -21,6 +21,7 @@ from pica.renderer import Renderer
 from pica.rhi.device import open_device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
+from pica.scene.scene_views import SceneViews
 from pica.settings import Settings
 
 LABELS = ("depth", "normal", "instance", "semantic", "motion", "albedo")
@@ -66,13 +67,13 @@ class Sampler:
         views: int | None = None,
     ) -> None:
         """`frames`: whose mean is a picture. `views`: samples that are rendered at once; None: several on graphics
-        cards, unless the scene has animations, as all views are at one time. Raises as Renderer."""
+        cards. Raises as Renderer."""
         opened = open_device(device)
-        if views is None:
-            views = 1 if opened.is_software or scene.animations else views_for(size)
-        self.views = views
-        self.renderer = _AlikeViews(scene, size=size, settings=settings, device=opened, views=views)
-        self._scene, self._frames = scene, frames
+        self.views = views or (1 if opened.is_software else views_for(size))
+        animated = bool(scene.animations) and self.views > 1
+        self._scenes = list(SceneViews(scene, self.views)) if animated else [scene] * self.views
+        self.renderer = _AlikeViews(self._scenes, size=size, settings=settings, device=opened)
+        self._frames = frames
         self._by_extras: bool | None = None
 
     def __call__(self, viewpoints: Sequence[Viewpoint], labels: Sequence[str]) -> list[Sample]:
@@ -82,13 +83,13 @@ class Sampler:
         every = [*viewpoints, *spare]
         cameras = [each.now.camera for each in every]
         if "motion" in labels:
-            self._go(every[0].before)
+            self._go([each.before for each in every])
             self.renderer.labels(camera=[each.before.camera for each in every], aovs=())
-            self._go(every[0].now)
+            self._go([each.now for each in every])
             seen = self.renderer.labels(camera=cameras, aovs=aovs)
             pictures = self.renderer.render(self._frames, camera=cameras, cut=True, aovs=())
         else:
-            self._go(every[0].now)
+            self._go([each.now for each in every])
             seen = pictures = self.renderer.render(self._frames, camera=cameras, cut=True, aovs=aovs)
         if self._by_extras is None:
             self._by_extras = coco.has_classes(seen[0].ids.values())
@@ -102,9 +103,10 @@ class Sampler:
         while together := list(islice(left, self.views)):
             yield from zip(together, self([places.at(number) for number in together], labels), strict=True)
 
-    def _go(self, moment: Moment) -> None:
-        if self._scene.animations:
-            self._scene.animate(moment.time)
+    def _go(self, moments: Sequence[Moment]) -> None:
+        for scene, moment in zip(self._scenes, moments, strict=True):
+            if scene.animations:
+                scene.animate(moment.time)
 
 
 def views_for(size: tuple[int, int]) -> int:
