@@ -45,10 +45,12 @@ def _no_device_unless_marked(request: pytest.FixtureRequest, monkeypatch: pytest
         monkeypatch.setattr(spy, "Device", _ClosedDevice)
 
 
-@pytest.fixture(autouse=True)
-def _one_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tests run on all cores as it is."""
-    monkeypatch.setattr(preparation, "cores", lambda: 1)
+@pytest.fixture(autouse=True, scope="session")
+def _one_compiler() -> Iterator[None]:
+    """Tests run on all cores as it is; fixtures of a module compile too."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(preparation, "cores", lambda: 1)
+        yield
 
 
 @pytest.fixture(autouse=True)

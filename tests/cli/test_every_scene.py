@@ -10,20 +10,40 @@ from pica.settings import PRESETS
 SMALL, ONE_FRAME = ["--size", "24x16"], ["--frames", "1"]
 SCENES = sorted(set(BUILT_IN) - {"demo"})
 EFFECTS = ["shadows", "ambient_occlusion", "global_illumination", "reflections"]
+
+
+def of_effect(effect, sequence):
+    return [*REFERENCE, "--effect", effect, "--set", "ambient_occlusion.mode=ray_traced", "--sequence", sequence]
+
+
+PICTURE, REFERENCE = ["-o", "out.png"], ["--samples", "1"]
+TRANSPARENT, TURNTABLE = ["-o", "out.exr", "--transparent"], ["-o", "%d.png", "--turntable", "--fps", "0.25"]
+PATH_TRACED, BENCH = [*PICTURE, "--path-traced", *REFERENCE], ["--warm-up", "0"]
+PRESET = {preset: [*PICTURE, "--preset", preset] for preset in PRESETS}
+OF_EFFECTS = list(itertools.starmap(of_effect, itertools.product(EFFECTS, ("still", "orbit", "objects", "light"))))
 WAYS = {
-    "render": [["-o", "out.png"], ["-o", "out.exr", "--transparent"], ["-o", "%d.png", "--turntable", "--fps", "0.25"]],
-    "compare": [["--samples", "1"], ["--against", "preset=balanced"]],
-    "bench": [["--warm-up", "0"]],
+    "render": [PICTURE, TRANSPARENT, TURNTABLE, PATH_TRACED, *PRESET.values()],
+    "compare": [REFERENCE, ["--against", "preset=balanced"], *OF_EFFECTS],
+    "bench": [BENCH],
 }
-WAYS["render"] += [["-o", "out.png", "--path-traced", "--samples", "1"]]
-WAYS["render"] += [["-o", "out.png", "--preset", preset] for preset in PRESETS]
-WAYS["compare"] += [
-    ["--samples", "1", "--effect", effect, "--set", "ambient_occlusion.mode=ray_traced", "--sequence", sequence]
-    for effect, sequence in itertools.product(EFFECTS, ("still", "orbit", "objects", "light"))
+SPREAD = [
+    ("render", "cornell", PICTURE),
+    ("render", "cornell", PATH_TRACED),
+    ("render", "court", TRANSPARENT),
+    ("render", "machine_world", TURNTABLE),
+    ("render", "showroom", PRESET["raster"]),
+    ("render", "sphere_sweep", PRESET["performance"]),
+    ("compare", "cornell", of_effect("shadows", "still")),
+    ("compare", "cornell", of_effect("reflections", "light")),
+    ("compare", "court", of_effect("ambient_occlusion", "still")),
+    ("compare", "landscape", of_effect("global_illumination", "light")),
+    ("compare", "rooms", of_effect("ambient_occlusion", "light")),
+    ("compare", "rooms", of_effect("shadows", "still")),
+    ("compare", "sphere_grid", of_effect("reflections", "objects")),
+    ("bench", "rooms", BENCH),
 ]
-EVERY = [(command, scene, way) for command, ways in WAYS.items() for scene in SCENES for way in ways]
-SPREAD = [("compare", "cornell", WAYS["compare"][2]), *EVERY[:: len(EVERY) // 11]]
-"""A few of them, at least one of each command."""
+"""A few of them, each scene in a way whose programs other tests need too: paths through the showroom's coats take a
+minute to compile."""
 
 
 def check(run, tmp_path, monkeypatch, command, scene, way):

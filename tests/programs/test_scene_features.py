@@ -43,6 +43,8 @@ from pica.scenes.placing import aim, move, rotate
 from tests.building import RASTER, RAYS, lambert, leaves, orthographic, placed, scene_of, settings, shining, uniform
 
 GREY = Texture(Image(np.full((4, 4, 4), 128, np.uint8)))
+ALL_BUT_LOBES, WITH_COATS = BUNDLES[5:7]
+"""What scenes of these tests need is among them; each lobe more takes a minute to compile."""
 SLOTS = ["base_color", "metallic_roughness", "normal", "occlusion", "specular", "specular_color", "transmission"]
 CAMERA = orthographic((0, 0, 2), (0, 0, 0), 2.0)
 QUICK = {"shadows.mode": "off", **RASTER}
@@ -90,15 +92,15 @@ def test_the_smallest_bundle_that_will_do_takes_one_place():
     assert with_features(with_features(STANDARD_ONLY, {TEXTURES}), {LIGHTS}) == textured_too[:2], (
         "however it came about"
     )
-    assert with_features(STANDARD_ONLY, {TUBES}) == (*STANDARD_ONLY, BUNDLES[5])
-    assert with_features(STANDARD_ONLY, {COATS}) == (*STANDARD_ONLY, BUNDLES[6])
+    assert with_features(STANDARD_ONLY, {TUBES}) == (*STANDARD_ONLY, ALL_BUT_LOBES)
+    assert with_features(STANDARD_ONLY, {COATS}) == (*STANDARD_ONLY, WITH_COATS)
     assert supported_features((BUNDLES[-1],)) == supported_features(BUNDLES)
 
 
 def test_what_takes_long_to_compile_comes_by_itself():
     for some in ({COATS}, {LOBES, FILMS}, {COATS, LOBES, ANISOTROPY}, {LOBES, FILMS, SHEEN}):
         known = supported_features(with_features(STANDARD_ONLY, some))
-        assert known == some | supported_features((BUNDLES[5],))
+        assert known == some | supported_features((ALL_BUT_LOBES,))
 
 
 def backdrop(environment=None):
@@ -261,10 +263,9 @@ def pictured(device, what: str, way: str = "hybrid", **values: str):
 def test_programs_as_large_as_the_scene_show_it_as_those_that_know_all(device, nothing_cached, monkeypatch, what, way):
     """A constant that is not set for a scene that needs it leaves something out."""
     small, types = pictured(device, what, way)
-    most = BUNDLES[-2]  # all but lobes, with which everything takes twice as long to compile
-    monkeypatch.setattr(scene_features, "BUNDLES", (most,))
+    monkeypatch.setattr(scene_features, "BUNDLES", (ALL_BUT_LOBES,))
     large, all_types = pictured(device, what, way)
-    assert most in all_types and most not in types
+    assert ALL_BUT_LOBES in all_types and ALL_BUT_LOBES not in types
     assert small.max() > 0.01
     np.testing.assert_allclose(small, large, rtol=1e-3, atol=1e-4)
 
@@ -272,7 +273,7 @@ def test_programs_as_large_as_the_scene_show_it_as_those_that_know_all(device, n
 @pytest.mark.parametrize("way", ["hybrid", "path traced"])
 def test_glass_is_the_same_to_programs_that_know_of_coats(device, nothing_cached, monkeypatch, way):
     small, types = pictured(device, "transmission", way)
-    monkeypatch.setattr(scene_features, "BUNDLES", BUNDLES[-1:])
+    monkeypatch.setattr(scene_features, "BUNDLES", (WITH_COATS,))
     large, all_types = pictured(device, "transmission", way)
     assert COATS not in supported_features(types) and COATS in supported_features(all_types)
     np.testing.assert_allclose(small, large, rtol=1e-3, atol=1e-4)
