@@ -18,7 +18,8 @@ from tests.building import EMBREE, RAYS, lambert, leaves, orthographic, placed, 
 
 SIZE = (120, 60)
 CAMERA = Camera.look_at((0, 0, 10), (0, 0, 0), vertical_fov=np.radians(40))
-PLAIN = {"transparency.texture_space": "off", "shadows.mode": "off", "ambient_occlusion.mode": "off"}
+PLAIN = {"transparency.mode": "off", "shadows.mode": "off", "ambient_occlusion.mode": "off"}
+"""What is picked does not depend on these, and their programs are large."""
 
 
 def stands(material: Material, x: float, y: float, z: float, name: str) -> Node:
