@@ -161,6 +161,14 @@ def trace(device: Device, scene: Scene, samples: int = 1, camera=None, size=SIZE
     return tracer.render(samples, camera=camera)
 
 
+def converged(device: Device, scene: Scene, samples: int, camera=None, size=SIZE, max_depth=None, values=None):
+    """(height, width, 3) the path traced picture of `samples` paths a pixel, a multiple of 16: it is made as one of 16
+    times the pixels, as each sample of a small picture takes as long as one of a large picture."""
+    width, height = size
+    picture = trace(device, scene, samples // 16, camera, (4 * width, 4 * height), max_depth, values).color
+    return picture.reshape(height, 4, width, 4, 3).mean((1, 3))
+
+
 def resource_of(renderer: pica.Renderer, scope: str, name: str) -> Texture2D | Buffer:
     """What an effect declares by this name to the graph of the newest frame."""
     return next(each for each in renderer._frame_plan._plan.resources if each.key == (scope, name))

@@ -13,6 +13,7 @@ from pica.scenes.placing import aim, move
 from tests.building import (
     assert_schedulers_agree,
     bumps,
+    converged,
     lambert,
     orthographic,
     placed,
@@ -22,7 +23,6 @@ from tests.building import (
     shining,
     shown,
     sky,
-    trace,
     uniform,
     wall,
 )
@@ -57,7 +57,7 @@ def test_both_ways_of_tracing_see_the_same_coats(device):
 )
 def test_direct_light_is_that_of_the_path_tracer(device, light):
     hybrid = render(device, coated_things(light), 24, CAMERA, SIZE).color
-    traced = trace(device, coated_things(light), 200, CAMERA, SIZE, max_depth=2).color
+    traced = converged(device, coated_things(light), 208, CAMERA, SIZE, max_depth=2)
     assert traced.max() > 0.5
     # highlights may be a little wider and lie a little elsewhere with LTC (docs/measurements/area-lights.md)
     blurred = [picture.reshape(10, 4, 18, 4, 3).mean((1, 3)) for picture in (hybrid, traced)]
@@ -72,7 +72,7 @@ def test_coats_mirror_whole_lights(device, light):
     scene = scene_of(wall(**black, coats=(Coat(roughness=0.3, strength=0.5), Coat(ior=2.0, roughness=0.6))))
     scene.add(shining(light, aim((0, 0.3, 1.2), (0, 0, 0))))
     hybrid = render(device, scene, 8, FRONT, (32, 32)).color
-    traced = trace(device, scene, 128, FRONT, (32, 32), max_depth=2).color
+    traced = converged(device, scene, 128, FRONT, (32, 32), max_depth=2)
     blurred = [picture.reshape(8, 4, 8, 4, 3).mean((1, 3)) for picture in (hybrid, traced)]
     assert blurred[1].max() > 0.1
     np.testing.assert_allclose(blurred[0], blurred[1], atol=0.1 * blurred[1].max())
@@ -86,7 +86,7 @@ def test_light_from_all_around_is_that_of_the_path_tracer(device, way):
     balls = [placed(sphere(0.35, Material(**RED, coats=stack)), move(n - 1, 0, 0)) for n, stack in enumerate(stacks)]
     scene, camera = scene_of(*balls, environment=uniform(1, 1, 1)), orthographic((0, 0, 3), (0, 0, 0), 5 / 3)
     hybrid = render(device, scene, 48, camera, SIZE, values).color
-    traced = trace(device, scene, 100, camera, SIZE, max_depth=2).color
+    traced = converged(device, scene, 112, camera, SIZE, max_depth=2)
     for middle in (15, 36, 57):  # balls of 15 pixels across
         seen, expected = (picture[14:26, middle - 5 : middle + 6].mean((0, 1)) for picture in (hybrid, traced))
         # 6 % for bare metal; nor do albedos know what scaling loses below coats (docs/measurements/materials.md)
@@ -97,7 +97,7 @@ def test_a_white_furnace_gives_back_no_more_than_it_gets(device):
     white = Material(metallic=0.0, roughness=0.5, coats=(Coat(roughness=0.3), Coat(ior=1.8, roughness=0.6)))
     scene = scene_of(placed(sphere(0.6, white)), environment=uniform(1, 1, 1))
     camera = pica.Camera.look_at((0, 0, 2.5), (0, 0, 0))
-    seen = trace(device, scene, 256, camera, (32, 32)).color
+    seen = converged(device, scene, 256, camera, (32, 32))
     assert seen[10:22, 10:22].mean() == pytest.approx(0.985, abs=0.02)
     assert seen.reshape(8, 4, 8, 4, 3).mean((1, 3)).max() < 1.01
 

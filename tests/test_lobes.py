@@ -19,6 +19,7 @@ from tests.building import (
     RAYS,
     assert_schedulers_agree,
     bumps,
+    converged,
     orthographic,
     placed,
     ramp,
@@ -90,7 +91,7 @@ def test_payloads_carry_all(device):
 )
 def test_direct_light_is_that_of_the_path_tracer(device, light, tolerance):
     hybrid = render(device, things(light), 24, CAMERA, SIZE).color
-    traced = trace(device, things(light), 200, CAMERA, SIZE, max_depth=2).color
+    traced = converged(device, things(light), 208, CAMERA, SIZE, max_depth=2)
     assert traced.max() > 0.5
     blurred = [picture.reshape(10, 4, 18, 4, 3).mean((1, 3)) for picture in (hybrid, traced)]
     np.testing.assert_allclose(blurred[0], blurred[1], rtol=0.1, atol=tolerance)
@@ -104,7 +105,7 @@ def test_light_from_all_around_is_that_of_the_path_tracer(device, way):
     balls = [placed(sphere(0.35, Material(**look)), move(0.75 * (n - 1.5), 0, 0)) for n, look in enumerate(looks)]
     scene, camera = scene_of(*balls, environment=uniform(1, 1, 1)), orthographic((0, 0, 3), (0, 0, 0), 5 / 3)
     hybrid = render(device, scene, 48, camera, SIZE, values).color
-    traced = trace(device, scene, 100, camera, SIZE, max_depth=2).color
+    traced = converged(device, scene, 112, camera, SIZE, max_depth=2)
     for middle in (9, 27, 45, 63):  # balls of 15 pixels across
         seen, expected = (picture[14:26, middle - 5 : middle + 6].mean((0, 1)) for picture in (hybrid, traced))
         np.testing.assert_allclose(seen, expected, rtol=0.1 if way == "prefiltered" else 0.03, atol=0.005)
@@ -119,7 +120,7 @@ def test_prefiltered_light_is_drawn_out_and_not_more(device, strength):
     scene = scene_of(placed(sphere(0.8, brushed)), environment=Environment(radiance))
     camera = orthographic((0, 0, 3), (0, 0, 0), 2.0)
     prefiltered = render(device, scene, 4, camera, (40, 40), {"lighting.environment": "prefiltered"}).color
-    traced = trace(device, scene, 200, camera, (40, 40), max_depth=2).color
+    traced = converged(device, scene, 208, camera, (40, 40), max_depth=2)
     inside = np.hypot(*np.mgrid[-19.5:20, -19.5:20]) < 13
     assert prefiltered[inside].mean() == pytest.approx(traced[inside].mean(), rel=0.05)
     assert prefiltered[inside].max() == pytest.approx(traced[inside].max(), rel=0.25)

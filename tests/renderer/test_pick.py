@@ -169,7 +169,7 @@ def test_there_is_nothing_to_pick_before_a_frame(renderer):
 
 
 def test_pixels_are_the_outputs_with_upscaling_and_without_rays_in_the_frame(device):
-    values = pica.Settings.preset("raster").with_values({"antialiasing.upscale": 2.0})
+    values = pica.Settings.preset("raster").with_values({"antialiasing.upscale": 2.0, "transparency.mode": "off"})
     renderer = pica.Renderer(scene(), size=SIZE, settings=values, device=device)
     renderer.render(frames=2, camera=CAMERA, aovs=())
     for point, name in [((2, 1, 0.5), "front pane"), ((-4, 1, 0.5), "mirrored"), ((0, 1.1, 0.45), "balls")]:

@@ -12,7 +12,7 @@ from pica.scene.material import Material
 from pica.scenes.basic_meshes import plane, sphere
 from pica.scenes.placing import aim, move
 from tests.assets import ASSETS, needs_assets
-from tests.building import lambert, placed, render, scene_of, settings, shining, trace
+from tests.building import converged, lambert, placed, render, scene_of, settings, shining
 from tests.effects.lighting.area_light_table import LIGHTS, Comparison, floor_points
 
 SIZE = (64, 48)
@@ -128,7 +128,7 @@ def test_ratio_takes_what_is_hidden_out_of_the_highlight(device, metallic):
         ball = placed(sphere(0.3, lambert(0.6)), move(0, 0.55, -0.6))
         return scene_of(placed(plane(8, 8, floor)), ball, lamp)
 
-    expected = trace(device, scene(), 512, camera, SIZE, max_depth=2).color
+    expected = converged(device, scene(), 512, camera, SIZE, max_depth=2)
     errors = {}
     for shadows in ("split_sum", "ratio_estimator"):
         found = render(device, scene(), 64, camera, SIZE, {"lighting.area_shadows": shadows}).color

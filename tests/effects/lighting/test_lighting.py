@@ -14,6 +14,7 @@ from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, rotate
 from tests.building import (
+    converged,
     lambert,
     leaves,
     orthographic,
@@ -89,7 +90,7 @@ NOISY = {"environment": 0.08, "all together": 0.14}
 @pytest.mark.parametrize("name", STAGES)
 def test_mean_of_many_frames_is_path_traced_direct_light(device, name):
     hybrid = render(device, STAGES[name](), 128, VIEW, SIZE).color
-    reference = trace(device, STAGES[name](), 256, VIEW, SIZE, max_depth=2).color
+    reference = converged(device, STAGES[name](), 256, VIEW, SIZE, max_depth=2)
     assert reference.mean() > 0.03
     np.testing.assert_allclose(hybrid.mean((0, 1)), reference.mean((0, 1)), rtol=0.01)
     assert compare(reference, hybrid).flip < NOISY.get(name, 0.03)
@@ -252,7 +253,7 @@ def test_lights_beyond_the_slots_share_one_ray_and_bring_all_their_light(device,
     scene = stage(*many_lights(count), *lamp(), environment=uniform(0.3, 0.4, 0.5))
     values = {"shadows.max_lights": str(slots)}
     hybrid = render(device, scene, 128, VIEW, SIZE, values)
-    reference = trace(device, scene, 512, VIEW, SIZE, max_depth=2).color
+    reference = converged(device, scene, 512, VIEW, SIZE, max_depth=2)
     np.testing.assert_allclose(hybrid.color.mean((0, 1)), reference.mean((0, 1)), rtol=0.02)
     assert hybrid.aov("shadows").shape == (48, 64, slots + 1)
 
@@ -305,7 +306,7 @@ def test_mirrors_find_lamps_that_share_a_ray(device):
     balls = [placed(sphere(0.3, metal), move(x, 0.3, z)) for x in (-0.9, 0, 0.9) for z in (-0.6, 0.3)]
     scene = scene_of(placed(plane(4, 4, metal)), *balls, *lamps)
     hybrid = render(device, scene, 48, VIEW, SIZE, {"shadows.max_lights": "1"}).color
-    reference = trace(device, scene, 512, VIEW, SIZE, max_depth=2).color
+    reference = converged(device, scene, 512, VIEW, SIZE, max_depth=2)
     np.testing.assert_allclose(hybrid.mean((0, 1)), reference.mean((0, 1)), rtol=0.03)
     white = np.percentile(reference, 98)
     assert np.minimum(hybrid, white).mean() == pytest.approx(np.minimum(reference, white).mean(), rel=0.1)

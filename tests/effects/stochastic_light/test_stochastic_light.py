@@ -11,7 +11,7 @@ from pica.scene.light import PointLight, RectangleLight, SphereLight
 from pica.scene.material import Image, Material, Sampler, Texture
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
-from tests.building import edges, lambert, orthographic, placed, scene_of, settings, shining, sky, trace
+from tests.building import converged, edges, lambert, orthographic, placed, scene_of, settings, shining, sky
 
 SIZE = (64, 48)
 VIEW = Camera.look_at((0.3, 2.2, 3.2), (0, 0.3, 0), vertical_fov=np.radians(40))
@@ -169,7 +169,7 @@ def test_highlights_of_mirrors_stay_where_they_are_seen(device):
         angle = np.radians(0.4 * frame)
         camera = Camera.look_at((3 * np.sin(angle), 2.2, 3 * np.cos(angle)), (0, 0.3, 0), vertical_fov=np.radians(40))
         picture = renderer.render(1, camera=camera)
-    reference = trace(device, scene, 512, camera, SIZE, max_depth=2).color
+    reference = converged(device, scene, 512, camera, SIZE, max_depth=2)
     assert quality.compare(reference, picture.color).flip < 0.14
 
 
