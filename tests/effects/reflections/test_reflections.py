@@ -14,7 +14,7 @@ from pica.scene.material import Material
 from pica.scene.orbit import orbited, pivot
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
-from tests.building import held, lambert, left_in, placed, scene_of, settings, shining, trace, uniform
+from tests.building import converged, held, lambert, left_in, placed, scene_of, settings, shining, trace, uniform
 from tests.effects.reflections.scenes import SCENES, VIEW, metal, under_clouds
 
 SIZE = (64, 48)
@@ -47,11 +47,7 @@ def test_every_path_counts_once(device, name, values, edges):
     scene, camera = SCENES[name]()
     renderer = pica.Renderer(scene, size=SIZE, settings=settings(UNFILTERED | values), device=device)
     frame = renderer.render(192, camera=camera)
-    expected = (
-        pica.PathTracer(scene, size=SIZE, max_depth=edges, settings=settings(), device=device)
-        .render(256, camera=camera)
-        .color
-    )
+    expected = converged(device, scene, 256, camera, SIZE, max_depth=edges)
     assert frame.color.mean() == pytest.approx(expected.mean(), rel=0.01)
     through = np.abs(frame.aov("transmission")).max(-1) > 0.01
     assert through.any() == (name == "transmissive")
