@@ -30,8 +30,8 @@ SPREAD = [
     ("render", "cornell", PICTURE),
     ("render", "cornell", PATH_TRACED),
     ("render", "court", TRANSPARENT),
+    ("render", "corridor", PRESET["raster"]),
     ("render", "machine_world", TURNTABLE),
-    ("render", "showroom", PRESET["raster"]),
     ("render", "sphere_sweep", PRESET["performance"]),
     ("compare", "cornell", of_effect("shadows", "still")),
     ("compare", "cornell", of_effect("reflections", "light")),
@@ -42,8 +42,7 @@ SPREAD = [
     ("compare", "sphere_grid", of_effect("reflections", "objects")),
     ("bench", "rooms", BENCH),
 ]
-"""A few of them, each scene in a way whose programs other tests need too: paths through the showroom's coats take a
-minute to compile."""
+"""A few of them; programs for the showroom's coats take minutes to compile, and are left to the test of every way."""
 
 
 def check(run, tmp_path, monkeypatch, command, scene, way):

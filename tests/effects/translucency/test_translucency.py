@@ -13,7 +13,7 @@ from pica.scene.material import Image, Material, Texture
 from pica.scene.model import Scene
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
-from tests.building import lambert, placed, render, scene_of, settings, shining, sky, trace, uniform
+from tests.building import converged, lambert, placed, render, scene_of, settings, shining, sky, trace, uniform
 
 BOTH = pytest.mark.parametrize("tracer", [render, trace], ids=["hybrid", "path tracer"])
 FRONT = Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=math.radians(24))
@@ -62,8 +62,7 @@ def lit_from(place, thing, **more) -> tuple[Scene, pica.Node]:
 def test_three_mean_free_paths_are_as_bright_as_a_random_walk_has_them(device, made, mode):
     material = wax(absorption=(0.2, 1.0, 3.0))
     scene, _ = lit_from((-0.4, 0.4, -0.9), sphere(0.15, material, 32) if made is sphere else box(0.3, material))
-    with pica.PathTracer(scene, size=(96, 64), device=device) as tracer:
-        expected = tracer.render(256, camera=OBLIQUE).color
+    expected = converged(device, scene, 256, OBLIQUE, (96, 64))
     with pica.Renderer(scene, size=(96, 64), settings=each_path(mode), device=device) as renderer:
         found = renderer.render(48, camera=OBLIQUE)
     seen = found.aov("subsurface").sum(-1) > 0

@@ -9,14 +9,14 @@ from pica.quality.sequences import sequence
 from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
+from tests.building import converged
 
 SIZE = (96, 60)
 
 
 def errors(device: Device, scene: Scene, camera: Camera, samples: int) -> tuple[float, float]:
     """FLIP of 64 frames at rest, and of the 16th of an orbit of a degree a frame. Their means are within 2 %."""
-    with pica.PathTracer(scene, size=SIZE, device=device) as tracer:
-        expected = tracer.render(samples, camera=camera).color
+    expected = converged(device, scene, samples, camera, SIZE)
     with pica.Renderer(scene, size=SIZE, device=device) as renderer:
         still = renderer.render(64, camera=camera).color
         renderer.reset()

@@ -8,7 +8,7 @@ import pica
 from pica.quality.picture_errors import compare
 from pica.scenes.basic_meshes import plane, sphere
 from pica.scenes.placing import move
-from tests.building import placed, render, scene_of, settings, uniform
+from tests.building import converged, placed, render, scene_of, settings, uniform
 from tests.effects.transparency.test_layers import ABOVE, VIEW, in_two_orders, still_life, veil
 from tests.effects.transparency.test_transparency import glass
 from tests.effects.transparency.trails import trail_of
@@ -63,8 +63,7 @@ def test_layers_before_and_behind_glass(device):
 def test_frames_come_near_the_path_tracer_and_have_less_noise(device):
     scene = scene_of(*still_life(), environment=uniform(0.25, 0.3, 0.4))
     size = (96, 60)
-    with pica.PathTracer(scene, size=size, device=device) as tracer:
-        expected = tracer.render(512, camera=VIEW).color
+    expected = converged(device, scene, 512, VIEW, size)
     errors = {}
     for mode in ("screen_space", "off"):
         values = pica.Settings.preset("raster").with_values({"transparency.mode": mode})

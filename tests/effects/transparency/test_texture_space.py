@@ -13,7 +13,7 @@ from pica.scene.camera import Camera
 from pica.scene.light import SphereLight
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
-from tests.building import lambert, placed, scene_of, shining, uniform
+from tests.building import converged, lambert, placed, scene_of, shining, uniform
 from tests.effects.transparency.test_transparency import glass
 
 SIZE = (96, 60)
@@ -42,8 +42,7 @@ def renderer(device, shown, texture_space, size=SIZE):
 
 @pytest.fixture(scope="module")
 def expected(device):
-    with pica.PathTracer(scene(wall()), size=SIZE, device=device) as tracer:
-        return tracer.render(512, camera=CAMERA).color
+    return converged(device, scene(wall()), 512, CAMERA, SIZE)
 
 
 def inside(picture):
