@@ -11,7 +11,7 @@ from pica.color import srgb_encode
 from pica.quality.metrics import flip
 from pica.scenes.basic_meshes import plane, sphere
 from pica.scenes.placing import move, rotate
-from tests.building import converged, placed, scene_of, settings, uniform
+from tests.building import placed, scene_of, settings, uniform
 from tests.effects.depth_of_field.scene import FOCUS, camera, plain, row
 
 SIZE = (160, 90)
@@ -103,7 +103,7 @@ def test_a_point_of_light_shows_the_aperture(device, blades, distance):
     view = pica.Camera(np.eye(4), vertical_fov=fov, **lens)
     radius = view.aperture_radius * abs(1 / focus - 1 / distance) * size[1] / (2 * math.tan(fov / 2))
     assert 4 < radius < 20
-    traced = converged(device, scene, 1024, view, size, max_depth=1)[..., 0]
+    traced = pica.PathTracer(scene, size=size, max_depth=1, device=device).render(1024, camera=view).color[..., 0]
     found = pica.Renderer(scene, size=size, settings=settings(), device=device).render(8, camera=view).color[..., 0]
     rows, columns = np.mgrid[: size[1], : size[0]] + 0.5 - size[0] / 2
     # Moments of the regular polygon; a triangle's third about the axis that its corner is not on.
