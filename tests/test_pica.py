@@ -20,6 +20,13 @@ def test_importing_costs_nothing():
     assert run.returncode == 0, run.stderr
 
 
+def test_a_process_that_converts_a_file_imports_no_compiler():
+    """Which would import PyTorch, where there is one: a second for each file."""
+    code = "import pica.scene.conversion.worker, sys; assert 'numpy' in sys.modules and 'slangpy' not in sys.modules"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert run.returncode == 0, run.stderr
+
+
 @pytest.mark.parametrize("name", pica.__all__)
 def test_every_public_name_is_there(name):
     assert getattr(pica, name) is getattr(pica, name)

@@ -8,11 +8,10 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from threading import Lock
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import PIL.Image
-import slangpy
 from numpy.typing import NDArray
 
 from pica.errors import PicaError, SceneError
@@ -22,6 +21,9 @@ from pica.images.blocks import BlockPicture
 from pica.images.headers import EXR, check_scans, radiance_size
 from pica.images.saving import write_whole
 from pica.text import first_line, printable
+
+if TYPE_CHECKING:  # imported by the functions that need it: with PyTorch beside it, it takes a second
+    import slangpy
 
 MAX_PIXELS, MAX_SIDE = 16384 * 8192, 16384
 """Larger pictures are rejected: a small broken file can claim any size, and not every device supports more."""
@@ -98,6 +100,8 @@ def read_radiance(
     cube_map = _cube_map(Path(path), admit, admit_file)
     if cube_map is not None:
         return cube_map
+    import slangpy
+
     bitmap = _open_bitmap(path, admit, admit_file)
     rgb, float32 = slangpy.Bitmap.PixelFormat.rgb, slangpy.Bitmap.ComponentType.float32
     with _faults_named(printable(path)):
@@ -179,6 +183,8 @@ def write_exr(path: str | Path, channels: Mapping[str, NDArray[Any]]) -> None:
 
     Layers are written as `layer.X`; R, G, B without a layer are the picture itself.
     """
+    import slangpy
+
     whole = all(np.asarray(channel).dtype.kind in "bu" for channel in channels.values())
     kind = np.uint32 if whole else np.float32
     pixels = np.stack([np.asarray(channel, kind) for channel in channels.values()], axis=-1)
@@ -242,7 +248,9 @@ def _eight_bits(image: PIL.Image.Image) -> NDArray[np.uint8]:
     return pixels
 
 
-def _open_bitmap(path: str | Path, admit: Admit, admit_file: Callable[[int], object]) -> slangpy.Bitmap:
+def _open_bitmap(path: str | Path, admit: Admit, admit_file: Callable[[int], object]) -> "slangpy.Bitmap":
+    import slangpy
+
     path, name = Path(path), printable(path)
     with open_file(path, name) as file, _faults_named(name):
         admit_file(size_of(file))
