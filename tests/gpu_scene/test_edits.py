@@ -32,6 +32,7 @@ from tests.gpu_scene.edits import (
     CAMERA,
     CASES,
     DIFFUSE,
+    LIT,
     MATERIAL,
     ONCE,
     SETTINGS,
@@ -96,11 +97,11 @@ def test_what_is_written_is_in_the_next_frame(device, shared, kind, field):
 def test_what_is_written_of_glass_is_in_the_next_frame(device, field):
     scene = stage_with_window()
     material = glass_material(scene)
-    with pica.Renderer(scene, size=SIZE, settings=SETTINGS, device=device) as renderer:
+    with pica.Renderer(scene, size=SIZE, settings=LIT, device=device) as renderer:
         before, original = picture(renderer), getattr(material, field)
         setattr(material, field, other_texture(None, scene) if field.endswith("_texture") else MATERIAL[field])
         after = picture(renderer)
-        with pica.Renderer(deepcopy(scene), size=SIZE, settings=SETTINGS, device=device) as fresh:
+        with pica.Renderer(deepcopy(scene), size=SIZE, settings=LIT, device=device) as fresh:
             assert differing(after, picture(fresh)) == []
         assert differing(before, after) == ["color"]
         setattr(material, field, original)
