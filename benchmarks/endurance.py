@@ -1,9 +1,9 @@
 """Objects come and go for thousands of frames, or a camera flies far: does memory stay flat?
 
-    python benchmarks/endurance.py [--flight surfels|path_traced] [--frames 20000] [--size 64x36] [--surfels 250000]
-        [--device NAME] [--strip FILE.png]
+    python benchmarks/endurance.py [--scene NAME] [--flight surfels|path_traced] [--frames 20000] [--size 64x36]
+        [--surfels 250000] [--device NAME] [--strip FILE.png]
 
-Prints the process's resident memory and pica's own count of device memory twenty times. With --flight a camera flies
+With --scene in a built-in scene, which plays meanwhile, with lens effects. Prints the process's resident memory and pica's own count of device memory twenty times. With --flight a camera flies
 four laps through a world of 200 metres whose light surfels or the radiance cache keep, twelve metres a second at 60
 frames a second with 10,000 frames; then also how many surfels or entries are in use at most, and milliseconds of a
 frame; at the end the last lap's median over the second's, which sees the same, and FLIP of the last picture against a
@@ -14,6 +14,7 @@ import argparse
 import os
 import time
 from collections import deque
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -113,6 +114,7 @@ def fly(mode: str, size: tuple[int, int], frames: int, surfels: int, device: str
 def main() -> None:
     """Run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scene", metavar="NAME")
     parser.add_argument("--flight", choices=["surfels", "path_traced"])
     parser.add_argument("--strip", metavar="FILE.png")
     parser.add_argument("--frames", type=int, default=20_000)
@@ -125,12 +127,19 @@ def main() -> None:
         device, strip = arguments.device, arguments.strip
         fly(arguments.flight, (width, height), arguments.frames, arguments.surfels, device, strip)
         return
-    scene = Scene(environment=Environment(np.ones((2, 4, 3), np.float32)))
-    scene.add(Node(mesh=Mesh([plane(6, 6, Material())])))
-    renderer = pica.Renderer(scene, size=(width, height), device=Device(arguments.device))
-    camera = pica.Camera.look_at((0, 3, 6), (0, 0, 0), vertical_fov=np.radians(45))
+    settings = pica.Settings()
+    if arguments.scene:
+        scene = getattr(pica.scenes, arguments.scene)()
+        camera = replace(scene.default_camera(width / height), f_number=2.8, focus_distance=10.0)
+        settings = settings.with_values({"post.bloom": 0.1, "post.shutter": 0.5, "post.vignette": 0.3})
+    else:
+        scene = Scene(environment=Environment(np.ones((2, 4, 3), np.float32)))
+        scene.add(Node(mesh=Mesh([plane(6, 6, Material())])))
+        camera = pica.Camera.look_at((0, 3, 6), (0, 0, 0), vertical_fov=np.radians(45))
+    renderer = pica.Renderer(scene, size=(width, height), settings=settings, device=Device(arguments.device))
     guests: deque[Node] = deque()
     for frame in range(1, arguments.frames + 1):
+        scene.animate(frame / 60)
         guests.append(scene.add(guest(frame)))
         if len(guests) > 5 + frame % 11:
             scene.remove(guests.popleft())
