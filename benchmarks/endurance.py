@@ -3,11 +3,12 @@
     python benchmarks/endurance.py [--scene NAME] [--flight surfels|path_traced] [--frames 20000] [--size 64x36]
         [--surfels 250000] [--device NAME] [--strip FILE.png]
 
-With --scene in a built-in scene, which plays meanwhile, with lens effects. Prints the process's resident memory and pica's own count of device memory twenty times. With --flight a camera flies
-four laps through a world of 200 metres whose light surfels or the radiance cache keep, twelve metres a second at 60
-frames a second with 10,000 frames; then also how many surfels or entries are in use at most, and milliseconds of a
-frame; at the end the last lap's median over the second's, which sees the same, and FLIP of the last picture against a
-renderer that has flown for 48 frames alone. --strip shows both of the last picture and of four before it.
+With --scene in a built-in scene, which plays meanwhile, with lens effects. Prints the process's resident memory and
+pica's own count of device memory twenty times. With --flight a camera flies four laps through a world of 200 metres
+whose light surfels or the radiance cache keep, twelve metres a second at 60 frames a second with 10,000 frames; then
+also how many surfels or entries are in use at most, and milliseconds of a frame; at the end the last lap's median over
+the second's, which sees the same, and FLIP of the last picture against a renderer that has flown for 48 frames alone.
+--strip shows both of the last picture and of four before it.
 """
 
 import argparse

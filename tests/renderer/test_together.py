@@ -15,7 +15,7 @@ class FakeDevice:
     """Notes submissions; each takes a while."""
 
     def __init__(self, notes):
-        self.handle, self.profiler, self._notes = self, None, notes
+        self.handle, self.submissions, self.profiler, self._notes = self, self, None, notes
 
     def create_command_encoder(self):
         return object()
@@ -25,7 +25,7 @@ class FakeDevice:
         recording.encoder = object()
         return len(self._notes)
 
-    def wait_for_submit(self, submission):
+    def wait(self, submission):
         time.sleep(_WAIT)
 
 

@@ -214,12 +214,12 @@ class FrameSequence:
 
     def end(self, frame: FrameContext) -> None:
         """Hand the frame to the GPU, waiting while too many are under way."""
-        submission = self._device.handle.submit_command_buffer(frame.encoder.finish())
+        submission = self._device.submissions.submit(frame.encoder)
         frame.profiler.end_frame(submission)
         self.host_seconds = time.perf_counter() - frame.started
         self._in_flight.append(submission)
         if len(self._in_flight) > FRAMES_IN_FLIGHT:
-            self._device.handle.wait_for_submit(self._in_flight.popleft())
+            self._device.submissions.wait(self._in_flight.popleft())
 
 
 def radical_inverse(base: int, index: int) -> float:

@@ -47,7 +47,7 @@ class Capture:
     def __call__(self) -> Array:
         """Waits for the device."""
         with self.device.lock:
-            self.device.handle.wait_for_idle()
+            self.device.submissions.wait_for_all()
             return self.read(*(part.array() for part in self.parts))
 
 

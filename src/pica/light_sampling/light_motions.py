@@ -29,6 +29,8 @@ class LightMotions:
 
     def follow(self, frame: FrameContext, lights: Sequence[Node]) -> None:
         """Measure the motion of `lights`, in the order of the buffer's rows; new ones have not moved."""
+        if not (frame.changed_lights or self.moved):
+            return
         places = {light: _place(light) for light in lights[:FOLLOWED_LIGHTS]}
         had_moved = self.moved
         self._motions[:] = 0

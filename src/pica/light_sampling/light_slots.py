@@ -108,6 +108,7 @@ class LightSlots:
         candidates = self._settings.lighting.candidates
         by_reflection_rays = self._settings.reflections.mode == "ray_traced"
         ratio = bool(denoised) and self.by_ratio
+        shapes = self._met_shapes(lights)
         self._device.give_back(*self._ranges)
         self._ranges = [self._device.structured("light slots", np.array(ranges, np.uint32).reshape(-1, 2))]
         self.block.bind(
@@ -118,13 +119,13 @@ class LightSlots:
             firstDistance=self.svgf,
             firstNoisy=self.count - self.noisy,
             hard=int(self._settings.shadows.mode == "hard"),
-            needMaterial=int(self.has_shared or ratio or self._met_shapes(lights) > 0),
+            needMaterial=int(self.has_shared or ratio or (shapes > 0 and self.count > len(denoised))),
             ratio=int(ratio),
             shared=shared,
             candidates=candidates if environment else min(candidates, sources),
             byBrdf=int(environment),
             reflections=int(self._settings.reflections.mode != "off"),
-            shapes=self._met_shapes(lights),
+            shapes=shapes,
             exact=sum(1 << light for light in denoised),
             surroundings=int(by_reflection_rays and self._settings.lighting.environment != "off"),
         )

@@ -64,7 +64,7 @@ class Stages:
         self._cache: str | None = None
         self._glass_layers = -1
         self.reprojection = Reprojection(device)
-        self.light_sampler = LightSampler(device)
+        self.light_sampler = LightSampler(device.memory_scope())
         self.stochastic_light = StochasticLightDenoiser(device)
         self.depth_of_field = DepthOfField(device)
         self.shadows: Shadows | ShadowMaps | None = None

@@ -26,7 +26,7 @@ class _Group:
         seconds = None
         if self.submission is not None:
             started = time.perf_counter()
-            device.handle.wait_for_submit(self.submission)
+            device.submissions.wait(self.submission)
             seconds = (time.perf_counter() - started) / len(self.replays)
         waiting = []
         for number, replay in self.replays:

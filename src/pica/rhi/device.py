@@ -28,6 +28,7 @@ from pica.rhi.passes import ComputePass, RasterPass, RasterState, Recording
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
 from pica.rhi.slang_files import Source, stem
+from pica.rhi.submissions import Submissions
 from pica.text import first_line
 
 T = TypeVar("T")
@@ -92,6 +93,7 @@ class Device:
                 f"device {self.name!r} keeps its memory in a file, which may have {self._longest_file >> 20} MiB here "
                 f"(ulimit -f), and {LONGEST >> 20} are needed"
             )
+        self.submissions = Submissions(self.handle, polls=not self.is_software)
         self.profiler = Profiler(self.handle)
         """GPU times of the passes on this device."""
         self._memory = MemoryUse()
@@ -163,18 +165,18 @@ class Device:
         with self.lock:
             recording = DeviceRecording(self.handle.create_command_encoder(), self.profiler)
             yield recording
-            self.handle.submit_command_buffer(recording.encoder.finish())
+            self.submissions.submit(recording.encoder)
 
     def submit(self, recording: Recording) -> int:
         """Submit what is recorded; returns its number. The recording goes on with another encoder."""
-        submission: int = self.handle.submit_command_buffer(recording.encoder.finish())
+        submission = self.submissions.submit(recording.encoder)
         recording.encoder = self.handle.create_command_encoder()
         return submission
 
     def finish(self, recording: Recording) -> float:
         """As `submit`, and wait for it; returns the seconds."""
         started = time.perf_counter()
-        self.handle.wait_for_submit(self.submit(recording))
+        self.submissions.wait(self.submit(recording))
         return time.perf_counter() - started
 
     @property

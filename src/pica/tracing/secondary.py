@@ -109,7 +109,7 @@ class Secondary:
     def finish(self, recording: Recording, queue: RayQueue, primary: SceneView) -> None:
         """Wait for the hits, and record on the primary that they go to their places in its queue."""
         with self._named("traced rays of a frame"):
-            self._device.handle.wait_for_submit(self._submission)
+            self._device.submissions.wait(self._submission)
             started = time.perf_counter()
             hits = self._hits.read()[: self._part.count * PACKED_HIT]
             self._packed.unpack(recording, queue, hits, self._numbers_on(primary))

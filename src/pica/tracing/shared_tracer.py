@@ -98,7 +98,7 @@ class SharedTracer:
             secondary.begin()
         for secondary, _ in parts:
             secondary.finish(recording, queue, self._view)
-        self._device.handle.wait_for_submit(submission)
+        self._device.submissions.wait(submission)
         rays, seconds = np.zeros(len(self.balance.shares)), np.zeros(len(self.balance.shares))
         rays[0], seconds[0] = own.nearest + own.shadows, self._stopwatch.seconds(0)
         for secondary, part in parts:

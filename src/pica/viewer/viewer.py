@@ -296,7 +296,7 @@ class Viewer:
             is_selected = np.isin(scene.labels()[:, 0], scene.numbers_of(self.node.walk()))
             texture = self._outline(texture, self._renderer.textures["visibility"], is_selected)
         with self.device.lock:
-            self.device.handle.wait_for_idle()
+            self.device.submissions.wait_for_all()
         seconds, view.parts = time.perf_counter() - began, None
         self._measure(view, seconds)
         return self._picture(view, texture, seconds)
