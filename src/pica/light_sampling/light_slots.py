@@ -126,7 +126,7 @@ class LightSlots:
             byBrdf=int(environment),
             reflections=int(self._settings.reflections.mode != "off"),
             shapes=shapes,
-            exact=sum(1 << light for light in denoised),
+            single=single,
             surroundings=int(by_reflection_rays and self._settings.lighting.environment != "off"),
         )
 
