@@ -26,6 +26,7 @@ from tests.building import (
     uniform,
 )
 from tests.effects.transparency.at_rest_and_in_motion import errors
+from tests.effects.transparency.trails import trail_of
 
 WAYS = pytest.mark.parametrize("primary", ["raster", "rays"])
 VIEW = Camera.look_at((0.5, 1.0, 2.6), (0, 0.35, 0), vertical_fov=math.radians(35))
@@ -106,18 +107,7 @@ def test_schedulers_agree(device):
 
 
 def test_a_layer_that_moves_leaves_no_trail(device):
-    wall = placed(plane(5, 3, lambert(0.3, 0.45, 0.7)), move(0, 1, -0.8) @ rotate("x", 90))
-    ball = placed(sphere(0.2, veil((0.9, 0.3, 0.2), 0.7), 32))
-    scene = scene_of(wall, ball, environment=uniform(0.5, 0.5, 0.5))
-    camera = Camera.look_at((0, 1, 3), (0, 1, 0), vertical_fov=math.radians(30))
-    with pica.Renderer(scene, size=(96, 60), device=device) as renderer:
-        for frame in range(20):
-            ball.transform = move(0.05 * frame - 0.5, 1, 0)
-            picture = renderer.render(1, camera=camera).color
-        renderer.reset()
-        expected = renderer.render(24, camera=camera).color
-    left = np.abs(picture - expected)[:, :40].max(-1) > 0.1 * expected.mean()
-    assert left.mean() < 0.002
+    assert trail_of(device, veil((0.9, 0.3, 0.2), 0.7), pica.Settings()) < 0.002
 
 
 @WAYS
