@@ -67,6 +67,12 @@ def test_light_has_all_bounces(device, degrees):
     assert found.aov("combined").mean() == pytest.approx(expected, rel=0.03)
 
 
+def test_what_the_first_rays_found_in_an_empty_cache_is_soon_forgotten(device):
+    renderer = renderer_of(device, white_room())
+    early, late = (indirect(renderer, CORNER, frames).mean() for frames in (16, 48))
+    assert early == pytest.approx(late, rel=0.05)
+
+
 def test_a_wall_thinner_than_a_cell_keeps_the_light_out(device):
     """Rays of the dark room end in entries that hold none of the lit room's light."""
     scene = scene_of(*slabs(0.7, ((0.02, 2.5, 4), (0.13, 1.25, 0))), lamp())

@@ -6,7 +6,8 @@ import pytest
 import pica
 from pica.quality.effects import MeasuredEffect
 from pica.scene.camera import Camera
-from pica.scenes.basic_meshes import box, sphere
+from pica.scene.material import Material
+from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move
 from tests.building import held, lambert, placed, scene_of, settings, uniform
 from tests.effects.reflections.scenes import metal, under_clouds
@@ -24,6 +25,24 @@ def test_a_still_picture_is_what_many_rays_find(device, roughness, tolerance):
     found, truth = measured.result()["reflections"], measured.reference(512)["reflections"]
     there = np.isfinite(truth)
     assert found[there].mean() == pytest.approx(truth[there].mean(), rel=tolerance)
+
+
+def test_rare_finds_of_a_small_lamp_leave_no_blotches(device):
+    """A glossy floor shows metal balls, and in them a lamp that few paths find."""
+    floor = Material(base_color=(0.05, 0.05, 0.06, 1), metallic=0.0, roughness=0.3, ior=2.0)
+    balls = [placed(sphere(0.35, metal(0.1)), move(x, 0.4, -0.6)) for x in (-0.8, 0, 0.8)]
+    lamp = placed(sphere(0.04, lambert(0, emission=(400.0, 300.0, 200.0))), move(0.2, 1.2, 1.4))
+    scene = scene_of(placed(plane(6, 6, floor)), *balls, lamp, environment=uniform(0.2, 0.2, 0.25))
+    camera = Camera.look_at((0, 1.2, 2.2), (0, 0, 0), vertical_fov=np.radians(45))
+    with pica.Renderer(
+        scene, size=(96, 64), settings=settings({"reflections.mode": "ray_traced"}), device=device
+    ) as renderer:
+        measured = MeasuredEffect(renderer, "reflections")
+        for _ in range(24):
+            renderer.advance(camera, jittered=False, capture=measured.offers)
+        found, truth = (light["reflections"][40:] for light in (measured.result(), measured.reference(1024)))
+    assert np.sqrt(np.mean((found - truth) ** 2)) < 0.3 * truth.mean()
+    assert found.mean() == pytest.approx(truth.mean(), rel=0.03)
 
 
 def balls_that_show_each_other():
