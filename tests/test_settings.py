@@ -191,7 +191,7 @@ def test_presets_trade_pixels_and_rays():
     assert pixels == sorted(set(pixels), reverse=True) and pixels[-1] == 1
     for name in ("performance", "balanced", "cinematic"):
         assert Settings.preset(name).global_illumination.bounces == Settings().global_illumination.bounces
-    assert Settings.preset("cinematic").shadows == ShadowsSettings(max_lights=8)
+    assert Settings.preset("cinematic").shadows == ShadowsSettings(max_lights=4)
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -221,7 +221,7 @@ def test_a_preset_s_level_gives_way_to_a_group_s_and_that_to_a_value_in_any_orde
     values = {"shadows.denoised_lights": "1", "shadows": "high"}
     for given in (values, dict(reversed(values.items()))):
         settings = Settings.preset("balanced").with_values(given)
-        assert settings.shadows == ShadowsSettings(max_lights=8, denoised_lights=1)
+        assert settings.shadows == ShadowsSettings(max_lights=4, denoised_lights=1)
         assert settings.lighting == Settings.preset("balanced").lighting
 
 

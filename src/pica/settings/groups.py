@@ -58,7 +58,7 @@ class ShadowsSettings(Group):
         "low": Level("One ray a pixel, whatever gives light.", {"max_lights": 0}),
         "medium": Level("Two rays a pixel: one for the sun, or else the strongest light, and one for all others."),
         "high": Level(
-            "8 lights with a ray of their own, 4 with a filter: less noise where many overlap.", {"max_lights": 8}
+            "4 lights with a ray and a filter of their own: less noise where many overlap.", {"max_lights": 4}
         ),
     }
 

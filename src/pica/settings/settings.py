@@ -150,7 +150,7 @@ PRESETS = {
     "balanced": Level("Less than half of the pixels, upscaled.", {"antialiasing.upscale": 1.5}),
     "quality": Level("The default: raster or rays find what pixels see, rays its light."),
     "cinematic": Level(
-        "Rays of their own for 8 lights, resampled paths, more mirrors in mirrors and glass in glass: half as fast,"
+        "Rays of their own for 4 lights, resampled paths, more mirrors in mirrors and glass in glass: half as fast,"
         " for films.",
         {
             "shadows": "high",
