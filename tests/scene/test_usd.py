@@ -360,10 +360,10 @@ def test_what_is_left_out_is_told_once(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     quad(made)
     for name in ("hair", "fur"):
-        UsdGeom.BasisCurves.Define(made, f"/World/{name}")
+        UsdGeom.NurbsCurves.Define(made, f"/World/{name}")
     with pytest.warns(UserWarning) as caught:
         pica.load(saved(made), environment=SKY)
-    assert [str(each.message).split(": ", 1)[1] for each in caught] == ["prims of type BasisCurves are left out"]
+    assert [str(each.message).split(": ", 1)[1] for each in caught] == ["prims of type NurbsCurves are left out"]
 
 
 @pytest.mark.parametrize(

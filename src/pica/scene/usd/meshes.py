@@ -10,10 +10,12 @@ from pica.errors import SceneError
 from pica.scene.conversion.triangles import fans
 from pica.scene.gltf_export.container import INDICES, VERTICES
 from pica.scene.normals import vertex_normals
+from pica.scene.usd.curves import read_curves
 from pica.scene.usd.geometry import Geometry, Part, part
 from pica.scene.usd.materials import BoundMaterial, Materials
+from pica.scene.usd.points import read_points
 from pica.scene.usd.primitives import read_primitive
-from pica.scene.usd.primvars import Primvar, fitting, read_primvar, rows_of
+from pica.scene.usd.primvars import Primvar, Sizes, color_primvars, coordinate_primvars, fitting, read_primvar, rows_of
 from pica.scene.usd.skeletons import Deformation
 from pica.scene.usd.stage import Stage
 from pica.scene.usd.subdivision import Polygons, subdivide
@@ -24,8 +26,8 @@ _MOST_FACES = 1_000_000
 """Of a mesh after subdivision; larger ones get fewer levels."""
 _VERTEX_BYTES = 300
 """Memory for a corner while it is read."""
-_PRIMITIVES = ("Sphere", "Cube", "Plane", "Cylinder", "Cone", "Capsule")
-_LEFT_OUT = ("BasisCurves", "NurbsCurves", "HermiteCurves", "NurbsPatch", "Points", "TetMesh", "Volume")
+_READ = ("Mesh", "BasisCurves", "Points", "Sphere", "Cube", "Plane", "Cylinder", "Cone", "Capsule")
+_LEFT_OUT = ("NurbsCurves", "HermiteCurves", "NurbsPatch", "TetMesh", "Volume")
 
 
 class Meshes:
@@ -41,7 +43,7 @@ class Meshes:
         kind = prim.GetTypeName()
         if kind in _LEFT_OUT:
             self._stage.conversion.warn(f"prims of type {kind} are left out")
-        if kind != "Mesh" and kind not in _PRIMITIVES:
+        if kind not in _READ:
             return None
         source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
         bound = self._bindings(prim)
@@ -72,12 +74,9 @@ class Meshes:
         deformation: Deformation | None,
     ) -> int | None:
         is_mesh = prim.GetTypeName() == "Mesh"
-        geometry = self._polygons(prim, deformation) if is_mesh else read_primitive(prim, self._stage.time)
+        geometry = self._polygons(prim, deformation) if is_mesh else self._shape(prim)
         if geometry is None or not len(geometry.counts):
             return None
-        if not is_mesh:
-            geometry.attributes["UV:st"] = geometry.attributes.pop("st")
-            self._add_colors(prim, geometry)
         faces_of = self._subdivided(prim, geometry, deformation) if is_mesh else np.arange(len(geometry.counts))
         if geometry.smooth:
             geometry.attributes["NORMAL"] = _smooth_normals(geometry)
@@ -96,6 +95,19 @@ class Meshes:
         # Equal meshes are one, as those of references that are no instances.
         return self._asset.add_once("meshes", {"name": prim.GetName(), "primitives": primitives})
 
+    def _shape(self, prim: Usd.Prim) -> Geometry | None:
+        """Curves, points and primitives."""
+        if prim.GetTypeName() == "BasisCurves":
+            return read_curves(self._stage, prim)
+        if prim.GetTypeName() == "Points":
+            return read_points(self._stage, prim)
+        geometry = read_primitive(prim, self._stage.time)
+        if geometry is not None:
+            sizes = Sizes.of_mesh(len(geometry.points), len(geometry.corners), len(geometry.counts))
+            geometry.attributes["UV:st"] = geometry.attributes.pop("st")
+            geometry.attributes |= color_primvars(prim, self._stage.time, sizes)
+        return geometry
+
     def _polygons(self, prim: Usd.Prim, deformation: Deformation | None) -> Geometry:
         mesh, time = UsdGeom.Mesh(prim), self._stage.time
         given = mesh.GetPointsAttr().Get(time)
@@ -109,30 +121,17 @@ class Meshes:
         self._stage.conversion.budget.take(vertices=len(points), bytes=len(corners) * _VERTEX_BYTES)
         geometry = Geometry(points, counts, corners)
         geometry.left_handed = mesh.GetOrientationAttr().Get(time) == UsdGeom.Tokens.leftHanded
-        sizes = len(points), len(corners), len(counts)
-        for primvar in UsdGeom.PrimvarsAPI(prim).FindPrimvarsWithInheritance():
-            name, kind = primvar.GetPrimvarName(), str(primvar.GetTypeName())
-            if kind in ("texCoord2f[]", "float2[]", "texCoord2d[]", "double2[]", "texCoord2h[]", "half2[]"):
-                read = read_primvar(prim, name, time, *sizes)
-                if read is not None:
-                    geometry.attributes[f"UV:{name}"] = read
-        normals = read_primvar(prim, "normals", time, *sizes)
+        sizes = Sizes.of_mesh(len(points), len(corners), len(counts))
+        geometry.attributes |= coordinate_primvars(prim, time, sizes) | color_primvars(prim, time, sizes)
+        normals = read_primvar(prim, "normals", time, sizes)
         if normals is None and mesh.GetNormalsAttr().HasValue():
             values = rows_of(mesh.GetNormalsAttr().Get(time))
-            normals = fitting("normals", values, None, str(mesh.GetNormalsInterpolation()), *sizes)
+            normals = fitting("normals", values, None, str(mesh.GetNormalsInterpolation()), sizes)
         if normals is not None and normals.values.shape[1] == 3:
             geometry.attributes["NORMAL"] = normals
-        self._add_colors(prim, geometry)
         if deformation is not None:
             geometry.of_points, geometry.targets = deformation.of_points(prim, len(points))
         return geometry
-
-    def _add_colors(self, prim: Usd.Prim, geometry: Geometry) -> None:
-        sizes = len(geometry.points), len(geometry.corners), len(geometry.counts)
-        for name, kind in (("displayColor", "COLOR"), ("displayOpacity", "OPACITY")):
-            read = read_primvar(prim, name, self._stage.time, *sizes)
-            if read is not None:
-                geometry.attributes[kind] = read
 
     def _subdivided(self, prim: Usd.Prim, geometry: Geometry, deformation: Deformation | None) -> NDArray[np.intp]:
         """Subdivide as the mesh says; the face that each one comes from."""
