@@ -89,7 +89,7 @@ def test_widths_and_colors_are_along_the_curve(tmp_path: Path) -> None:
         ((1, 0, 0), 0.1, (0, 1, 0)),
         ((2, 0, 0), 0.2, (0, 0, 1)),
     ):
-        ring = np.abs(np.linalg.norm(part.positions - place, axis=1) - radius) < 1e-4
+        ring = np.abs(np.linalg.norm(part.positions - (x, 0, 0), axis=1) - radius) < 1e-4
         assert ring.sum() >= 8
         np.testing.assert_allclose(part.colors[ring][:, :3], np.tile(color, (ring.sum(), 1)), atol=1e-3)
 
