@@ -84,11 +84,7 @@ def test_widths_and_colors_are_along_the_curve(tmp_path: Path) -> None:
     colors = UsdGeom.PrimvarsAPI(curve).CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, "varying")
     colors.Set([(1, 0, 0), (0, 1, 0), (0, 0, 1)])
     part = section(made)
-    for place, radius, color in (
-        ((0, 0, 0), 0.05, (1, 0, 0)),
-        ((1, 0, 0), 0.1, (0, 1, 0)),
-        ((2, 0, 0), 0.2, (0, 0, 1)),
-    ):
+    for x, radius, color in zip((0, 1, 2), (0.05, 0.1, 0.2), ((1, 0, 0), (0, 1, 0), (0, 0, 1)), strict=True):
         ring = np.abs(np.linalg.norm(part.positions - (x, 0, 0), axis=1) - radius) < 1e-4
         assert ring.sum() >= 8
         np.testing.assert_allclose(part.colors[ring][:, :3], np.tile(color, (ring.sum(), 1)), atol=1e-3)

@@ -18,7 +18,7 @@ _KEPT = ("PNG", "JPEG", "WEBP", "AVIF", "DDS")
 _CONVERTED = ("BMP", "GIF", "TGA", "TIFF")
 """Formats of Pillow that glTF's loader does not read."""
 _MOST_PIXELS = 16384 * 8192
-_FAULTS = (OSError, ValueError, SyntaxError, SceneError, PIL.Image.DecompressionBombError)
+FAULTS = (OSError, ValueError, SyntaxError, SceneError, PIL.Image.DecompressionBombError)
 """What Pillow raises for broken pictures."""
 
 
@@ -73,38 +73,18 @@ class Pictures:
         entry = {"source": image} | ({"sampler": asset.add_once("samplers", sampler)} if sampler else {})
         return {"index": asset.add_once("textures", entry)} | more
 
-    def _added(self, content: bytes, name: str) -> int | None:
-        try:
-            with PIL.Image.open(io.BytesIO(content), formats=_KEPT + _CONVERTED) as image:
-                if image.format in _KEPT:
-                    return self._image(content, name)
-            return self._image(_png(self._pixels(content)), name)
-        except _FAULTS as error:
-            self._warn(name, error)
-            return None
+    def warn(self, name: str, error: Exception) -> None:
+        """Warn of a picture that cannot be read."""
+        kind = "no picture of a format that is read" if isinstance(error, PIL.UnidentifiedImageError) else ""
+        self._conversion.warn(f"texture {name!r}: {kind or first_line(error)}; left out")
 
-    def _packed(self, channels: Sequence[ChannelSource | float], name: str) -> int | None:
-        planes: list[NDArray[Any]] = []
-        for each in channels:
-            if isinstance(each, float):
-                planes.append(np.full((1, 1), each, np.float32))
-                continue
-            try:
-                plane = self._pixels(each.content)[..., each.channel].astype(np.float32) / 255
-            except _FAULTS as error:
-                self._warn(each.name, error)
-                return None
-            planes.append(np.clip(plane * each.scale + each.offset, 0, 1))
-        height, width = (max(plane.shape[axis] for plane in planes) for axis in (0, 1))
-        packed = np.empty((height, width, len(planes)), np.uint8)
-        for channel, plane in enumerate(planes):
-            rows = np.arange(height) * plane.shape[0] // height
-            columns = np.arange(width) * plane.shape[1] // width
-            packed[..., channel] = np.round(plane[rows[:, None], columns] * 255)
-        return self._image(_png(packed), name)
+    def size(self, content: bytes) -> tuple[int, int]:
+        """Width and height. Raises one of FAULTS."""
+        with PIL.Image.open(io.BytesIO(content), formats=_KEPT + _CONVERTED) as image:
+            return image.size
 
-    def _pixels(self, content: bytes) -> NDArray[np.uint8]:
-        """(height, width, 4)"""
+    def pixels(self, content: bytes) -> NDArray[np.uint8]:
+        """(height, width, 4) of a file's content. Raises one of FAULTS."""
         with PIL.Image.open(io.BytesIO(content), formats=_KEPT + _CONVERTED) as image:
             pixels = image.width * image.height
             if pixels > _MOST_PIXELS:
@@ -115,6 +95,36 @@ class Pictures:
                 return np.stack([grey, grey, grey, np.full_like(grey, 255)], axis=-1)
             return np.asarray(image.convert("RGBA"))
 
+    def _added(self, content: bytes, name: str) -> int | None:
+        try:
+            with PIL.Image.open(io.BytesIO(content), formats=_KEPT + _CONVERTED) as image:
+                if image.format in _KEPT:
+                    return self._image(content, name)
+            return self._image(png(self.pixels(content)), name)
+        except FAULTS as error:
+            self.warn(name, error)
+            return None
+
+    def _packed(self, channels: Sequence[ChannelSource | float], name: str) -> int | None:
+        planes: list[NDArray[Any]] = []
+        for each in channels:
+            if isinstance(each, float):
+                planes.append(np.full((1, 1), each, np.float32))
+                continue
+            try:
+                plane = self.pixels(each.content)[..., each.channel].astype(np.float32) / 255
+            except FAULTS as error:
+                self.warn(each.name, error)
+                return None
+            planes.append(np.clip(plane * each.scale + each.offset, 0, 1))
+        height, width = (max(plane.shape[axis] for plane in planes) for axis in (0, 1))
+        packed = np.empty((height, width, len(planes)), np.uint8)
+        for channel, plane in enumerate(planes):
+            rows = np.arange(height) * plane.shape[0] // height
+            columns = np.arange(width) * plane.shape[1] // width
+            packed[..., channel] = np.round(plane[rows[:, None], columns] * 255)
+        return self._image(png(packed), name)
+
     def _image(self, content: bytes, name: str) -> int:
         entry = {
             "name": PurePosixPath(name.replace("\\", "/")).stem,
@@ -122,12 +132,9 @@ class Pictures:
         }
         return self._conversion.asset.add("images", entry)
 
-    def _warn(self, name: str, error: Exception) -> None:
-        kind = "no picture of a format that is read" if isinstance(error, PIL.UnidentifiedImageError) else ""
-        self._conversion.warn(f"texture {name!r}: {kind or first_line(error)}; left out")
 
-
-def _png(pixels: NDArray[np.uint8]) -> bytes:
+def png(pixels: NDArray[np.uint8]) -> bytes:
+    """The content of a file."""
     stream = io.BytesIO()
     PIL.Image.fromarray(pixels).save(stream, "PNG", compress_level=1)
     return stream.getvalue()

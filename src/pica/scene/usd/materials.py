@@ -11,6 +11,7 @@ from pica.scene.usd import materialx, preview_surface
 from pica.scene.usd.shading import Network
 from pica.scene.usd.stage import Stage
 from pica.scene.usd.surface import Color, Map, Surface, Transform
+from pica.scene.usd.udim import TiledTextures
 
 _UV_SETS = 2
 _READERS = {
@@ -39,6 +40,7 @@ class Materials:
     def __init__(self, stage: Stage) -> None:
         self._stage, self._asset = stage, stage.conversion.asset
         self._pictures = Pictures(stage.conversion)
+        self._tiled = TiledTextures(stage, self._pictures)
         self._surfaces: dict[Sdf.Path, Surface] = {}
         self._bound: dict[tuple[Sdf.Path | None, bool], BoundMaterial] = {}
 
@@ -67,7 +69,7 @@ class Materials:
             if kind in _READERS:
                 if material.GetDisplacementOutput().HasConnectedSource():
                     self._stage.conversion.warn("displacement is left out")
-                return _READERS[kind](Network(self._stage, shader))
+                return _READERS[kind](Network(self._stage, shader, self._tiled))
             found = found or kind
         what = f"its shader {found!r} is not read" if found else "it has no surface that is read"
         self._stage.conversion.warn(f"{material.GetPath()}: {what}; the material is white")

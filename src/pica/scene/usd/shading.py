@@ -1,12 +1,14 @@
 """Networks of shaders: the value of an input, or the texture that it reads."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from pxr import Gf, Sdf, UsdShade
 
+from pica.scene.conversion.udim import PATTERN
 from pica.scene.usd.stage import Stage
 from pica.scene.usd.surface import Map, Transform
+from pica.scene.usd.udim import TiledTextures
 
 _CLAMP, _MIRROR, _REPEAT = 33071, 33648, 10497
 _WRAPS = {
@@ -16,11 +18,19 @@ _DEEPEST = 32
 """Nodes between an input and its texture."""
 
 
+class _Picture(NamedTuple):
+    content: bytes
+    """Of its file."""
+    name: str
+    tiles: Transform | None = None
+    """How coordinates are transformed for one of UDIM tiles."""
+
+
 class Network:
     """The shaders of one material."""
 
-    def __init__(self, stage: Stage, shader: UsdShade.Shader) -> None:
-        self._stage, self._shader = stage, shader
+    def __init__(self, stage: Stage, shader: UsdShade.Shader, tiled: TiledTextures) -> None:
+        self._stage, self._shader, self._tiled = stage, shader, tiled
         self._time = stage.time
         self.vertex_colors = False
         """Whether an input reads the primvar displayColor."""
@@ -123,15 +133,15 @@ class Network:
         space = self._text(shader, "sourceColorSpace")
         vector = lambda given: tuple(float(each) for each in given)[:4]  # noqa: E731
         uv, transform = self._coordinates(shader, "st")
-        wraps = tuple(_WRAPS.get(self._text(shader, f"wrap{axis}"), _REPEAT) for axis in "ST")
-        return Map(
-            *found,
+        wraps = [_WRAPS.get(self._text(shader, f"wrap{axis}"), _REPEAT) for axis in "ST"]
+        return self._map(
+            found,
+            uv,
+            transform,
+            (wraps[0], wraps[1]),
             output=output,
             scale=self._input(shader, "scale", (1.0, 1.0, 1.0, 1.0), vector),
             bias=self._input(shader, "bias", (0.0, 0.0, 0.0, 0.0), vector),
-            uv=uv,
-            transform=transform,
-            wraps=(wraps[0], wraps[1]),
             encoding={"raw": "linear", "sRGB": "srgb"}.get(space),
         )
 
@@ -148,15 +158,25 @@ class Network:
         wraps = [_WRAPS.get(self._text(shader, f"{axis}addressmode"), _REPEAT) for axis in "uv"]
         encoding = None if not space else "srgb" if "srgb" in space.lower() else "linear"
         channel = output if output in ("r", "g", "b", "a") else "rgb"
-        return Map(*found, output=channel, uv=uv, transform=transform, wraps=(wraps[0], wraps[1]), encoding=encoding)
+        return self._map(found, uv, transform, (wraps[0], wraps[1]), output=channel, encoding=encoding)
 
-    def _file(self, shader: UsdShade.Shader) -> tuple[bytes, str] | None:
-        """Content and name of a texture's picture."""
+    def _file(self, shader: UsdShade.Shader) -> _Picture | None:
+        """The picture of a texture."""
         asset = self._input(shader, "file", None, lambda given: given)
         if not isinstance(asset, Sdf.AssetPath):
             return None
+        if PATTERN in asset.path:
+            attribute = UsdShade.Utils.GetValueProducingAttributes(shader.GetInput("file"))[0]
+            joined = self._tiled.get(attribute, asset.path)
+            return None if joined is None else _Picture(joined.content, asset.path, joined.transform)
         content = self._stage.file(asset, "texture")
-        return None if content is None else (content, asset.path)
+        return None if content is None else _Picture(content, asset.path)
+
+    def _map(self, picture: _Picture, uv: str, transform: Transform | None, wraps: tuple[int, int], **more: Any) -> Map:
+        """A map of a picture; tiles together cover their part of the coordinates, and clamp."""
+        if picture.tiles is not None:
+            transform, wraps = _combined(transform, picture.tiles), (_CLAMP, _CLAMP)
+        return Map(picture.content, picture.name, uv=uv, transform=transform, wraps=wraps, **more)
 
     def _coordinates(self, shader: UsdShade.Shader, name: str) -> tuple[str, Transform | None]:
         """The primvar of texture coordinates, and how they are transformed."""
@@ -189,10 +209,10 @@ class Network:
         return (c * scale[0], -s * scale[1], shift[0], s * scale[0], c * scale[1], shift[1])
 
 
-def _combined(first: Transform, then: Transform | None) -> Transform:
+def _combined(first: Transform | None, then: Transform | None) -> Transform | None:
     """The transform `first`, and then another one."""
-    if then is None:
-        return first
+    if first is None or then is None:
+        return first or then
     a = Gf.Matrix3d(first[0], first[1], first[2], first[3], first[4], first[5], 0, 0, 1)
     b = Gf.Matrix3d(then[0], then[1], then[2], then[3], then[4], then[5], 0, 0, 1)
     m = b * a

@@ -71,16 +71,16 @@ class Stage:
 
     def file(self, asset: Sdf.AssetPath, what: str) -> bytes | None:
         """The content of a file that an attribute names; None, with a warning, where it cannot be read."""
-        name, found = asset.path, asset.resolvedPath
-        if not name:
-            return None
+        return self.content(asset.path, asset.resolvedPath, what) if asset.path else None
+
+    def content(self, name: str, found: str, what: str) -> bytes | None:
+        """Likewise, of a file by the name that the attribute has for it, and by what USD resolves it to."""
         what = f"{what}: {shown(name)}"
         try:
             if Path(name).is_absolute() or "://" in name:
                 raise SceneError(f"{what} is not a path relative to the file")
             if not found:
-                tiles = " (tiles of UDIM are not read)" if "<UDIM>" in name else ""
-                raise SceneError(f"{what}: no such file{tiles}")
+                raise SceneError(f"{what}: no such file")
             if not Ar.IsPackageRelativePath(found):
                 return self.conversion.files.read_relative(os.path.relpath(found, self._folder), what)
             outer, _ = Ar.SplitPackageRelativePathOuter(found)
