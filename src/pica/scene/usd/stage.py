@@ -10,6 +10,9 @@ from pxr import Ar, Sdf, Usd, UsdGeom
 from pica.errors import SceneError, shown
 from pica.scene.conversion.conversion import Conversion
 
+_MATERIALX, _IN_MEMORY = ".mtlx", ".of-pica.usda"
+"""Suffixes of documents of MaterialX, and of the layers that are made of them."""
+
 
 class Stage:
     """An open stage at its first time code. Raises SceneError for layers outside the file's folder."""
@@ -17,6 +20,7 @@ class Stage:
     def __init__(self, conversion: Conversion) -> None:
         self.conversion = conversion
         self._folder = conversion.path.parent.resolve()
+        self._documents: dict[str, Sdf.Layer | None] = {}
         self._layers = self._checked_layers()
         self.usd: Usd.Stage = Usd.Stage.Open(self._layers[0], Usd.Stage.LoadAll)
         self.start = self.usd.GetStartTimeCode() if self.usd.HasAuthoredTimeCodeRange() else 0.0
@@ -28,8 +32,10 @@ class Stage:
         self._transforms = UsdGeom.XformCache(self.time)
         about = self.usd.GetRootLayer().customLayerData
         conversion.asset.describe(_text(about.get("copyright")), _text(about.get("creator")))
-        for error in self.usd.GetCompositionErrors():
-            conversion.warn(f"composition: {str(error).splitlines()[0]}")
+        left_out = [found for found, layer in self._documents.items() if layer is None]
+        for text in map(str, self.usd.GetCompositionErrors()):
+            if not any(found in text for found in left_out):  # which was told
+                conversion.warn(f"composition: {text.splitlines()[0]}")
 
     def world(self, prim: Usd.Prim) -> NDArray[np.float64]:
         """(4, 4) a prim to the stage's space, for row vectors."""
@@ -47,6 +53,9 @@ class Stage:
             _check_clips(layer)
             for name in layer.GetCompositionAssetDependencies():
                 found = layer.ComputeAbsolutePath(name)
+                if name.lower().endswith(_MATERIALX):
+                    self._use_document(layer, name, found)
+                    continue
                 if not name or found in known:
                     continue
                 known.add(found)
@@ -54,6 +63,35 @@ class Stage:
                 if other is not None:
                     layers.append(other)
         return layers
+
+    def _use_document(self, layer: Sdf.Layer, name: str, found: str) -> None:
+        """Let a layer refer to a document of MaterialX as a layer beside it, which is in memory alone."""
+        if found not in self._documents:
+            self._documents[found] = self._document(name, found)
+        if self._documents[found] is not None:
+            layer.UpdateCompositionAssetDependency(name, name + _IN_MEMORY)
+
+    def _document(self, name: str, found: str) -> Sdf.Layer | None:
+        """The layer of a document; None, with a warning, where it cannot be read."""
+        what = f"document {shown(name)}"
+        try:
+            from pica.scene.usd.materialx_files import write_layer
+        except ModuleNotFoundError:
+            self.conversion.warn(f'{what} needs the package MaterialX: pip install "pica[usd]"; left out')
+            return None
+        if Ar.IsPackageRelativePath(found):
+            self.conversion.warn(f"{what}: is in a package, from which documents are not read; left out")
+            return None
+        content = self.content(name, str(Ar.GetResolver().Resolve(found)), "document")
+        if content is None:
+            return None
+        layer = Sdf.Layer.New(Sdf.FileFormat.FindByExtension("usda"), found + _IN_MEMORY)
+        try:
+            write_layer(self.conversion, layer, content)
+        except SceneError as error:
+            self.conversion.warn(f"{what}: {error}; left out")
+            return None
+        return layer
 
     def _layer(self, name: str, found: str) -> Sdf.Layer | None:
         what = f"layer {shown(name)}"
