@@ -14,7 +14,7 @@ from pica.scene.material import Image, Material, Sampler, Texture, Wrap
 from pica.scenes.basic_meshes import plane
 from pica.scenes.placing import rotate
 from tests.building import checkered, lambert, orthographic, placed, render, scene_of
-from tests.images import ktx2_pictures
+from tests.images import block_pictures, ktx2_pictures
 from tests.tracing.kernels import read
 
 FRONT = orthographic((0, 0, 2), (0, 0, 0), 2.0)
@@ -228,3 +228,17 @@ def test_compressed_textures_take_a_byte_a_texel(device):
     assert 32 * 32 < taken[0] < 1.6 * 32 * 32 < 4 * 32 * 32 < taken[1]
     kept.clear()
     assert device.memory == before
+
+
+@pytest.mark.parametrize(("form", "dark"), [("BC6H", 0.0), ("BC6HS", -3.0)])
+def test_floats_shine_by_their_values_and_reflect_at_most_all(device, form, dark):
+    """Emission above 1 is in the picture, negative values are not; as a base colour they are 8-bit pixels."""
+    block = block_pictures.float_block((4.0, 0.5, dark), signed=form == "BC6HS")
+    levels = tuple(block_pictures.levels_of(block, 16, 5))
+    image = Image.of_blocks(BlockPicture(16, 16, levels, form), encoding="linear")
+    material = Material(base_color=(0, 0, 0, 1), emission=(1, 1, 1), emissive_texture=Texture(image))
+    wall = placed(plane(2, 2, material), rotate("x", 90))
+    shining = render(device, scene_of(wall), 1, FRONT, (8, 8)).aov("emission")
+    np.testing.assert_allclose(shining[4, 4], (4, 0.5, 0), rtol=2e-2, atol=1e-3)
+    lit = picture_of(device, lambert(1, base_color_texture=Texture(image)))
+    np.testing.assert_allclose(lit[4, 4], (1, 0.5, 0), atol=0.01)

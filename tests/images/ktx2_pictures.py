@@ -15,7 +15,7 @@ RAMP[..., 0] = 8 * np.arange(_SIZE)
 RAMP[..., 1] = RAMP[..., 0].T
 RAMP[..., 2] = 128
 RAMP[..., 3] = 255 - RAMP[..., 1]
-RGBA8, RGBA8_SRGB, RGB8, R8, BC7 = 37, 43, 23, 9, 145
+RGBA8, RGBA8_SRGB, RGB8, R8, BC5 = 37, 43, 23, 9, 141
 """VkFormats."""
 
 

@@ -1,7 +1,7 @@
 """Textures of materials on the GPU, with mip levels; compressed ones stay so."""
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from weakref import WeakValueDictionary, finalize
 
 import numpy as np
@@ -11,8 +11,9 @@ from pica.rhi.device import Device
 from pica.scene.material import Image, Sampler, Wrap
 
 _PIXELS = {False: spy.Format.rgba8_unorm, True: spy.Format.rgba8_unorm_srgb}
-_BLOCKS = {False: spy.Format.bc7_unorm, True: spy.Format.bc7_unorm_srgb}
+_BC7 = {False: spy.Format.bc7_unorm, True: spy.Format.bc7_unorm_srgb}
 """By whether red, green and blue are encoded as sRGB."""
+_FLOATS = {"BC6H": spy.Format.bc6h_ufloat, "BC6HS": spy.Format.bc6h_sfloat}
 _WRAP = {
     Wrap.REPEAT: spy.TextureAddressingMode.wrap,
     Wrap.MIRRORED_REPEAT: spy.TextureAddressingMode.mirror_repeat,
@@ -25,7 +26,7 @@ class ImageOnGpu:
     """A texture, and the image that it was made of; freed with its last user."""
 
     image: Image
-    srgb: bool
+    form: spy.Format
     content: object
     """The image's pixels or blocks at that time."""
     texture: spy.Texture
@@ -37,50 +38,56 @@ class MaterialTextures:
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._textures: WeakValueDictionary[tuple[int, int, bool], ImageOnGpu] = WeakValueDictionary()
-        """By the identities of image and content, which they keep alive."""
+        self._textures: WeakValueDictionary[tuple[int, int, spy.Format], ImageOnGpu] = WeakValueDictionary()
+        """By the identities of image and content, which they keep alive, and the format."""
         self._samplers: dict[Sampler, spy.Sampler] = {}
 
-    def of(self, image: Image, srgb: bool) -> ImageOnGpu:
-        """The texture of an image; uploaded if there is none."""
-        content = _content(image)
-        texture = self._textures.get((id(image), id(content), srgb))
+    def of(self, image: Image, srgb: bool, radiance: bool = False) -> ImageOnGpu:
+        """The texture of an image; uploaded if there is none. `radiance`: its values may be above 1."""
+        content, form = _content(image), self._form(image, srgb, radiance)
+        texture = self._textures.get((id(image), id(content), form))
         if texture is None:
-            texture = self._upload(image, srgb, content)
-            self._textures[id(image), id(content), srgb] = texture
+            texture = self._upload(image, form, content)
+            self._textures[id(image), id(content), form] = texture
         return texture
 
     def outdate(self, texture: ImageOnGpu) -> None:
         """Its image has changed, perhaps by writes into the same pixels: the next user uploads them."""
-        key = id(texture.image), id(texture.content), texture.srgb
+        key = id(texture.image), id(texture.content), texture.form
         if self._textures.get(key) is texture:
             del self._textures[key]
 
-    def _upload(self, image: Image, srgb: bool, content: object) -> ImageOnGpu:
-        """The texture of an image: compressed as the image is, if the device samples such textures."""
-        blocks = image.blocks if self._samples_blocks else None
+    def _form(self, image: Image, srgb: bool, radiance: bool) -> spy.Format:
+        """Compressed as the image is, if the device samples such textures and the use is for such values."""
+        blocks = image.blocks
+        if blocks is not None and (radiance or not blocks.is_float):
+            form = _FLOATS[blocks.form] if blocks.is_float else _BC7[srgb]
+            if self._samples(form):
+                return form
+        return _PIXELS[srgb]
+
+    def _upload(self, image: Image, form: spy.Format, content: object) -> ImageOnGpu:
+        blocks = None if form in _PIXELS.values() else image.blocks
         if blocks is not None:
             levels, usage = blocks.levels, spy.TextureUsage.shader_resource
-            texture = self._texture(image, _BLOCKS[srgb], len(levels), usage)
+            texture = self._texture(image, form, len(levels), usage)
         else:
             levels, usage = (image.pixels,), spy.TextureUsage.shader_resource | spy.TextureUsage.render_target
-            texture = self._texture(image, _PIXELS[srgb], max(image.size).bit_length(), usage)
-        for level, content in enumerate(levels):
+            texture = self._texture(image, form, max(image.size).bit_length(), usage)
+        for level, texels in enumerate(levels):
             # SlangPy refuses read-only arrays.
-            texture.copy_from_numpy(np.require(content, requirements=["C", "W"]), mip=level)
+            texture.copy_from_numpy(np.require(texels, requirements=["C", "W"]), mip=level)
         if texture.mip_count > len(levels):
             encoder = self._device.handle.create_command_encoder()
             encoder.generate_mips(texture)
             self._device.handle.submit_command_buffer(encoder.finish())
-        made = ImageOnGpu(image, srgb, content, texture, texture.create_view())
+        made = ImageOnGpu(image, form, content, texture, texture.create_view())
         release = partial(self._device.count_memory, -texture.memory_usage.device)
         finalize(made, self._device.lock.defer, release).atexit = False
         return made
 
-    @cached_property
-    def _samples_blocks(self) -> bool:
-        support = self._device.handle.get_format_support(_BLOCKS[False])
-        return bool(support & spy.FormatSupport.shader_sample)
+    def _samples(self, form: spy.Format) -> bool:
+        return bool(self._device.handle.get_format_support(form) & spy.FormatSupport.shader_sample)
 
     def _texture(self, image: Image, form: spy.Format, levels: int, usage: spy.TextureUsage) -> spy.Texture:
         width, height = image.size

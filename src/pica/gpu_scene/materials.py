@@ -54,6 +54,8 @@ _SLOTS = (
     "sheen_roughness",
 )
 _SRGB = {"base_color", "emissive", "specular_color", "sheen_color", "diffuse_transmission_color"}
+_RADIANCE = {"emissive"}
+"""Textures whose values may be above 1."""
 COAT = np.dtype(
     [("transmittance", "f4", 3), ("strength", "f4"), ("roughness", "f4"), ("ior", "f4"), ("ior_below", "f4")],
     align=True,
@@ -327,7 +329,7 @@ class MaterialTable:
                 continue
             width, height = texture.image.size
             entry = packed[f"{slot}_texture"]
-            images.append(self._textures.of(texture.image, is_srgb(texture.image, slot)))
+            images.append(self._textures.of(texture.image, is_srgb(texture.image, slot), slot in _RADIANCE))
             texture.image.follow(self._changes)
             entry["texture"] = images[-1].view.descriptor_handle_ro.value
             entry["sampler"] = self._textures.sampler(texture.sampler).descriptor_handle.value

@@ -1,4 +1,5 @@
-"""KTX 2 pictures (https://registry.khronos.org/KTX/specs/2.0/ktxspec.v2.html), of Basis Universal or of plain pixels.
+"""KTX 2 pictures (https://registry.khronos.org/KTX/specs/2.0/ktxspec.v2.html), of Basis Universal or of plain pixels;
+block_files.py reads those of other blocks.
 
 Those of Basis Universal with mipmap levels become BC7 blocks, others the pixels of their first level. The libraries
 decode in this process: mutated pictures neither crashed them nor held them up (docs/guide/security.md).
@@ -18,9 +19,11 @@ KTX2 = b"\xabKTX 20\xbb\r\n\x1a\n"
 BYTES_PER_PIXEL = 8
 """Memory for decoding: four for the result, at most four for what was compressed again."""
 
-_HEADER = struct.Struct("<12s9I4I2Q3Q")
+HEADER = struct.Struct("<12s9I4I2Q3Q")
 """With the first entry of the level index (3.1 and 3.9)."""
-_UNDEFINED, _BASIS_LZ, _ZSTANDARD = 0, 1, 2
+_UNDEFINED = 0
+NO_SCHEME, _BASIS_LZ, ZSTANDARD = 0, 1, 2
+"""Supercompression (3.8)."""
 _CHANNELS = {9: 1, 15: 1, 16: 2, 22: 2, 23: 3, 29: 3, 37: 4, 43: 4}
 """Of VkFormats with 8 bits for each of red, green, blue and alpha: UNORM and SRGB, whose values are stored alike."""
 _MOST_LEVELS = 15
@@ -52,15 +55,14 @@ class Ktx2Picture(NamedTuple):
 def read_header(content: bytes) -> Ktx2Picture:
     """Raises UnsupportedPictureError for what is not one picture of a format that is read, and SceneError where the
     header's sizes do not fit each other."""
-    if len(content) < _HEADER.size:
+    if len(content) < HEADER.size:
         raise SceneError("truncated in its header")
-    fields = _HEADER.unpack_from(content)
+    fields = HEADER.unpack_from(content)
     _, vulkan_format, _, width, height, depth, layers, faces, levels, scheme = fields[:10]
     start, length, uncompressed = fields[-3:]
-    if vulkan_format not in (_UNDEFINED, *_CHANNELS) or scheme > _ZSTANDARD:
-        raise UnsupportedPictureError(
-            f"KTX 2 of format {vulkan_format} and scheme {scheme} cannot be read, only Basis Universal and 8-bit pixels"
-        )
+    if vulkan_format not in (_UNDEFINED, *_CHANNELS) or scheme > ZSTANDARD:
+        read = "only Basis Universal, BC6H, BC7 and 8-bit pixels"
+        raise UnsupportedPictureError(f"KTX 2 of format {vulkan_format} and scheme {scheme} cannot be read, {read}")
     if depth or layers > 1 or faces != 1 or levels > _MOST_LEVELS or min(width, height) < 1:
         raise UnsupportedPictureError("KTX 2 that is not one two-dimensional picture cannot be read")
     channels = _CHANNELS.get(vulkan_format, 0)
@@ -92,12 +94,18 @@ def decoded_texture(content: bytes, picture: Ktx2Picture) -> NDArray[np.uint8] |
 def _check_levels(content: bytes, picture: Ktx2Picture) -> None:
     """Raises SceneError unless the index of levels (3.9) fits the picture, as `read_header` does for the first."""
     for level, (width, height) in enumerate(_level_sizes(picture)):
-        entry = content[_LEVELS_START + level * _LEVEL.size :][: _LEVEL.size]
-        start, length, uncompressed = _LEVEL.unpack(entry.ljust(_LEVEL.size, b"\xff"))
+        start, length, uncompressed = level_entry(content, level)
         rows, columns = blocks_of(width, height)
         fits = picture.scheme == _BASIS_LZ or uncompressed == rows * columns * _BLOCK_BYTES
         if start + length > len(content) or not fits:
             raise SceneError(f"its mipmap levels are not those of {picture.width}x{picture.height} pixels")
+
+
+def level_entry(content: bytes, level: int) -> tuple[int, int, int]:
+    """Start, length and length without supercompression of a level (3.9); beyond the file where it has no entry."""
+    entry = content[_LEVELS_START + level * _LEVEL.size :][: _LEVEL.size]
+    start, length, uncompressed = _LEVEL.unpack(entry.ljust(_LEVEL.size, b"\xff"))
+    return start, length, uncompressed
 
 
 def _level_sizes(picture: Ktx2Picture) -> list[tuple[int, int]]:
@@ -124,16 +132,19 @@ def _plain(content: bytes, picture: Ktx2Picture) -> NDArray[np.uint8]:
     _, _, channels, scheme, start, length, _ = picture
     size = channels * picture.width * picture.height
     data = content[start : start + length]
-    if scheme == _ZSTANDARD:
-        import zstandard
-
-        with zstandard.ZstdDecompressor().stream_reader(
-            data
-        ) as reader:  # unlike decompress, it reads no more than asked
-            data = reader.read(size)
+    if scheme == ZSTANDARD:
+        data = decompressed(data, size)
     if scheme == _BASIS_LZ or len(data) != size:
         raise SceneError(f"its data is not that of {picture.width}x{picture.height} pixels")
     pixels = np.zeros((picture.height, picture.width, 4), np.uint8)
     pixels[..., 3] = 255  # what a texture lacks is 0, and alpha 1 (Vulkan 1.3, 16.6.1)
     pixels[..., :channels] = np.frombuffer(data, np.uint8).reshape(picture.height, picture.width, channels)
     return pixels
+
+
+def decompressed(data: bytes, size: int) -> bytes:
+    """At most `size` bytes of data that Zstandard has compressed."""
+    import zstandard
+
+    with zstandard.ZstdDecompressor().stream_reader(data) as reader:  # unlike decompress, it reads no more than asked
+        return reader.read(size)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pica.errors import PicaError, SceneError
 from pica.files import open_file, read_file, size_of
-from pica.images import cube_maps, ktx2
+from pica.images import block_files, cube_maps, ktx2
 from pica.images.blocks import BlockPicture
 from pica.images.headers import EXR, check_scans, radiance_size
 from pica.images.saving import write_whole
@@ -54,21 +54,32 @@ def read_image(data: bytes | memoryview | Path, name: str, admit: Admit = _admit
     Raises SceneError if the picture is missing, broken or too large, UnsupportedPictureError if its kind is not read.
     """
     content = read_file(data, name) if isinstance(data, Path) else bytes(data)
-    return _opened(content, name, admit, ktx2.decoded)()
+    return _opened(content, name, admit, block_files.decoded, ktx2.decoded)()
 
 
 def open_texture(
     data: bytes | memoryview, name: str, admit: Admit = _admit_all
 ) -> Callable[[], NDArray[np.uint8] | BlockPicture]:
-    """What decodes a picture as `read_image`, in any thread, but leaves KTX 2 of Basis Universal with mipmap levels
-    compressed, as blocks. Its size is checked and admitted at once. Both raise SceneError as `read_image`."""
-    return _opened(bytes(data), name, admit, ktx2.decoded_texture)
+    """What decodes a picture as `read_image`, in any thread, but leaves KTX 2 and DDS compressed, as blocks: those of
+    Basis Universal and BC7 with mipmap levels, and of BC6H. Its size is checked and admitted at once. Both raise
+    SceneError as `read_image`."""
+    return _opened(bytes(data), name, admit, block_files.decoded_texture, ktx2.decoded_texture)
 
 
 def _opened(
-    content: bytes, name: str, admit: Admit, decode_ktx2: Callable[[bytes, ktx2.Ktx2Picture], _Decoded]
+    content: bytes,
+    name: str,
+    admit: Admit,
+    decode_blocks: Callable[[bytes, block_files.StoredBlocks], _Decoded],
+    decode_ktx2: Callable[[bytes, ktx2.Ktx2Picture], _Decoded],
 ) -> Callable[[], NDArray[np.uint8] | _Decoded]:
     with _faults_named(name):
+        stored = block_files.read_header(content)
+        if stored is not None:
+            _check_size(stored.width, stored.height)
+            pixels = stored.width * stored.height
+            admit(pixels, block_files.BYTES_PER_PIXEL * pixels)
+            return partial(_decoded, name, partial(decode_blocks, content, stored))
         if content.startswith(ktx2.KTX2):
             picture = ktx2.read_header(content)
             _check_size(picture.width, picture.height)

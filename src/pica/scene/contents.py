@@ -62,7 +62,7 @@ def _texture(image: Image) -> dict[str, Any]:
         "width": width,
         "height": height,
         "file_format": image.file_format,
-        "device_format": "RGBA8" if image.blocks is None else "BC7",
+        "device_format": "RGBA8" if image.blocks is None else image.blocks.form,
     }
 
 

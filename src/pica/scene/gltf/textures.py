@@ -118,7 +118,7 @@ class Textures:
                 return None
             name = entry.name or file_of(entry).stem
             if isinstance(picture, BlockPicture):
-                image = Image.of_blocks(picture, name, encoding)
+                image = Image.of_blocks(picture, name, "linear" if picture.is_float else encoding)
             else:
                 image = entry.apply(Image, picture, name, encoding)
             image._file_format = encoded.file_format
