@@ -230,6 +230,16 @@ def test_compressed_textures_take_a_byte_a_texel(device):
     assert device.memory == before
 
 
+def test_compressed_textures_without_mipmaps_get_them_as_pixels(device):
+    single = bytearray(ktx2_pictures.basis("uastc"))
+    single[40] = 1  # the number of levels
+    image = Image(pictures.open_texture(single, "single")())
+    on_device = MaterialTextures(device).of(image, srgb=False)
+    assert on_device.texture.mip_count == 6
+    mean = np.asarray(on_device.texture.to_numpy(mip=5)).reshape(4) / 255
+    np.testing.assert_allclose(mean, image.pixels.mean((0, 1)) / 255, atol=0.02)
+
+
 @pytest.mark.parametrize(("form", "dark"), [("BC6H", 0.0), ("BC6HS", -3.0)])
 def test_floats_shine_by_their_values_and_reflect_at_most_all(device, form, dark):
     """Emission above 1 is in the picture, negative values are not; as a base colour they are 8-bit pixels."""
