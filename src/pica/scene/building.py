@@ -10,7 +10,7 @@ from pica.errors import SceneError
 from pica.scene.arrays import floats, integers, place_of, shares
 from pica.scene.material import Material
 from pica.scene.mesh import Section
-from pica.scene.normals import are_unit, face_normals, perpendicular, unit_normals, vertex_normals
+from pica.scene.normals import are_unit, face_normals, in_strips, perpendicular, unit_normals, vertex_normals
 from pica.scene.tangents import generate_tangents
 from pica.scene.values import LARGEST, Check, UnfitError, checked, flag, instance
 
@@ -131,15 +131,22 @@ def texture_coordinates(attributes: Attributes, uv_set: int, transform: Sequence
 
 def unit_tangents(tangents: NDArray[np.float32] | None, normals: NDArray[np.float32]) -> NDArray[np.float32]:
     """(vertices, 4) unit tangents; arbitrary ones at a right angle to the normal if undefined."""
-    spare = np.column_stack([perpendicular(normals), np.ones(len(normals), np.float32)])
     if tangents is None:
-        return spare
+        return in_strips(lambda rows: _spare_tangents(normals[rows]), len(normals), 4)
+    return in_strips(lambda rows: _unit_tangents(tangents[rows], normals[rows]), len(normals), 4)
+
+
+def _unit_tangents(tangents: NDArray[np.float32], normals: NDArray[np.float32]) -> NDArray[np.float32]:
     lengths = np.linalg.norm(tangents[:, :3].astype(np.float64), axis=1, keepdims=True)
     unit = np.column_stack(
         [tangents[:, :3] / np.where(lengths > 0, lengths, 1), np.where(tangents[:, 3:] < 0, -1, 1).astype(np.float32)]
     )
     unit[:, :3] = np.where(are_unit(tangents[:, :3]), tangents[:, :3], unit[:, :3])
-    return np.where(lengths > 0, unit, spare).astype(np.float32)
+    return np.where(lengths > 0, unit, _spare_tangents(normals)).astype(np.float32)
+
+
+def _spare_tangents(normals: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.column_stack([perpendicular(normals), np.ones(len(normals), np.float32)])
 
 
 def _rgba(colors: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -1,5 +1,6 @@
 """Normals, and frames around them, for meshes without."""
 
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -7,11 +8,28 @@ from numpy.typing import NDArray
 
 _UNIT_WITHIN = 2e-7
 """Of rounding to 32 bits."""
+_STRIP = 1 << 14
+
+
+def strips(count: int) -> Iterator[slice]:
+    """Rows to compute at once: temporary arrays of all rows would take several times the memory of the result."""
+    return (slice(start, min(start + _STRIP, count)) for start in range(0, count, _STRIP))
+
+
+def in_strips(make: Callable[[slice], NDArray[np.float32]], count: int, width: int) -> NDArray[np.float32]:
+    """(count, width) rows as `make` gives them, in strips."""
+    whole = np.empty((count, width), np.float32)
+    for rows in strips(count):
+        whole[rows] = make(rows)
+    return whole
 
 
 def face_normals(positions: NDArray[np.floating[Any]], triangles: NDArray[np.uint32]) -> NDArray[np.float32]:
     """(triangles, 3) unit normals, on the side from which the corners go counter-clockwise; +Z where no area is."""
-    corners = positions[triangles].astype(np.float64)
+    return in_strips(lambda rows: _face_normals(positions[triangles[rows]].astype(np.float64)), len(triangles), 3)
+
+
+def _face_normals(corners: NDArray[np.float64]) -> NDArray[np.float32]:
     edge1, edge2 = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
     # np.cross is several times as slow for small meshes
     normals = np.stack([edge1[i - 2] * edge2[i - 1] - edge1[i - 1] * edge2[i - 2] for i in range(3)], axis=1)
@@ -24,14 +42,15 @@ def vertex_normals(positions: NDArray[np.floating[Any]], triangles: NDArray[np.u
     Thurmer and Wuthrich 1998, "Computing Vertex Normals from Polygonal Facets": the same however a face is cut into
     triangles.
     """
-    corners = positions[triangles].astype(np.float64)
-    to_next = _unit(np.roll(corners, -1, axis=1) - corners, np.zeros(3))
-    to_previous = -np.roll(to_next, 1, axis=1)
-    angles = np.arccos(np.clip(np.einsum("tci,tci->tc", to_next, to_previous), -1.0, 1.0))
-    has_area = np.linalg.norm(np.cross(to_next[:, 0], to_previous[:, 0]), axis=1) > 0
-    weighted = face_normals(positions, triangles)[:, None] * (angles * has_area[:, None])[..., None]
     normals = np.zeros((len(positions), 3))
-    np.add.at(normals, triangles, weighted)
+    for rows in strips(len(triangles)):
+        corners = positions[triangles[rows]].astype(np.float64)
+        to_next = _unit(np.roll(corners, -1, axis=1) - corners, np.zeros(3))
+        to_previous = -np.roll(to_next, 1, axis=1)
+        angles = np.arccos(np.clip(np.einsum("tci,tci->tc", to_next, to_previous), -1.0, 1.0))
+        has_area = np.linalg.norm(np.cross(to_next[:, 0], to_previous[:, 0]), axis=1) > 0
+        weighted = _face_normals(corners)[:, None] * (angles * has_area[:, None])[..., None]
+        np.add.at(normals, triangles[rows], weighted)
     return normals.astype(np.float32)
 
 
@@ -44,6 +63,10 @@ def unit_normals(
         at_vertex = np.zeros_like(normals)
         at_vertex[triangles] = face_normals(positions, triangles)[:, None]
         normals = np.where(missing, at_vertex, normals)
+    return in_strips(lambda rows: _unit_normals(normals[rows]), len(normals), 3)
+
+
+def _unit_normals(normals: NDArray[np.float32]) -> NDArray[np.float32]:
     unit = _unit(normals.astype(np.float64), np.array([0.0, 0.0, 1.0])).astype(np.float32)
     return np.where(are_unit(normals), normals, unit)
 

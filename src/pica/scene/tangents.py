@@ -11,7 +11,7 @@ Differences from the reference code, none of which is visible on meshes made for
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.normals import perpendicular
+from pica.scene.normals import in_strips, perpendicular, strips
 
 Floats = NDArray[np.float64]
 
@@ -28,17 +28,19 @@ def generate_tangents(
     (vertices, 4), w being the sign of the bitangent; the original vertex of each new one, (vertices,);
     and the triangles as indices of new vertices, (triangles, 3).
     """
-    corners = positions[triangles].astype(np.float64)
-    along_u, area = _u_directions(corners, uvs[triangles].astype(np.float64))
-    corner_normals = normals[triangles].astype(np.float64)
-    usable = (area != 0) & along_u.any(axis=1, keepdims=True) & _distinct(corners)
-
     # one tangent for each group: a welded vertex and a handedness
-    group = _welded(positions, normals, uvs)[triangles] * 2 + (area > 0)
-    group_count = 2 * len(positions)
-    directions = _unit(_projected(along_u[:, None], corner_normals))
-    weights = np.where(usable, _angles(corners, corner_normals), 0.0)
-    sums = _sum_by(group, weights[..., None] * directions, group_count)
+    welded, group_count = _welded(positions, normals, uvs), 2 * len(positions)
+    group, usable = np.empty(triangles.shape, np.intp), np.empty((len(triangles), 1), bool)
+    sums = np.zeros((group_count, 3))
+    for rows in strips(len(triangles)):
+        corner_normals = normals[triangles[rows]].astype(np.float64)
+        corners, uv = positions[triangles[rows]].astype(np.float64), uvs[triangles[rows]].astype(np.float64)
+        along_u, area = _u_directions(corners, uv)
+        usable[rows] = (area != 0) & along_u.any(axis=1, keepdims=True) & _distinct(corners)
+        group[rows] = welded[triangles[rows]] * 2 + (area > 0)
+        directions = _unit(_projected(along_u[:, None], corner_normals))
+        weights = np.where(usable[rows], _angles(corners, corner_normals), 0.0)
+        np.add.at(sums, group[rows], weights[..., None] * directions)
     filled = np.abs(sums).sum(axis=1) > 0
     takes_other_hand = ~usable & ~filled[group] & filled[group ^ 1]
     group = np.where(takes_other_hand, group ^ 1, group)
@@ -46,13 +48,16 @@ def generate_tangents(
     source, new_triangles = _split(triangles, group & 1)
     group_of_vertex = np.zeros(len(source), np.intp)
     group_of_vertex[new_triangles] = group
-    tangents = np.empty((len(source), 4), np.float32)
-    new_normals = normals[source].astype(np.float64)
-    direction = _unit(_projected(sums[group_of_vertex], new_normals))
-    tangents[:, :3] = np.where(direction.any(axis=1, keepdims=True), direction, perpendicular(normals[source]))
-    # texture space is right-handed with v up, so a positive area with v down is a mirrored texture
-    tangents[:, 3] = np.where(group_of_vertex & 1, -1.0, 1.0)
-    return tangents, source, new_triangles
+
+    def of_vertices(rows: slice) -> NDArray[np.float32]:
+        own = normals[source[rows]]
+        direction = _unit(_projected(sums[group_of_vertex[rows]], own.astype(np.float64)))
+        # texture space is right-handed with v up, so a positive area with v down is a mirrored texture
+        hand = np.where(group_of_vertex[rows] & 1, -1.0, 1.0)
+        kept = np.where(direction.any(axis=1, keepdims=True), direction, perpendicular(own))
+        return np.column_stack([kept, hand]).astype(np.float32)
+
+    return in_strips(of_vertices, len(source), 4), source, new_triangles
 
 
 def _u_directions(corners: Floats, uvs: Floats) -> tuple[Floats, Floats]:
@@ -87,12 +92,6 @@ def _welded(*attributes: NDArray[np.float32]) -> NDArray[np.intp]:
     ids = np.empty(len(rows), np.intp)
     ids[order] = np.cumsum(new) - 1
     return ids
-
-
-def _sum_by(groups: NDArray[np.intp], values: Floats, count: int) -> Floats:
-    """(count, 3) sums of (..., 3) values over those with the same group."""
-    flat = groups.ravel()
-    return np.stack([np.bincount(flat, values[..., axis].ravel(), count) for axis in range(3)], axis=1)
 
 
 def _split(triangles: NDArray[np.uint32], hand: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.uint32]]:

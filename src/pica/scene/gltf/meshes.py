@@ -26,7 +26,7 @@ _TYPES = {
 
 _SECTION_BYTES = 1 << 15
 """The budget's cost of a section besides its vertices: more than its 3 kB, because each takes up to 0.3 ms."""
-_VERTEX_BYTES, _CORNER_BYTES, _TANGENT_BYTES = 200, 16, 400
+_VERTEX_BYTES, _CORNER_BYTES, _TANGENT_BYTES = 200, 16, 200
 """Memory for completing a vertex, and for a triangle's corner and its tangent: as measured,
 and for vertices as much again for the device."""
 
