@@ -184,6 +184,7 @@ def test_meshopt(tmp_path_factory, data, mode, prefix):
 
 
 KINDS = ["PNG", "JPEG", "WEBP", "AVIF", "DDS", "etc1s", "etc1s_alpha", "uastc", "uastc_zstandard", "plain"]
+KINDS += ["blocks", "zstandard_blocks", "dds_blocks"]
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -10,7 +10,7 @@ import numpy as np
 import PIL.Image
 
 from pica.images import pictures
-from tests.images import ktx2_cube_maps, ktx2_pictures
+from tests.images import block_pictures, ktx2_cube_maps, ktx2_pictures
 from tests.scene.compressed_files import draco_file, grid, meshopt_view
 from tests.scene.gltf_files import TRIANGLE, GltfFile
 
@@ -21,6 +21,11 @@ def picture(kind: str) -> bytes:
         return ktx2_pictures.plain(ktx2_pictures.RAMP, ktx2_pictures.RGBA8, zstd=True)
     if kind in ("etc1s", "etc1s_alpha", "uastc", "uastc_zstandard"):
         return ktx2_pictures.basis(kind)
+    if kind in ("blocks", "zstandard_blocks"):
+        levels = block_pictures.levels_of(block_pictures.float_block((1, 2, 3)), 8, 4)
+        return block_pictures.ktx2_of("BC6H", 8, levels, kind == "zstandard_blocks")
+    if kind == "dds_blocks":
+        return block_pictures.dds_of("BC7", 8, block_pictures.levels_of(block_pictures.float_block((1, 2, 3)), 8, 4))
     pixels = np.random.default_rng(1).integers(0, 255, (8, 8, 4 if kind != "JPEG" else 3), np.uint8)
     content = io.BytesIO()
     PIL.Image.fromarray(pixels).save(content, kind)

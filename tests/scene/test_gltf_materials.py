@@ -1,4 +1,5 @@
 import io
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from pica.scene.gltf.textures import _matrix
 from pica.scene.iridescence import Iridescence
 from pica.scene.material import AlphaMode, Material, Wrap
 from pica.scene.sheen import Sheen
-from tests.images.ktx2_pictures import BC7, RAMP, basis, plain
+from tests.images.ktx2_pictures import BC5, RAMP, basis, plain
 from tests.scene.gltf_files import GltfFile
 
 
@@ -256,7 +257,7 @@ def test_basis_universal_comes_before_other_extensions(tmp_path: Path) -> None:
 OTHER_DDS = picture("DDS")[:80] + b"\4\0\0\0UYVY" + picture("DDS")[88:]
 
 
-@pytest.mark.parametrize("content", [plain(RAMP, BC7), OTHER_DDS])
+@pytest.mark.parametrize("content", [plain(RAMP, BC5), OTHER_DDS])
 def test_pictures_that_cannot_be_read_are_left_out_with_a_warning(content: bytes, tmp_path: Path) -> None:
     file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
     file.add("images", bufferView=file.view(content))
@@ -267,7 +268,7 @@ def test_pictures_that_cannot_be_read_are_left_out_with_a_warning(content: bytes
 
 def test_another_picture_takes_the_place_of_one_that_cannot_be_read(tmp_path: Path) -> None:
     file = file_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
-    file.add("images", bufferView=file.view(plain(RAMP, BC7)))
+    file.add("images", bufferView=file.view(plain(RAMP, BC5)))
     file.add("images", bufferView=file.view(picture()), name="fallback")
     file.add("textures", source=1, extensions={"KHR_texture_basisu": {"source": 0}})
     with pytest.warns(UserWarning, match=r"images\[0\]: .*cannot be read.*; left out$"):
@@ -359,3 +360,37 @@ def test_diffuse_transmission_and_scattering(tmp_path):
     # A half-space of that medium has the colour again (van de Hulst 1980).
     s = np.sqrt(1 - single[1])
     assert (1 - s) * (1 - 0.139 * s) / (1 + 1.17 * s) == pytest.approx(0.5, abs=0.01)
+
+
+def with_sets(*sets: int) -> GltfFile:
+    """A triangle with eight sets of texture coordinates, all of which are their number; textures use the given ones."""
+    infos = [{"index": 0, "texCoord": number} for number in sets]
+    names = ["normalTexture", "occlusionTexture", "emissiveTexture"]
+    file = file_with(dict(zip(names, infos, strict=False)))
+    file.add("images", bufferView=file.view(picture()))
+    file.add("textures", source=0)
+    coordinates = {f"TEXCOORD_{number}": file.accessor([[number, number]] * 3) for number in range(8)}
+    file.json["meshes"][0]["primitives"][0]["attributes"] |= coordinates
+    return file
+
+
+@pytest.mark.parametrize(
+    ("sets", "numbers"), [((5, 5, 2), (2, 5)), ((0, 7), (0, 7)), ((6,), (0, 6)), ((1, 0, 1), (0, 1)), ((1,), (0, 1))]
+)
+def test_sets_of_texture_coordinates_have_any_number(
+    sets: tuple[int, ...], numbers: tuple[int, int], tmp_path: Path
+) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = read(with_sets(*sets).write(tmp_path))
+    section = next(node for node in scene.nodes() if node.mesh).mesh.sections[0]
+    assert (section.uv0[0, 0], section.uv1[0, 0]) == numbers
+    material = section.material
+    textures = (material.normal_texture, material.occlusion_texture, material.emissive_texture)
+    assert [numbers[texture.uv_set] for texture in textures if texture] == list(sets)
+
+
+def test_a_third_set_of_a_material_is_told(tmp_path: Path) -> None:
+    with pytest.warns(UserWarning, match=r"Texture: left out, it uses TEXCOORD_7; of its material 3 and 5 are read$"):
+        material = material_of(with_sets(5, 3, 7), tmp_path)
+    assert material.normal_texture is not None and material.emissive_texture is None

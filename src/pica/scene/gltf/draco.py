@@ -28,7 +28,7 @@ WORKER = Path(__file__).with_name("draco_worker.py")
 EXTENSION = "KHR_draco_mesh_compression"
 
 _TRIANGLES = 4
-_READ = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0", "JOINTS_", "WEIGHTS_")
+_READ = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_", "COLOR_0", "JOINTS_", "WEIGHTS_")
 """How the names of attributes begin that are decoded."""
 _MEMORY_FACTOR = 10
 """Memory for decoding as a multiple of its result; seven times was measured, of triangles without shared vertices."""

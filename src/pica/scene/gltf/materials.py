@@ -13,7 +13,7 @@ from pica.scene.gltf.container import Document
 from pica.scene.gltf.element import Element
 from pica.scene.gltf.pointers import parsed
 from pica.scene.gltf.texture_places import SPECULAR_GLOSSINESS
-from pica.scene.gltf.textures import Textures
+from pica.scene.gltf.textures import UV_SETS, Textures, uv_sets_of
 from pica.scene.gltf.variants import Variants
 from pica.scene.iridescence import Iridescence
 from pica.scene.light import WHITE, Color
@@ -44,6 +44,8 @@ class Materials:
         self.made: dict[Element, Material] = {}
         """By their entries in the file."""
         self._unlit: dict[Material, Material] = {}
+        self._uv_sets: dict[Material, tuple[int, int]] = {}
+        """Where they are not 0 and 1."""
 
     def expect(self, primitives: Iterable[Any]) -> None:
         """Get ready for the materials of primitives, which are parts of the file's JSON."""
@@ -85,6 +87,17 @@ class Materials:
 
     def _make(self, entry: Element) -> Material:
         self._document.take(entry, bytes=OBJECT_BYTES)
+        self._textures.uv_sets = uv_sets_of(entry)
+        material = self._read(entry)
+        if self._textures.uv_sets != UV_SETS:
+            self._uv_sets[material] = self._textures.uv_sets
+        return material
+
+    def uv_sets(self, material: Material) -> tuple[int, int]:
+        """The numbers of the texture coordinates that a material uses."""
+        return self._uv_sets.get(material, UV_SETS)
+
+    def _read(self, entry: Element) -> Material:
         values: dict[str, Any] = {"name": entry.name, "extras": entry.extras}
         converts = entry.has_extension(SPECULAR_GLOSSINESS)
         for key, read in self._parts.items():

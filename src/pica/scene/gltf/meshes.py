@@ -125,7 +125,7 @@ class Meshes:
         tangents = tangent_uvs(material) is not None and not (shared and "TANGENT" in accessors)
         taken = vertices * _VERTEX_BYTES + tangents * triangles.size * _TANGENT_BYTES
         self._document.take(primitive, vertices=vertices, bytes=taken)
-        attributes = self._attributes(primitive, accessors, vertex_count, used)
+        attributes = self._attributes(primitive, accessors, vertex_count, used, self.materials.uv_sets(material))
         if not tangents and self._batch.takes(attributes, triangles):
             return self._batch.add(primitive, attributes, triangles, material)
         return primitive.apply(complete, attributes, triangles, material)
@@ -138,9 +138,9 @@ class Meshes:
         vertices = count * points_and_lines.VERTICES
         self._document.take(primitive, vertices=vertices, bytes=vertices * _VERTEX_BYTES + corners * _CORNER_BYTES)
         order = self._order(primitive, vertex_count)
-        attributes, triangles = points_and_lines.thickened(
-            self._attributes(primitive, accessors, vertex_count, None), order, mode
-        )
+        uv_sets = self.materials.uv_sets(self.materials.get(primitive))
+        attributes = self._attributes(primitive, accessors, vertex_count, None, uv_sets)
+        attributes, triangles = points_and_lines.thickened(attributes, order, mode)
         if not len(triangles):
             return None
         material = self.materials.get(primitive) if "NORMAL" in accessors else self.materials.get_unlit(primitive)
@@ -160,13 +160,18 @@ class Meshes:
         self._document.take(*asks, bytes=corners * _CORNER_BYTES)
         return renumbered(triangulate(self._order(primitive, vertex_count), mode), vertex_count)
 
-    def _attributes(self, primitive: Element, accessors: Element, vertex_count: int, used: Rows | None) -> Attributes:
-        """The attributes of the vertices that are used, as far as the file has them."""
+    def _attributes(
+        self, primitive: Element, accessors: Element, vertex_count: int, used: Rows | None, uv_sets: tuple[int, int]
+    ) -> Attributes:
+        """The attributes of the vertices that are used, as far as the file has them; texture coordinates as if their
+        numbers were 0 and 1."""
         attributes: Attributes = {}
+        given_as = {f"TEXCOORD_{number}": f"TEXCOORD_{given}" for number, given in enumerate(uv_sets)}
         for name, types in _TYPES.items():
-            if name in accessors:
-                check_per_vertex(self._document, accessors, name, vertex_count)
-                attributes[name] = read_floats(self._document, accessors, name, types, used)
+            given = given_as.get(name, name)
+            if given in accessors:
+                check_per_vertex(self._document, accessors, given, vertex_count)
+                attributes[name] = read_floats(self._document, accessors, given, types, used)
         if "COLOR_0" in attributes:  # floats in files may be beyond
             attributes["COLOR_0"] = np.clip(attributes["COLOR_0"], 0, 1)
         offsets = morph_offsets(self._document, primitive, attributes, vertex_count, used)

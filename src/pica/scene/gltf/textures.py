@@ -20,7 +20,9 @@ _EXTENSIONS = ("KHR_texture_basisu", "EXT_texture_avif", "EXT_texture_webp")
 _DDS = "MSFT_texture_dds"
 """After it: block compressed colours, made of it, have no advantage once they are pixels."""
 
-UV_SETS = 2
+UV_SETS = 0, 1
+"""Texture coordinates of most materials: what `uv0` and `uv1` of sections hold."""
+_PLACES = tuple(tuple(place.split("/")) for place in [*TEXTURES, *SPECULAR_GLOSSINESS_TEXTURES])
 _PLACING = {"texCoord", "extensions", "extras"}
 """Keys of texture infos for texture coordinates."""
 _DEFAULT_SAMPLER = Sampler()
@@ -39,6 +41,8 @@ class Textures:
         self._samplers: dict[Element, Sampler] = {}
         self._by_content: dict[tuple[EncodedPicture, Encoding | None], Image] = {}
         self._pictures = Pictures(document)
+        self.uv_sets = UV_SETS
+        """Those of the material whose textures are read."""
 
     def get(self, owner: Element, key: str) -> Texture | None:
         """The texture of the texture info under `key`; None, with a warning, where its format cannot be read."""
@@ -51,13 +55,14 @@ class Textures:
             return _plain_texture(image=image, sampler=self._sampler(entry))
         transform = info.extension("KHR_texture_transform")
         uv_set = transform.integer("texCoord", default=info.integer("texCoord", default=0))
-        if uv_set >= UV_SETS:
-            self._document.warn(f"{info.place()}: left out, it uses TEXCOORD_{uv_set}; only 0 and 1 are read")
+        if uv_set not in self.uv_sets:
+            read = " and ".join(map(str, self.uv_sets))
+            self._document.warn(f"{info.place()}: left out, it uses TEXCOORD_{uv_set}; of its material {read} are read")
             return None
         if image is None:
             return None
         matrix = info.pica.numbers("transform", 6) if "transform" in info.pica else _matrix(transform)
-        return info.apply(Texture, image, self._sampler(entry), uv_set, matrix)
+        return info.apply(Texture, image, self._sampler(entry), self.uv_sets.index(uv_set), matrix)
 
     def _sampler(self, texture: Element) -> Sampler:
         if "sampler" not in texture:
@@ -126,16 +131,41 @@ class Textures:
         return self._by_content[key]
 
 
+def uv_sets_of(material: Element) -> tuple[int, int]:
+    """The two sets of texture coordinates that a material's first textures use; 0 and 1 if no other is used."""
+    used: dict[int, None] = {}
+    for _, info in _texture_infos(material):
+        if info.keys() & _PLACING:
+            extensions = info.get("extensions")
+            moved = extensions.get("KHR_texture_transform") if type(extensions) is dict else None
+            number = (moved if type(moved) is dict and "texCoord" in moved else info).get("texCoord", 0)
+        else:
+            number = 0
+        if type(number) is int and number >= 0:
+            used[number] = None
+    if all(number in UV_SETS for number in used):
+        return UV_SETS
+    first, second = sorted([*used, *(number for number in UV_SETS if number not in used)][:2])
+    return first, second
+
+
 def _texture_rows(material: Element) -> Iterator[int]:
     """The indices of textures in a material; faults are left to their readers."""
     converts = material.has_extension(SPECULAR_GLOSSINESS)
-    for place in [*TEXTURES, *SPECULAR_GLOSSINESS_TEXTURES]:
-        value: Any = material.values
-        for key in place.split("/"):
-            value = value.get(key) if type(value) is dict else None
-        row = value.get("index") if type(value) is dict else None
-        if type(row) is int and not (converts and place.startswith("pbrMetallicRoughness")):
+    for place, info in _texture_infos(material):
+        row = info.get("index")
+        if type(row) is int and not (converts and place[0] == "pbrMetallicRoughness"):
             yield row
+
+
+def _texture_infos(material: Element) -> Iterator[tuple[tuple[str, ...], dict[str, Any]]]:
+    """Places and contents of a material's texture infos, unchecked."""
+    for place in _PLACES:
+        value: Any = material.values
+        for key in place:
+            value = value.get(key) if type(value) is dict else None
+        if type(value) is dict:
+            yield place, value
 
 
 def _matrix(transform: Element) -> tuple[float, float, float, float, float, float]:
