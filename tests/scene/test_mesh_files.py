@@ -136,6 +136,31 @@ def test_materials_of_obj(tmp_path: Path) -> None:
     assert (metal.metallic, metal.roughness) == (1, 1) and metal.alpha_mode is pica.AlphaMode.OPAQUE
 
 
+def bumped(folder: Path, line: str) -> pica.Material:
+    """The material of a cube with a line in its MTL file."""
+    (folder / "a.mtl").write_text(f"newmtl m\n{line}\n")
+    return only_section(load(write(folder / "a.obj", mesh_files.obj(cube(), "mtllib a.mtl", "usemtl m")))).material
+
+
+def test_bumps_of_obj_are_normals_or_heights(tmp_path: Path) -> None:
+    (tmp_path / "my normals.png").write_bytes(picture((128, 128, 255)))
+    for line in ("map_Bump -bm 0.5 my normals.png", "bump my normals.png", "norm my normals.png"):
+        material = bumped(tmp_path, line)
+        assert material.normal_texture is not None and material.normal_scale == (0.5 if "-bm" in line else 1)
+        assert material.normal_texture.image.pixels[0, 0].tolist() == [128, 128, 255, 255]
+    side = 64
+    heights = np.zeros((side, side), np.uint8)
+    heights[:, :32] = 4 * np.arange(32)  # rises to the right, by 1 in 64 / 1.004 texels
+    heights[:, 32:] = 4 * np.arange(32)[:, None][:32].repeat(2, axis=0)  # on the right it rises downwards
+    PIL.Image.fromarray(heights).save(tmp_path / "heights.png")
+    pixels = bumped(tmp_path, "map_Bump -bm 50 heights.png").normal_texture.image.pixels  # type: ignore[union-attr]
+    normal = pixels[20, 10, :3] / 127.5 - 1
+    slope = 4 / 255 * side * 0.5
+    np.testing.assert_allclose(normal, np.array([-slope, 0, 1]) / np.hypot(slope, 1), atol=0.01)
+    downwards = pixels[20, 48, :3] / 127.5 - 1
+    assert downwards[1] > 0.2 and abs(downwards[0]) < 0.02  # v points up
+
+
 def test_texture_coordinates_point_down(tmp_path: Path) -> None:
     shape = sphere()
     section = only_section(load(write(tmp_path / "a.obj", mesh_files.obj(shape))))

@@ -18,6 +18,8 @@ _KEPT = ("PNG", "JPEG", "WEBP", "AVIF", "DDS")
 _CONVERTED = ("BMP", "GIF", "TGA", "TIFF")
 """Formats of Pillow that glTF's loader does not read."""
 _MOST_PIXELS = 16384 * 8192
+_RELIEF = 0.01
+"""Height of white in a picture of heights, as a share of the picture's sides."""
 FAULTS = (OSError, ValueError, SyntaxError, SceneError, PIL.Image.DecompressionBombError)
 """What Pillow raises for broken pictures."""
 
@@ -83,6 +85,24 @@ class Pictures:
         with PIL.Image.open(io.BytesIO(content), formats=_KEPT + _CONVERTED) as image:
             return image.size
 
+    def normals(self, content: bytes, name: str, strength: float) -> tuple[int | None, float]:
+        """The index of an image of normals, and their scale, of a picture of normals or, if it is grey, of heights.
+
+        White is `strength` hundredths of the picture's width above black; the picture repeats. None, with a warning,
+        where it cannot be read.
+        """
+        try:
+            pixels = self.pixels(content)
+        except FAULTS as error:
+            self.warn(name, error)
+            return None, 1.0
+        if (pixels[..., :1] != pixels[..., 1:3]).any():
+            return self.add(content, name), strength
+        key = sha256(content).digest(), strength
+        if key not in self._images:
+            self._images[key] = self._image(png(_normals_of(pixels[..., 0], strength * _RELIEF)), name)
+        return self._images[key], 1.0
+
     def pixels(self, content: bytes) -> NDArray[np.uint8]:
         """(height, width, 4) of a file's content. Raises one of FAULTS."""
         with PIL.Image.open(io.BytesIO(content), formats=_KEPT + _CONVERTED) as image:
@@ -131,6 +151,19 @@ class Pictures:
             "bufferView": self._conversion.asset.view(content),
         }
         return self._conversion.asset.add("images", entry)
+
+
+def _normals_of(heights: NDArray[np.uint8], scale: float) -> NDArray[np.uint8]:
+    """(height, width, 3) normals of heights, whose white is `scale` times the picture's sides above black."""
+    values = heights.astype(np.float32) / 255
+    # Central differences; v points up, and rows go down.
+    slopes = [
+        scale * sign * (np.roll(values, -1, axis) - np.roll(values, 1, axis)) / 2 * values.shape[axis]
+        for axis, sign in ((1, -1), (0, 1))
+    ]
+    normals = np.stack([*slopes, np.ones_like(values)], axis=-1)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    return np.round((normals + 1) * 127.5).astype(np.uint8)
 
 
 def png(pixels: NDArray[np.uint8]) -> bytes:

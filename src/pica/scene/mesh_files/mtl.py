@@ -11,7 +11,7 @@ from pica.scene.conversion.pictures import ChannelSource, Pictures
 _OPTION_VALUES = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2}
 """The most values of options of maps; others have one."""
 _READ = {"newmtl", "ka", "kd", "ks", "ke", "ns", "ni", "d", "tr", "tf", "illum", "pr", "pm"}
-_READ |= {"map_kd", "map_ke", "map_pr", "map_pm", "norm", "map_ka", "map_ks", "map_ns"}
+_READ |= {"map_kd", "map_ke", "map_pr", "map_pm", "norm", "map_bump", "bump", "map_ka", "map_ks", "map_ns"}
 """Those of the Phong model besides are not used, but need no warning."""
 
 Lines = dict[str, list[str]]
@@ -67,7 +67,7 @@ class Materials:
                 "metallicFactor": 1.0 if packed else _unit(metallic),
                 "roughnessFactor": 1.0 if packed else _unit(roughness),
             },
-            "normalTexture": self._texture(lines, "norm"),
+            "normalTexture": self._normal(lines),
             "emissiveTexture": emissive,
             "emissiveFactor": [max(each, 0.0) / strength for each in emission],
             "alphaMode": "BLEND" if opacity < 1 else "OPAQUE",
@@ -96,11 +96,27 @@ class Materials:
         file = self._file(lines, key)
         return None if file is None else self._pictures.texture(self._pictures.add(*file))
 
+    def _normal(self, lines: Lines) -> dict[str, Any] | None:
+        """A map of normals: norm, or one of normals or heights, as exporters write both as map_Bump."""
+        key = next((key for key in ("norm", "map_bump", "bump") if key in lines), "norm")
+        file = self._file(lines, key)
+        if file is None:
+            return None
+        words = lines[key]
+        given = words[words.index("-bm") + 1] if "-bm" in words[:-1] else "1"
+        strength = float(given) if _is_number(given) else 1.0
+        if key == "norm":
+            return self._pictures.texture(self._pictures.add(*file))
+        image, scale = self._pictures.normals(*file, strength)
+        info = self._pictures.texture(image)
+        return info if info is None or scale == 1 else info | {"scale": scale}
+
     def _file(self, lines: Lines, key: str) -> tuple[bytes, str] | None:
         """Content and name of a map's file."""
         words = list(lines.get(key, ()))
         while len(words) > 1 and words[0].startswith("-"):
-            self._conversion.warn(f"{words[0]} of {key} is left out")
+            if words[0] != "-bm":
+                self._conversion.warn(f"{words[0]} of {key} is left out")
             option, *words = words
             for _ in range(_OPTION_VALUES.get(option, 1)):
                 if len(words) > 1 and (option not in _OPTION_VALUES or _is_number(words[0])):
