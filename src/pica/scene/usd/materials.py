@@ -7,7 +7,7 @@ from pxr import Sdf, Usd, UsdShade
 
 from pica.scene.conversion.pictures import ChannelSource, Pictures
 from pica.scene.gltf_export.container import differing
-from pica.scene.usd import materialx, preview_surface
+from pica.scene.usd import materialx, omni_pbr, preview_surface
 from pica.scene.usd.shading import Network
 from pica.scene.usd.stage import Stage
 from pica.scene.usd.surface import Color, Map, Surface, Transform
@@ -18,6 +18,7 @@ _READERS = {
     **dict.fromkeys(preview_surface.IDS, preview_surface.read_preview_surface),
     materialx.STANDARD_SURFACE: materialx.read_standard_surface,
     materialx.OPEN_PBR: materialx.read_open_pbr,
+    **dict.fromkeys(omni_pbr.NAMES, omni_pbr.read_omni_pbr),
 }
 _UNBOUND = Surface(roughness=1.0, takes_colors=True)
 _BLACK: Color = (0.0, 0.0, 0.0)
@@ -63,9 +64,9 @@ class Materials:
 
     def _read(self, material: UsdShade.Material) -> Surface:
         found = ""
-        for context in ("", "mtlx"):
+        for context in ("", "mtlx", "mdl"):
             shader = material.ComputeSurfaceSource(context)[0]
-            kind = str(shader.GetIdAttr().Get() or "") if shader else ""
+            kind = _kind(shader) if shader else ""
             if kind in _READERS:
                 if material.GetDisplacementOutput().HasConnectedSource():
                     self._stage.conversion.warn("displacement is left out")
@@ -265,6 +266,11 @@ class _Writer:
         if texture.transform is not None:
             more["extras"] = {"pica": {"transform": list(_pointing_down(texture.transform))}}
         return self._pictures.texture(image, sampler, **more)
+
+
+def _kind(shader: UsdShade.Shader) -> str:
+    """What a shader is: its identifier, or its name in a file of MDL."""
+    return str(shader.GetIdAttr().Get() or shader.GetSourceAssetSubIdentifier("mdl") or "")
 
 
 def _pointing_down(transform: Transform) -> Transform:

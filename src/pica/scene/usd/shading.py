@@ -52,6 +52,21 @@ class Network:
         """Likewise."""
         return self._without_map(name, self.color(name, default), default)
 
+    def pair(self, name: str, default: tuple[float, float]) -> tuple[float, float]:
+        """Two numbers."""
+        value = self.value(name, default, lambda given: (float(given[0]), float(given[1])))
+        u, v = self._without_map(name, value, default)
+        return u, v
+
+    def file_map(self, name: str, output: str, transform: Transform | None) -> Map | None:
+        """The texture of an input that names a file, as those of MDL do; None without one."""
+        picture = self._file(self._shader, name)
+        if picture is None:
+            return None
+        space = str(self._shader.GetInput(name).GetAttr().GetColorSpace() or "")
+        encoding = {"raw": "linear", "sRGB": "srgb"}.get(space)
+        return self._map(picture, "st", transform, (_REPEAT, _REPEAT), output=output, encoding=encoding)
+
     def _without_map(self, name: str, value: Any, default: Any) -> Any:
         if isinstance(value, Map):
             self._stage.conversion.warn(f"textures of {name} are left out")
@@ -160,13 +175,13 @@ class Network:
         channel = output if output in ("r", "g", "b", "a") else "rgb"
         return self._map(found, uv, transform, (wraps[0], wraps[1]), output=channel, encoding=encoding)
 
-    def _file(self, shader: UsdShade.Shader) -> _Picture | None:
-        """The picture of a texture."""
-        asset = self._input(shader, "file", None, lambda given: given)
+    def _file(self, shader: UsdShade.Shader, name: str = "file") -> _Picture | None:
+        """The picture that an input names."""
+        asset = self._input(shader, name, None, lambda given: given)
         if not isinstance(asset, Sdf.AssetPath):
             return None
         if PATTERN in asset.path:
-            attribute = UsdShade.Utils.GetValueProducingAttributes(shader.GetInput("file"))[0]
+            attribute = UsdShade.Utils.GetValueProducingAttributes(shader.GetInput(name))[0]
             joined = self._tiled.get(attribute, asset.path)
             return None if joined is None else _Picture(joined.content, asset.path, joined.transform)
         content = self._stage.file(asset, "texture")
