@@ -136,6 +136,17 @@ def test_materials_of_obj(tmp_path: Path) -> None:
     assert (metal.metallic, metal.roughness) == (1, 1) and metal.alpha_mode is pica.AlphaMode.OPAQUE
 
 
+@pytest.mark.parametrize("statement", ["mtllib one.mtl my two.mtl", "mtllib one.mtl\n mtllib\tmy two.mtl"])
+def test_several_libraries_tabs_and_indents(statement: str, tmp_path: Path) -> None:
+    (tmp_path / "one.mtl").write_text("newmtl\tred\n\tKd\t1 0 0\n")
+    (tmp_path / "my two.mtl").write_text("  newmtl deep blue\n  Kd 0 0 1\n")
+    text = f"{statement}\n\tv\t0 0 0\n v 1e0\t0 0\n\tv 0 1 0\n\tusemtl\tred\n\tf\t1 2\t3\n"
+    text += " usemtl deep blue\n f 3 2 1\nl 1 2\np 1\n"
+    scene = load(write(tmp_path / "a.obj", text))
+    colors = {node.mesh.sections[0].material.base_color[:3] for node in scene.nodes() if node.mesh}
+    assert colors == {(1, 0, 0), (0, 0, 1)}
+
+
 def bumped(folder: Path, line: str) -> pica.Material:
     """The material of a cube with a line in its MTL file."""
     (folder / "a.mtl").write_text(f"newmtl m\n{line}\n")

@@ -361,9 +361,17 @@ def test_what_is_left_out_is_told_once(tmp_path: Path) -> None:
     quad(made)
     for name in ("hair", "fur"):
         UsdGeom.NurbsCurves.Define(made, f"/World/{name}")
+        cube(made, f"/World/moving_{name}").GetPointsAttr().Set([(0, 0, 0)] * 8, 1)
+        cube(made, f"/World/moving_{name}").GetPointsAttr().Set([(0, 0, 1)] * 8, 2)
+        for code in (1, 2):
+            UsdGeom.Camera.Define(made, f"/World/zoom_{name}").GetFocalLengthAttr().Set(10.0 * code, code)
     with pytest.warns(UserWarning) as caught:
         pica.load(saved(made), environment=SKY)
-    assert [str(each.message).split(": ", 1)[1] for each in caught] == ["prims of type NurbsCurves are left out"]
+    assert [str(each.message).split(": ", 1)[1] for each in caught] == [
+        "prims of type NurbsCurves are left out",
+        "the motion of points is left out",
+        "prims of type Camera keep the values of the start time code",
+    ]
 
 
 @pytest.mark.parametrize(

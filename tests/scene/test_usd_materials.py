@@ -140,3 +140,26 @@ def test_color_temperature_and_normalize(tmp_path: Path) -> None:
     assert read.radiance == pytest.approx(2.0) and (read.width, read.height) == (2, 3)
     assert read.color == pytest.approx(tuple(UsdLux.BlackbodyTemperatureAsRgb(2700.0)), rel=1e-5)
     assert read.color[0] > read.color[1] > read.color[2]
+
+
+def test_a_material_for_previews_alone_is_bound(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    shown = quad(made)
+    UsdShade.MaterialBindingAPI.Apply(shown.GetPrim()).Bind(
+        material(made, "green", diffuseColor=(0.0, 1.0, 0.0)), materialPurpose=UsdShade.Tokens.preview
+    )
+    assert loaded(made)["green"].base_color == (0, 1, 0, 1)
+    UsdShade.MaterialBindingAPI(shown).Bind(material(made, "full"), materialPurpose=UsdShade.Tokens.full)
+    assert set(loaded(made)) == {"full"}
+
+
+def test_names_of_files_as_written_on_windows(tmp_path: Path) -> None:
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps" / "a.png").write_bytes(picture((10, 20, 30)))
+    (tmp_path / "maps" / "b.1002.png").write_bytes(picture((40, 50, 60)))
+    made = stage(tmp_path / "a.usda")
+    texture(made, bound(made, "one"), "diffuseColor", ".\\maps\\a.png")
+    texture(made, bound(made, "tiles"), "diffuseColor", "maps\\b.<UDIM>.png")
+    materials = loaded(made)
+    colors = [materials[name].base_color_texture.image.pixels[0, 0, 0] for name in ("one", "tiles")]
+    assert colors == [10, 40]

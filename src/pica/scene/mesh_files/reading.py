@@ -39,6 +39,9 @@ _METRES = {
 _WHITE = {"pbrMetallicRoughness": {"metallicFactor": 0.0}, "doubleSided": True}
 _SMOOTHING = re.compile(rb"^s\s+(?!off|0\s*$)\S", re.MULTILINE)
 """A smoothing group of OBJ."""
+_INDENT = re.compile(rb"^ +", re.MULTILINE)
+_LIBRARY = re.compile(rb"^mtllib +(.*\S)", re.MULTILINE)
+_AFTER_NAME = re.compile(r"(?<=\.mtl)\s+", re.IGNORECASE)
 _ABOUT = re.compile(rb"<(copyright|authoring_tool)>([^<]*)</")
 """Of COLLADA (COLLADA 1.4.1, contributor)."""
 _UP_AXIS = re.compile(rb"<up_axis>\s*([XYZ])_UP")
@@ -52,24 +55,28 @@ def add_meshes(conversion: Conversion) -> None:
 class _Files(Resolver):
     """The files that trimesh may read: materials of OBJ as text, and pictures of COLLADA."""
 
-    def __init__(self, conversion: Conversion) -> None:
-        self._conversion = conversion
+    def __init__(self, conversion: Conversion, libraries: list[str]) -> None:
+        self._conversion, self._libraries = conversion, libraries
         self.materials: dict[str, mtl.Lines] = {}
         self.has_pictures = False
         """Otherwise pictures of materials are trimesh's own."""
 
     def get(self, key: str) -> bytes:
-        """The content of a file. Raises KeyError where it cannot be read."""
-        is_obj = self._conversion.path.suffix.lower() == ".obj"
-        if is_obj and not key.lower().endswith(".mtl"):
-            raise KeyError(key)  # mtl.py reads pictures
-        content = self._conversion.file(key, "mtllib" if is_obj else "image")
+        """The content of a file; of OBJ the names of all materials. Raises KeyError where it cannot be read."""
+        if self._libraries:
+            return self._names()
+        content = self._conversion.file(key, "image")
         if content is None:
             raise KeyError(key)
-        if is_obj:
-            self.materials |= mtl.parse(content.decode("utf-8", "replace"))
-        self.has_pictures |= not is_obj
+        self.has_pictures = True
         return content
+
+    def _names(self) -> bytes:
+        """As MTL: mtl.py reads all else."""
+        for name in self._libraries:
+            content = self._conversion.file(name, "mtllib")
+            self.materials |= mtl.parse((content or b"").decode("utf-8", "replace"))
+        return "".join(f"newmtl {name}\n" for name in self.materials).encode()
 
     def keys(self) -> list[str]:
         """None can be listed."""
@@ -91,7 +98,11 @@ class MeshReader:
         self._content = conversion.files.read_asset()
         self._kind = conversion.path.suffix.lower()
         self._pictures = Pictures(conversion)
-        self._files = _Files(conversion)
+        libraries: list[str] = []
+        if self._kind == ".obj":
+            self._content = _with_single_spaces(self._content)
+            libraries = _libraries(self._content)
+        self._files = _Files(conversion, libraries)
         self._collada: dict[int, int] = {}
 
     def add(self) -> None:
@@ -221,6 +232,18 @@ class MeshReader:
         stream = io.BytesIO()
         image.save(stream, "PNG")
         return self._pictures.texture(self._pictures.add(stream.getvalue(), self._kind))
+
+
+def _with_single_spaces(content: bytes) -> bytes:
+    """OBJ whose lines begin with a word, and have no tabs, as trimesh reads it."""
+    content = content.replace(b"\t", b" ")
+    return _INDENT.sub(b"", content) if b"\n " in content or content.startswith(b" ") else content
+
+
+def _libraries(content: bytes) -> list[str]:
+    """The files of materials of an OBJ file, whose names may have spaces; a statement may name several."""
+    lines = [line.decode("utf-8", "replace") for line in _LIBRARY.findall(content)]
+    return list(dict.fromkeys(name for line in lines for name in _AFTER_NAME.split(line)))
 
 
 def _triangles(faces: Any, vertex_count: int) -> NDArray[np.uint32]:

@@ -44,7 +44,7 @@ def _picture(stage: Stage, prim: Usd.Prim) -> NDArray[np.float32] | None:
     if layout not in (None, "automatic", "latlong"):
         stage.conversion.warn(f"a dome's texture of the format {layout} is left out")
         return None
-    content = stage.file(asset, "dome texture")
+    content = stage.file(attribute, asset, "dome texture")
     if content is None:
         return None
     from pica.images.pictures import read_radiance  # which imports SlangPy

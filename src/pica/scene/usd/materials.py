@@ -47,7 +47,10 @@ class Materials:
 
     def bound(self, prim: Usd.Prim, two_sided: bool) -> BoundMaterial:
         """What is bound to a prim; white with its displayColor where nothing is."""
-        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
+        binding = UsdShade.MaterialBindingAPI(prim)
+        material, _ = binding.ComputeBoundMaterial(UsdShade.Tokens.full)
+        if not material:
+            material, _ = binding.ComputeBoundMaterial(UsdShade.Tokens.preview)
         path = material.GetPath() if material else None
         if (path, two_sided) not in self._bound:
             surface = self._surface(material) if material else _UNBOUND

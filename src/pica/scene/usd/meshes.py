@@ -45,6 +45,9 @@ class Meshes:
             self._stage.conversion.warn(f"prims of type {kind} are left out")
         if kind not in _READ:
             return None
+        points = prim.GetAttribute("points")
+        if points and points.GetNumTimeSamples() > 1:
+            self._stage.conversion.warn("the motion of points is left out")
         source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
         bound = self._bindings(prim)
         key = source.GetPath(), *(material for _, material in bound), id(deformation) if deformation else 0

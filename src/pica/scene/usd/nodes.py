@@ -102,6 +102,9 @@ class _Nodes:
                 first = {"translation": pose.translation, "rotation": pose.rotation, "scale": pose.scale}
                 entry |= {path: keys[0].tolist() for path, keys in first.items()}
         entry["camera"] = camera_entry(self._stage, prim, self._unit)
+        kind = str(prim.GetTypeName())
+        if kind.endswith(("Light", "Camera")) and _changes(prim):
+            self._stage.conversion.warn(f"prims of type {kind} keep the values of the start time code")
         if visible:
             deformation = self._skeletons.get(prim)
             entry["mesh"] = self._meshes.get(prim, deformation)
@@ -138,6 +141,12 @@ def _is_data(prim: Usd.Prim) -> bool:
         return False
     children = prim.GetFilteredChildren(_SHOWN)
     return all(child.IsA(UsdShade.Shader) or child.IsA(UsdShade.NodeGraph) for child in children)
+
+
+def _changes(prim: Usd.Prim) -> bool:
+    """Whether values besides the transform and the visibility change over time."""
+    given = (each for each in prim.GetAuthoredAttributes() if not str(each.GetName()).startswith(("xformOp:", "visib")))
+    return any(each.ValueMightBeTimeVarying() for each in given)
 
 
 def _matrix(rows: NDArray[np.float64]) -> dict[str, Any]:

@@ -180,11 +180,11 @@ class Network:
         asset = self._input(shader, name, None, lambda given: given)
         if not isinstance(asset, Sdf.AssetPath):
             return None
+        attribute = UsdShade.Utils.GetValueProducingAttributes(shader.GetInput(name))[0]
         if PATTERN in asset.path:
-            attribute = UsdShade.Utils.GetValueProducingAttributes(shader.GetInput(name))[0]
-            joined = self._tiled.get(attribute, asset.path)
+            joined = self._tiled.get(attribute, asset.path.replace("\\", "/"))
             return None if joined is None else _Picture(joined.content, asset.path, joined.transform)
-        content = self._stage.file(asset, "texture")
+        content = self._stage.file(attribute, asset, "texture")
         return None if content is None else _Picture(content, asset.path)
 
     def _map(self, picture: _Picture, uv: str, transform: Transform | None, wraps: tuple[int, int], **more: Any) -> Map:

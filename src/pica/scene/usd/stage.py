@@ -107,9 +107,14 @@ class Stage:
         self.conversion.files.admit(os.path.relpath(file, self._folder), what)
         return Sdf.Layer.FindOrOpen(found)
 
-    def file(self, asset: Sdf.AssetPath, what: str) -> bytes | None:
+    def file(self, attribute: Usd.Attribute, asset: Sdf.AssetPath, what: str) -> bytes | None:
         """The content of a file that an attribute names; None, with a warning, where it cannot be read."""
-        return self.content(asset.path, asset.resolvedPath, what) if asset.path else None
+        name, found = asset.path, asset.resolvedPath
+        if not found and "\\" in name:  # as written on Windows
+            layer = attribute.GetPropertyStack(self.time)[0].layer
+            name = name.replace("\\", "/")
+            found = str(Ar.GetResolver().Resolve(layer.ComputeAbsolutePath(name)))
+        return self.content(name, found, what) if name else None
 
     def content(self, name: str, found: str, what: str) -> bytes | None:
         """Likewise, of a file by the name that the attribute has for it, and by what USD resolves it to."""
