@@ -166,3 +166,23 @@ def test_curves_without_length_and_those_that_turn_back(points: list, tmp_path: 
     curves(made, points, "linear")
     part = section(made)
     assert np.isfinite(part.positions).all() and np.abs(np.linalg.norm(part.normals, axis=1) - 1).max() < 1e-5
+
+
+def test_tubes_do_not_twist_and_loops_close(tmp_path: Path) -> None:
+    """Along a screw through all directions, ring vertices stay where the curve's bending takes them."""
+    turns = np.linspace(0, 6 * math.pi, 200)
+    made = stage(tmp_path / "a.usda")
+    screw = np.stack([np.cos(turns), np.sin(turns), 0.3 * np.sin(3 * turns)], axis=1)
+    curves(made, [tuple(place) for place in screw.tolist()], "linear", widths=(0.1,))
+    part = section(made)
+    sides = np.linalg.norm(np.diff(part.positions[part.indices], axis=1), axis=2).min(axis=1)
+    assert sides.max() < 0.04  # a side of the octagon has 0.038; a twist makes both sides of a triangle longer
+    closed = stage(tmp_path / "b.usda")
+    loop = [(math.cos(turn), math.sin(turn), 0.4 * math.sin(2 * turn)) for turn in np.arange(12) * math.pi / 6]
+    curves(closed, loop, "bspline", "periodic")
+    part = section(closed)
+    rounded = np.round(part.positions, 5)
+    distinct, row = np.unique(rounded, axis=0, return_inverse=True)
+    triangles = row.reshape(-1)[part.indices]
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all() and len(distinct) == 12 * 8 * 8

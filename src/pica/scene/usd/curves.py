@@ -95,29 +95,35 @@ def _tubes(
 
 
 def _frames(places: NDArray[np.float64], first: Rows, last: Rows) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(samples, 3) unit vectors along the curves, and at right angles to them, which turn as little as they can."""
+    """(samples, 3) unit vectors along the curves, and at right angles to them, which turn no more than the curves."""
+    numbers, lengths = np.arange(len(places)), last - first + 1
     steps = np.zeros_like(places)
     steps[:-1] = np.diff(places, axis=0)
     steps[last] = 0
     steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1e-30)
     before = np.roll(steps, 1, axis=0)
-    loops = (places[first] == places[last]).all(axis=1)
+    loops = np.linalg.norm(places[first] - places[last], axis=1) < 1e-6 * diagonal(places)
     before[first[loops]], steps[last[loops]] = steps[last[loops] - 1], steps[first[loops]]
-    along, side = steps + before, np.zeros_like(places)
-    order = np.argsort(first - last, kind="stable")
-    first, lengths = first[order], (last - first + 1)[order]
-    kept_along, kept_side = np.tile([0.0, 0.0, 1.0], (len(first), 1)), np.zeros((len(first), 3))
-    for step in range(int(lengths[0])):
-        count = int(np.searchsorted(-lengths, -step))  # curves that have this sample
-        rows = first[:count] + step
-        size = np.linalg.norm(along[rows], axis=1, keepdims=True)
-        kept_along = np.where(size > 1e-9, along[rows] / np.maximum(size, 1e-30), kept_along[:count])
-        kept_side = kept_side[:count] - _dot(kept_side[:count], kept_along) * kept_along
-        is_lost = np.linalg.norm(kept_side, axis=1) < 1e-3
-        kept_side[is_lost] = np.cross(kept_along[is_lost], np.eye(3)[np.abs(kept_along[is_lost]).argmin(axis=1)])
-        kept_side /= np.linalg.norm(kept_side, axis=1, keepdims=True)
-        along[rows], side[rows] = kept_along, kept_side
-    return along, side
+    along = steps + before
+    is_known = np.linalg.norm(along, axis=1) > 1e-9
+    along[first[~is_known[first]]] = 0.0, 0.0, 1.0
+    is_known[first] = True
+    along = along[np.maximum.accumulate(np.where(is_known, numbers, 0))]  # that of the last sample that has one
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    side = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    other = np.cross(along, side)
+    # The smallest rotation of one sample's vector along to the next one's takes its side to an angle in the next frame
+    # (Bergou et al. 2008, "Discrete Elastic Rods", 4.2.2).
+    start, start_side = np.roll(along, 1, axis=0), np.roll(side, 1, axis=0)
+    turned = start_side - _dot(start_side, along) / np.maximum(1 + _dot(start, along), 1e-9) * (start + along)
+    angles = np.arctan2(_dot(turned, other), _dot(turned, side))[:, 0]
+    angles[first] = 0
+    angles = np.cumsum(angles)
+    angles -= np.repeat(angles[first], lengths)
+    left = np.where(loops, (angles[last] + math.pi) % (2 * math.pi) - math.pi, 0)  # so that loops close
+    angles -= np.repeat(left, lengths) * (numbers - np.repeat(first, lengths)) / np.repeat(lengths - 1, lengths)
+    return along, side * np.cos(angles)[:, None] + other * np.sin(angles)[:, None]
 
 
 def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
