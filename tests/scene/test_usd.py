@@ -416,3 +416,43 @@ def test_limits_hold(tmp_path: Path) -> None:
     path = saved(made)
     with pytest.raises(SceneError, match=r"/World/cube: would take \d+ vertices.*the limit is 100 vertices"):
         load(path, limits=pica.Limits(vertices=100))
+
+
+def polygons(made: Usd.Stage, *rings: list[tuple[float, float]], turned: bool = False) -> UsdGeom.Mesh:
+    """Polygons in the plane z = y."""
+    mesh = UsdGeom.Mesh.Define(made, "/World/polygons")
+    mesh.CreatePointsAttr([(x, y, y) for ring in rings for x, y in (ring[::-1] if turned else ring)])
+    mesh.CreateFaceVertexCountsAttr([len(ring) for ring in rings])
+    mesh.CreateFaceVertexIndicesAttr(list(range(sum(map(len, rings)))))
+    mesh.CreateSubdivisionSchemeAttr("none")
+    return mesh
+
+
+DART = [(2.0, -1.0), (4.0, 0.0), (2.0, 1.0), (2.6, 0.0)]
+COMB = [(0.0, 0.0), (7.0, 0.0), *((7 - x, y) for x in range(7) for y in ((3.0, 3.0) if x % 2 == 0 else (1.0, 1.0)))]
+SQUARE = [(10.0, 0.0), (11.0, 0.0), (11.0, 1.0), (10.0, 1.0)]
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_polygons_that_are_not_convex_are_not_fans(turned: bool, tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    polygons(made, DART, [(x + 20, y) for x, y in COMB], SQUARE, turned=turned)
+    (section,) = node(load(saved(made)), "polygons").mesh.sections
+    corners = section.positions[section.indices].astype(float)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1) / 2
+
+    def area(ring: list[tuple[float, float]]) -> float:
+        x, y = np.array(ring).T
+        return abs(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())) / 2
+
+    assert areas.sum() == pytest.approx(math.sqrt(2) * (area(DART) + area(COMB) + 1), rel=1e-5)
+    assert (normals[:, 2] * (-1 if turned else 1) >= 0).all()
+    # The middle of the fan's second triangle is outside the dart.
+    assert not any(inside(each, (2.1, 0.0)) for each in corners[..., :2])
+
+
+def inside(triangle: np.ndarray, place: tuple[float, float]) -> bool:
+    edges, arms = np.roll(triangle, -1, axis=0) - triangle, np.array(place) - triangle
+    signs = edges[:, 0] * arms[:, 1] - edges[:, 1] * arms[:, 0]
+    return bool((signs > 0).all() or (signs < 0).all())

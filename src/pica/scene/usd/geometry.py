@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.scene.conversion.triangles import fans
+from pica.scene.conversion.triangles import triangulated
 from pica.scene.usd.primvars import Primvar
 
 Rows = NDArray[np.intp]
@@ -49,7 +49,7 @@ class Part:
 def part(geometry: Geometry, faces: Rows | None) -> Part | None:
     """The part of some faces, or of all; None where it has no triangles."""
     face_of = np.repeat(np.arange(len(geometry.counts)), geometry.counts)
-    triangles = fans(geometry.counts)
+    triangles = triangulated(geometry.counts, geometry.points, geometry.corners)
     if geometry.left_handed:
         triangles = triangles[:, ::-1]
     if faces is not None:
