@@ -101,6 +101,28 @@ def test_polygons_are_fans_and_indices_may_count_from_the_end(tmp_path: Path) ->
     assert len(section.indices) == 5 and area == pytest.approx(2.5 + 2.0)
 
 
+@pytest.mark.parametrize("relative", [False, True])
+def test_polygons_that_are_not_convex_are_not_fans(relative: bool, tmp_path: Path) -> None:
+    places = [(0, 0), (7, 0), *((7 - x, 3 - 2 * (x % 2)) for x in range(8))]
+    rows = [str(row - 10) if relative else f"{row + 1}/1" for row in range(10)]
+    text = "vt 0 0\n" + "".join(f"v {x} {y} 0\n" for x, y in places) + f"f {' '.join(rows)}\r\nv 9 9 9\n"
+    section = only_section(load(write(tmp_path / "a.obj", text)))
+    corners = section.positions[section.indices]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (normals[:, 2] >= 0).all() and normals[:, 2].sum() / 2 == pytest.approx(7 + 7)
+
+
+def test_indices_count_back_from_their_own_line(tmp_path: Path) -> None:
+    """Each object's faces follow its vertices, as exporters write them that have no count of all."""
+    text = ""
+    for x in (0, 10):
+        text += f"o at{x}\nv {x} 0 0\nv {x + 1} 0 0\nv {x} 1 0\nvt 0 {x / 10}\nvn 0 0 1\nf -3/-1/-1 -2/-1/-1 -1/-1/-1\n"
+    scene = load(write(tmp_path / "a.obj", text))
+    for x in (0, 10):
+        (section,) = next(node for node in scene.nodes() if node.name == f"at{x}").mesh.sections  # type: ignore[union-attr]
+        assert sorted(section.positions[:, 0].tolist()) == [x, x, x + 1] and section.uv0[0, 1] == 1 - x / 10
+
+
 MTL = """newmtl painted
 Kd 0.1 0.2 0.3
 Ke 0 2 4

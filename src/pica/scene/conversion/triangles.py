@@ -28,19 +28,25 @@ def triangulated(counts: NDArray[np.intp], positions: NDArray[Any], corners: NDA
     """As `fans`, but polygons that are not convex are cut into ears. `corners`: the row of `positions` of each."""
     triangles = fans(counts)
     starts = np.cumsum(counts) - counts
-    large = np.flatnonzero(counts > 3)
-    found = [large[rows][_not_convex(counts[large[rows]], starts[large[rows]], positions, corners)]
-             for rows in strips(len(large))]  # fmt: skip
-    bent = np.concatenate([np.zeros(0, np.intp), *found])
-    ears = [starts[face] + _ears(positions[corners[starts[face] : starts[face] + counts[face]]]) for face in bent]
-    if not ears:
+    bent = not_convex(counts, positions, corners)
+    if not len(bent):
         return triangles
+    cut = [starts[face] + ears(positions[corners[starts[face] : starts[face] + counts[face]]]) for face in bent]
     is_fan = np.ones(len(counts), bool)
     is_fan[bent] = False
-    return np.concatenate([triangles[np.repeat(is_fan, np.maximum(counts - 2, 0))], *ears])
+    return np.concatenate([triangles[np.repeat(is_fan, np.maximum(counts - 2, 0))], *cut])
 
 
-def _not_convex(
+def not_convex(counts: NDArray[np.intp], positions: NDArray[Any], corners: NDArray[np.intp]) -> NDArray[np.intp]:
+    """The polygons that bend inwards at a corner."""
+    starts = np.cumsum(counts) - counts
+    large = np.flatnonzero(counts > 3)
+    parts = (large[rows] for rows in strips(len(large)))
+    found = [part[_bends(counts[part], starts[part], positions, corners)] for part in parts]
+    return np.concatenate([np.zeros(0, np.intp), *found])
+
+
+def _bends(
     counts: NDArray[np.intp], starts: NDArray[np.intp], positions: NDArray[Any], corners: NDArray[np.intp]
 ) -> NDArray[np.bool_]:
     """(polygons,) which of some polygons bend inwards at a corner."""
@@ -62,7 +68,7 @@ def _not_convex(
     return np.asarray(np.minimum.reduceat(bends, firsts) < _BENT_INWARDS)
 
 
-def _ears(places: NDArray[Any]) -> NDArray[np.intp]:
+def ears(places: NDArray[Any]) -> NDArray[np.intp]:
     """(triangles, 3) corners of one polygon, (corners, 3)."""
     import mapbox_earcut
 

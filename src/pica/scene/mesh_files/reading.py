@@ -23,6 +23,7 @@ from pica.scene.conversion.pictures import Pictures
 from pica.scene.conversion.triangles import fans
 from pica.scene.gltf_export.container import INDICES, VERTICES
 from pica.scene.mesh_files import mtl
+from pica.scene.mesh_files.faces import with_absolute_indices, with_ears
 from pica.scene.normals import vertex_normals
 
 Geometry = dict[str, Any]
@@ -100,7 +101,7 @@ class MeshReader:
         self._pictures = Pictures(conversion)
         libraries: list[str] = []
         if self._kind == ".obj":
-            self._content = _with_single_spaces(self._content)
+            self._content = with_ears(with_absolute_indices(_with_single_spaces(self._content)))
             libraries = _libraries(self._content)
         self._files = _Files(conversion, libraries)
         self._collada: dict[int, int] = {}
@@ -235,8 +236,8 @@ class MeshReader:
 
 
 def _with_single_spaces(content: bytes) -> bytes:
-    """OBJ whose lines begin with a word, and have no tabs, as trimesh reads it."""
-    content = content.replace(b"\t", b" ")
+    """OBJ whose lines begin with a word, go on without a backslash and have no tabs, as trimesh reads it."""
+    content = content.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").replace(b"\t", b" ")
     return _INDENT.sub(b"", content) if b"\n " in content or content.startswith(b" ") else content
 
 
@@ -253,7 +254,6 @@ def _triangles(faces: Any, vertex_count: int) -> NDArray[np.uint32]:
     else:
         counts = np.array([len(face) for face in faces])
         corners = np.concatenate([np.asarray(face) for face in faces])
-    corners = np.where(corners < 0, corners + vertex_count, corners)  # OBJ counts from the end, too
     if corners.size and not (corners.min() >= 0 and corners.max() < vertex_count):
         raise SceneError(f"a face names vertex {int(corners.max())}, but there are {vertex_count}")
     return corners[fans(counts)].astype(np.uint32)
