@@ -30,7 +30,7 @@ class Format:
 
 
 _MESHES, _USD = "pica.scene.mesh_files", "pica.scene.usd"
-_USD_FILE = Format(_USD, None, ("pxr", "mapbox_earcut"), "usd")
+_USD_FILE = Format(_USD, None, ("pxr",), "usd")
 FORMATS = {
     ".obj": Format(_MESHES, "y"),
     ".ply": Format(_MESHES, "y"),

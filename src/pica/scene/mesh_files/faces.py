@@ -8,7 +8,7 @@ from pica.scene.conversion.triangles import ears, not_convex
 
 _POLYGON = re.compile(rb"^f((?: ++[-\d/]++){5,}+) *\r?$", re.MULTILINE)
 """Of five corners or more: files of quads alone would take long."""
-_RELATIVE = re.compile(rb"^f +([-\d/ ]*-[-\d/ ]*)", re.MULTILINE)
+_RELATIVE = re.compile(rb"^f ++([-\d/ ]*-[-\d/ ]*)", re.MULTILINE)
 _STATEMENTS = tuple(re.compile(rb"^%b " % name, re.MULTILINE) for name in (b"v", b"vt", b"vn"))
 _VERTEX = re.compile(rb"^v +(\S+) +(\S+) +(\S+)", re.MULTILINE)
 

@@ -41,7 +41,7 @@ _WHITE = {"pbrMetallicRoughness": {"metallicFactor": 0.0}, "doubleSided": True}
 _SMOOTHING = re.compile(rb"^s\s+(?!off|0\s*$)\S", re.MULTILINE)
 """A smoothing group of OBJ."""
 _INDENT = re.compile(rb"^ +", re.MULTILINE)
-_LIBRARY = re.compile(rb"^mtllib +(.*\S)", re.MULTILINE)
+_LIBRARY = re.compile(rb"^mtllib ++(.*\S)", re.MULTILINE)
 _AFTER_NAME = re.compile(r"(?<=\.mtl)\s+", re.IGNORECASE)
 _ABOUT = re.compile(rb"<(copyright|authoring_tool)>([^<]*)</")
 """Of COLLADA (COLLADA 1.4.1, contributor)."""
