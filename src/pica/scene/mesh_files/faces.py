@@ -1,4 +1,7 @@
-"""Faces of OBJ files as trimesh reads them right: with indices from the start, and convex."""
+"""Faces of OBJ files as trimesh reads them right: with indices from the start, and convex.
+
+Files begin with the end of a line here, so that patterns do, which the library finds three times as fast as with ^.
+"""
 
 import re
 
@@ -6,11 +9,11 @@ import numpy as np
 
 from pica.scene.conversion.triangles import ears, not_convex
 
-_POLYGON = re.compile(rb"^f((?: ++[-\d/]++){5,}+) *\r?$", re.MULTILINE)
+_POLYGON = re.compile(rb"\nf((?: ++[-\d/]++){5,}+) *\r?$", re.MULTILINE)
 """Of five corners or more: files of quads alone would take long."""
-_RELATIVE = re.compile(rb"^f ++([-\d/ ]*-[-\d/ ]*)", re.MULTILINE)
-_STATEMENTS = tuple(re.compile(rb"^%b " % name, re.MULTILINE) for name in (b"v", b"vt", b"vn"))
-_VERTEX = re.compile(rb"^v +(\S+) +(\S+) +(\S+)", re.MULTILINE)
+_RELATIVE = re.compile(rb"\nf ++([-\d/ ]*-[-\d/ ]*)")
+_STATEMENTS = tuple(re.compile(rb"\n%b " % name) for name in (b"v", b"vt", b"vn"))
+_VERTEX = re.compile(rb"\nv +(\S+) +(\S+) +(\S+)")
 
 
 def with_absolute_indices(content: bytes) -> bytes:
@@ -52,6 +55,6 @@ def with_ears(content: bytes) -> bytes:
         polygon, own = polygons[number], corners[number]
         triangles = ears(positions[rows[starts[number] :][: counts[number]]])
         pieces.append(content[end : polygon.start()])
-        pieces.append(b"\n".join(b"f " + b" ".join(own[corner] for corner in triangle) for triangle in triangles))
+        pieces += [b"\nf " + b" ".join(own[corner] for corner in triangle) for triangle in triangles]
         end = polygon.end()
     return b"".join([*pieces, content[end:]])

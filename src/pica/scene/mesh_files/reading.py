@@ -41,7 +41,7 @@ _WHITE = {"pbrMetallicRoughness": {"metallicFactor": 0.0}, "doubleSided": True}
 _SMOOTHING = re.compile(rb"^s\s+(?!off|0\s*$)\S", re.MULTILINE)
 """A smoothing group of OBJ."""
 _INDENT = re.compile(rb"^ +", re.MULTILINE)
-_LIBRARY = re.compile(rb"^mtllib ++(.*\S)", re.MULTILINE)
+_LIBRARY = re.compile(rb"\nmtllib ++(.*\S)")
 _AFTER_NAME = re.compile(r"(?<=\.mtl)\s+", re.IGNORECASE)
 _ABOUT = re.compile(rb"<(copyright|authoring_tool)>([^<]*)</")
 """Of COLLADA (COLLADA 1.4.1, contributor)."""
@@ -101,7 +101,7 @@ class MeshReader:
         self._pictures = Pictures(conversion)
         libraries: list[str] = []
         if self._kind == ".obj":
-            self._content = with_ears(with_absolute_indices(_with_single_spaces(self._content)))
+            self._content = with_ears(with_absolute_indices(_tidied(self._content)))
             libraries = _libraries(self._content)
         self._files = _Files(conversion, libraries)
         self._collada: dict[int, int] = {}
@@ -235,10 +235,10 @@ class MeshReader:
         return self._pictures.texture(self._pictures.add(stream.getvalue(), self._kind))
 
 
-def _with_single_spaces(content: bytes) -> bytes:
-    """OBJ whose lines begin with a word, go on without a backslash and have no tabs, as trimesh reads it."""
-    content = content.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").replace(b"\t", b" ")
-    return _INDENT.sub(b"", content) if b"\n " in content or content.startswith(b" ") else content
+def _tidied(content: bytes) -> bytes:
+    """OBJ after the end of a line, whose lines begin with a word, go on without a backslash and have no tabs."""
+    content = b"\n" + content.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").replace(b"\t", b" ")
+    return _INDENT.sub(b"", content) if b"\n " in content else content
 
 
 def _libraries(content: bytes) -> list[str]:
