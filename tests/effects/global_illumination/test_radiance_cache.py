@@ -8,6 +8,7 @@ import pytest
 import pica
 from pica.effects.global_illumination.radiance_cache import radiance_cache
 from pica.scene.light import RectangleLight
+from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane
 from pica.scenes.placing import move, rotate
 from tests.building import lambert, placed, scene_of, settings, shining
@@ -108,6 +109,20 @@ def test_entries_that_are_sampled_rarely_forget_a_lamp_too(device):
     before = indirect(renderer, camera, 48).mean()
     scene.remove(next(node for node in scene.nodes() if node.light))
     assert indirect(renderer, camera, 24).mean() < 0.1 * before
+
+
+def test_a_mirror_shows_no_cells(device):
+    """Its rays hit surfaces that the picture does not show, lit by the cache: neighbours hardly differ."""
+    mirror = Material(base_color=(0.95, 0.95, 0.95, 1), metallic=1.0, roughness=0.0)
+    scene = scene_of(*slabs(0.7), lamp(2.0), placed(box((7.9, 0.02, 3.9), mirror), move(0, 0.01, 0)))
+    renderer = renderer_of(device, scene, WITH_REFLECTIONS, LARGER)
+    for frame in range(24):
+        away = np.radians(3 * (frame - 23))
+        camera = pica.Camera.look_at((-3, 1.2, 0), (-3 + np.cos(away), 0.4, np.sin(away)), vertical_fov=np.radians(60))
+        light = renderer.render(1, camera=camera, aovs=["reflections"]).aov("reflections").mean(axis=-1)
+    floor = light[36:]
+    around = floor[2:, 1:-1] + floor[:-2, 1:-1] + floor[1:-1, 2:] + floor[1:-1, :-2]
+    assert np.abs(4 * floor[1:-1, 1:-1] - around).mean() < 0.075 * floor.mean()
 
 
 def test_same_frames_have_the_same_bits(device):
