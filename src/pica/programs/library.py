@@ -55,13 +55,20 @@ class ProgramLibrary:
             self.device.forget(types)
 
     def compute(
-        self, module: Source, entry: str = "main", name: str | None = None, features: tuple[Feature, ...] = ()
+        self,
+        module: Source,
+        entry: str = "main",
+        name: str | None = None,
+        features: tuple[Feature, ...] = (),
+        with_module: str | None = None,
     ) -> MaterialPass:
         """A compute pass that evaluates materials.
 
-        `name`: in the profiler; `features`: additional features that it is compiled with.
+        `name`: in the profiler; `features`: additional features that it is compiled with; `with_module`: a Slang file
+        with implementations for its `extern` declarations.
         """
-        return MaterialPass(self, ForTypesRecipe(ComputeRecipe(module, entry), features), name or stem(module))
+        recipe = ForTypesRecipe(ComputeRecipe(module, entry, with_module), features)
+        return MaterialPass(self, recipe, name or stem(module))
 
     def compute_with(self, feature: Feature, module: str) -> ComputePass:
         """As Device.compute, for a pass that only frames of scenes with this feature run."""

@@ -92,7 +92,7 @@ class MaterialPass(ForTypes[tuple[spy.ShaderProgram, spy.ComputePipeline], Compu
         handle = library.device.handle
         super().__init__(library, recipe, lambda made: ComputePass(handle, name, lambda: made))
         self.name = name
-        self.blocks = blocks_of(recipe.plain.module) | {"scene"}
+        self.blocks = blocks_of(*recipe.plain.sources) | {"scene"}
         """Names of its parameter blocks."""
 
     def __call__(self, recording: Recording, threads: tuple[int, int, int], /, **values: Any) -> None:

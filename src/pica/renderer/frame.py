@@ -113,7 +113,7 @@ def declare(
     s.radiance = stages.composite(graph, s.gbuffer, s.parts)
     yield "composite"
     if stages.transparency is not None:
-        lit = s.light, s.indirect, s.radiance, s.exposure
+        lit = s.light, s.indirect, s.shadows, s.radiance, s.exposure
         s.radiance, s.glass = stages.transparency(graph, s.scene, s.gbuffer, *lit)
     stages.composite.offer(graph, s.radiance)
     yield "transparency"

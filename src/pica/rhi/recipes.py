@@ -38,10 +38,18 @@ class ComputeRecipe:
 
     module: Source
     entry: str = "main"
+    with_module: str | None = None
+    """A Slang file with implementations for the `extern` declarations of the first."""
+
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """Its files."""
+        return (self.module,) if self.with_module is None else (self.module, self.with_module)
 
     def link(self, device: "Device", variant: Sequence[spy.SlangModule]) -> spy.ShaderProgram:
         """`variant`: modules to link with it. Raises DeviceError when the file does not compile."""
-        return linked(device, self.module, [self.entry], variant)
+        more = [device.module(self.with_module)] if self.with_module is not None else []
+        return linked(device, self.module, [self.entry], [*variant, *more])
 
     def make(self, device: "Device", linked: spy.ShaderProgram) -> tuple[spy.ShaderProgram, spy.ComputePipeline]:
         """Program and pipeline."""
@@ -55,6 +63,11 @@ class RasterRecipe:
     module: str
     entries: tuple[str, ...]
     state: RasterState
+
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """Its files."""
+        return (self.module,)
 
     def link(self, device: "Device", variant: Sequence[spy.SlangModule]) -> spy.ShaderProgram:
         """`variant`: modules to link with it. Raises DeviceError when the file does not compile."""

@@ -70,7 +70,7 @@ class TransparencySettings(Group):
         off="Not at all: such surfaces are opaque to the camera.",
         screen_space="Up to four transmissive or blended surfaces a pixel are rasterized; the former refract the"
         " picture of what lies behind, to where their bounding box says that the path leaves it. Without rays, and"
-        " without shadows on them. Of blended surfaces behind these, one is met by chance.",
+        " with shadows on them from shadow maps alone. Of blended surfaces behind these, one is met by chance.",
         ray_traced="Rays are refracted and absorbed. What they find on screen shows its finished light.",
     )
     surfaces: int = number(

@@ -3,12 +3,14 @@
 import itertools
 
 import numpy as np
+import pytest
 
 import pica
 from pica.quality.picture_errors import compare
+from pica.scene.light import DirectionalLight, PointLight
 from pica.scenes.basic_meshes import plane, sphere
-from pica.scenes.placing import move
-from tests.building import converged, placed, render, scene_of, settings, uniform
+from pica.scenes.placing import aim, move
+from tests.building import converged, lambert, placed, render, scene_of, settings, shining, uniform
 from tests.effects.transparency.test_layers import ABOVE, VIEW, in_two_orders, still_life, veil
 from tests.effects.transparency.test_transparency import glass
 from tests.effects.transparency.trails import trail_of
@@ -88,3 +90,31 @@ def test_scenes_without_blended_surfaces_have_no_pass(device):
         names = [entry.name for entry in renderer.graph.passes]
     assert names.count("screen_glass") == names.count("raster_glass") == 4
     assert "screen_layers" not in names
+
+
+LIGHTS = {
+    "sun": shining(DirectionalLight(illuminance=3.0, angular_diameter=0.05), aim((1.0, 1.5, 0), (0, 0, 0))),
+    "bulb": shining(PointLight(intensity=9.0, radius=0.1), move(1.6, 2.9, 0)),
+}
+"""Each from the same side."""
+
+
+@pytest.mark.parametrize("light", LIGHTS)
+@pytest.mark.parametrize("alpha", [1.0, 0.5])
+def test_layers_lie_in_the_shadows_of_maps(device, light, alpha):
+    """A ball and a veil like it, out of the picture, between the light and a veil that is seen from above."""
+    seen = placed(plane(2, 2, veil((0.8, 0.7, 0.6), 0.6)), move(0, 0.5, 0))
+    blocker = placed(sphere(0.12, lambert() if alpha == 1 else veil((0, 0, 0), alpha), 48), move(0.55, 1.3, 0))
+    lamp = shining(LIGHTS[light].light, LIGHTS[light].transform)
+    scene = scene_of(seen, blocker, placed(plane(4, 4, lambert(0))), lamp)
+    values = SCREEN | {"shadows.method": "maps"}
+    picture = in_blocks(render(device, scene, 32, ABOVE, (24, 24), values).color[..., 1])
+    expected = in_blocks(converged(device, scene, 256, ABOVE, (24, 24), max_depth=2)[..., 1])
+    assert expected.min() < (0.5 if alpha == 1 else 0.8) * expected.max(), "the shadow is in the picture"
+    assert picture.mean() == pytest.approx(expected.mean(), rel=0.03)
+    assert np.abs(picture - expected).mean() < 0.12 * expected.mean()
+
+
+def in_blocks(picture):
+    """Means of 4x4 pixels: single ones of the reference are noise."""
+    return picture.reshape(6, 4, 6, 4).mean((1, 3))

@@ -48,19 +48,16 @@ class ShadowMaps(Effect):
             filtered = graph.texture("map shadows", spy.Format.rgba16_float, layers=layers)
             # Groups of 64 threads for 8 x 8 pixels; one pixel more each way, by which squares of pixels are moved.
             columns, rows = graph.size[0] // 8 + 1, graph.size[1] // 8 + 1
-            graph.add(
-                self._lookup,
-                (64 * columns, rows, 1),
-                nearest=self._nearest,
-                soft=int(self._settings.shadows.mode == "soft"),
-                taps=self._settings.shadow_maps.taps,
-                visibility=write(bits),
-                filtered=write(filtered),
+            lookup: dict[str, Any] = {
+                "nearest": self._nearest,
+                "soft": int(self._settings.shadows.mode == "soft"),
+                "taps": self._settings.shadow_maps.taps,
                 **{name: partial(self._parameter, name) for name in self.maps.parameters},
-            )
+            }
+            graph.add(self._lookup, (64 * columns, rows, 1), visibility=write(bits), filtered=write(filtered), **lookup)
             graph.offer("shadows", (bits,), lambda values: visibility_layers(values, slots.count))
             graph.offer("debug.shadows.filtered", (filtered,), lambda values: np.moveaxis(values[..., 0], 0, -1))
-        return ShadowTextures(bits, filtered, samples=None)
+        return ShadowTextures(bits, filtered, samples=None, maps=lookup)
 
     def _update(self, frame: FrameContext, scene: SceneView, light: Any) -> None:
         if light.denoised is not self.maps.nodes:

@@ -1,7 +1,6 @@
 """Transmissive and blended surfaces without rays: layers of the former refract the picture."""
 
 from collections.abc import Mapping
-from functools import cached_property
 from typing import Any
 
 import slangpy as spy
@@ -22,17 +21,9 @@ class ScreenGlass:
 
     def __init__(self, device: Device) -> None:
         self._device = device
+        self._passes: dict[tuple[str, bool], MaterialPass] = {}
         edge = spy.TextureAddressingMode.clamp_to_edge
         self._linear = device.sampler(address_u=edge, address_v=edge)
-
-    # Made for the first scene that needs them: others need not compile them.
-    @cached_property
-    def _layer(self) -> MaterialPass:
-        return programs(self._device).compute("effects/transparency/screen_glass.slang")
-
-    @cached_property
-    def _front(self) -> MaterialPass:
-        return programs(self._device).compute("effects/transparency/screen_layers.slang")
 
     def in_front(
         self,
@@ -40,15 +31,19 @@ class ScreenGlass:
         gbuffer: GBuffer,
         radiance: Texture,
         layers: Mapping[str, Texture],
-        light: dict[str, Any],
+        light: Mapping[str, Any],
+        maps: Mapping[str, Any] | None,
     ) -> Texture:
         """Fill `layers`, for layer_apply.slang, with the blended surfaces in front of transmissive ones.
 
-        Returns how many of `glass_layers` these are. `light`: LightSamples.at_hits."""
+        Returns how many of `glass_layers` these are. `light`: LightSamples.at_hits; `maps`:
+        ShadowTextures.maps."""
         count = graph.texture("layers in front", spy.Format.r32_uint)
         found = {f"layer{number}": layer for number, layer in enumerate(gbuffer.glass_layers)}
         written = {name: write(texture) for name, texture in layers.items()}
-        graph.add(self._front, graph.grid, **light, radiance=radiance, **found, **written, inFront=write(count))
+        step = self._pass("screen_layers", maps is not None)
+        inputs = {**light, **(maps or {}), **found, **written}
+        graph.add(step, graph.grid, radiance=radiance, inFront=write(count), **inputs)
         return count
 
     def through(
@@ -58,7 +53,8 @@ class ScreenGlass:
         glass: History,
         radiance: Texture,
         in_front: Texture | None,
-        light: dict[str, Any],
+        light: Mapping[str, Any],
+        maps: Mapping[str, Any] | None,
     ) -> Texture:
         """`radiance` through transmissive surfaces, and blended ones behind them, the farthest first, and their light.
 
@@ -66,13 +62,14 @@ class ScreenGlass:
         motion = glass["glassMotion"]
         nothing = graph.nothing(spy.Format.r32_uint)
         layers = list(enumerate(gbuffer.glass_layers))
+        step, inputs = self._pass("screen_glass", maps is not None), {**light, **(maps or {})}
         for number, layer in reversed(layers):
             is_farthest = number == len(layers) - 1
             seen = graph.texture(f"seen {number}", spy.Format.rgba32_float)
             graph.add(
-                self._layer,
+                step,
                 graph.grid,
-                **light,
+                **inputs,
                 linear=self._linear,
                 layer=layer,
                 radiance=radiance,
@@ -87,3 +84,12 @@ class ScreenGlass:
             )
             radiance = seen
         return radiance
+
+    def _pass(self, file: str, maps: bool) -> MaterialPass:
+        """`maps`: it finds shadows of light samples in shadow maps. Made for the first scene that needs it: others need
+        not compile it."""
+        if (file, maps) not in self._passes:
+            shadows = "light_sampling/mapped_visibility.slang" if maps else None
+            module = f"effects/transparency/{file}.slang"
+            self._passes[file, maps] = programs(self._device).compute(module, with_module=shadows)
+        return self._passes[file, maps]

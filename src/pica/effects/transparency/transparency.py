@@ -11,6 +11,7 @@ from pica.effects.transparency.screen_glass import LAYERS, ScreenGlass
 from pica.frame.effect import Effect, rgb
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import IndirectResult
+from pica.frame.signals.shadows import ShadowTextures
 from pica.gpu_scene.material_traits import ROUGH
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
@@ -115,6 +116,7 @@ class Transparency(Effect):
         gbuffer: GBuffer,
         samples: LightSamples,
         indirect: IndirectResult | None,
+        shadows: ShadowTextures | None,
         radiance: Texture,
         exposure: Buffer,
     ) -> Seen:
@@ -135,15 +137,15 @@ class Transparency(Effect):
             }
             seen, glass, by_rays = radiance, None, self._settings.mode == "ray_traced"
             layers = self._layers(graph) if scene.shows_layers else None
-            in_front = None
+            in_front, maps = None, shadows.maps if shadows else None
             if layers is not None and not by_rays:
-                in_front = self._screen.in_front(graph, gbuffer, radiance, layers, lit)
+                in_front = self._screen.in_front(graph, gbuffer, radiance, layers, lit, maps)
             if scene.shows_glass:
                 glass = graph.history("glass", {"glassMotion": spy.Format.rgba32_uint})
                 if by_rays:
                     seen = self._through_glass(graph, scene, glass, radiance, exposure, inputs)
                 else:
-                    seen = self._screen.through(graph, gbuffer, glass, radiance, in_front, lit)
+                    seen = self._screen.through(graph, gbuffer, glass, radiance, in_front, lit, maps)
             if layers is not None and by_rays:
                 written = {name: write(texture) for name, texture in layers.items()}
                 graph.add(self._trace_layers, graph.size, **inputs, **written, layers=self._settings.layers)

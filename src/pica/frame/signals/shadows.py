@@ -1,6 +1,8 @@
 """The shadows of a frame's light slots, from rays or shadow maps."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,8 @@ class ShadowTextures:
     samples: Texture | None
     """(width, height, slots, rgba16_float) the same of this frame's samples, weighted; in other than transparent scenes
     of the denoised slots alone. None where no rays are traced."""
+    maps: Mapping[str, Any] | None = None
+    """The parameters of light_sampling/mapped_visibility.slang, where lights have shadow maps."""
 
 
 def visibility_layers(bits: NDArray[np.uint32], slots: int) -> NDArray[np.float32]:
