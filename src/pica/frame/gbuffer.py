@@ -19,6 +19,10 @@ VISIBILITY_USAGE = TEXTURE_USAGE | spy.TextureUsage.render_target
 _USAGE = {"visibility": VISIBILITY_USAGE}
 
 
+_PYRAMID_GROUP = 16
+"""Pixels a side that a group of depth_pyramid.slang has."""
+
+
 class GBuffer:
     """Textures of one size that a frame fills; the fields of frame/gbuffer.slang."""
 
@@ -38,6 +42,7 @@ class GBuffer:
         the G-buffer's, nearest first; 0 in the first number where there is none. Empty: such surfaces are in the
         G-buffer, or there are none."""
         self._half: GBuffer | None = None
+        self._pyramid: Texture | None = None
 
     @property
     def glass(self) -> Texture | None:
@@ -64,6 +69,17 @@ class GBuffer:
         """Arguments of a pass at half width and height: the blocks `frame` and `gbuffer`."""
         return {"frame": graph.half_frame, "gbuffer": self.at_half(graph)}
 
+    def depth_pyramid(self, graph: FrameGraph) -> Texture:
+        """(columns, rows, rg32_float) nearest and farthest depth of squares of pixels, as frame/depth_levels.slang has
+        them, for marches over the depth buffer; filled at first use."""
+        if self._pyramid is None:
+            width, height = (-(-length // _PYRAMID_GROUP) * _PYRAMID_GROUP for length in self.size)
+            with graph.scope("depth_pyramid"):
+                self._pyramid = graph.texture("depth pyramid", spy.Format.rg32_float, (width // 2, height))
+                threads = (width // 2, height // 2, 1)
+                graph.add(graph.device.shared(_depth_pyramid), threads, pyramid=write(self._pyramid))
+        return self._pyramid
+
     def _make_half(self, graph: FrameGraph) -> "GBuffer":
         half = GBuffer(graph, graph.half_size, self._optional)
         state = half.shapes.state
@@ -84,3 +100,7 @@ class GBuffer:
 
 def _half_gbuffer(device: Device) -> ComputePass:
     return device.compute("frame/half_gbuffer.slang")
+
+
+def _depth_pyramid(device: Device) -> ComputePass:
+    return device.compute("frame/depth_pyramid.slang")

@@ -8,6 +8,7 @@ import pytest
 import pica
 from pica.quality.picture_errors import compare
 from pica.scene.camera import Camera
+from pica.scene.material import AlphaMode, Material
 from pica.scene.model import Node
 from pica.scene.primitives import spheres
 from pica.scenes.basic_meshes import box, plane, sphere
@@ -92,6 +93,26 @@ def test_frames_come_near_those_with_rays(device):
     found = {mode: compare(traced, frames[mode].color).flip for mode in ("screen_space", "off")}
     assert found["screen_space"] < 0.3 * found["off"]
     assert frames["screen_space"].color.mean() == pytest.approx(traced.mean(), rel=0.05)
+
+
+@pytest.mark.parametrize("material", [{"transmission": 1.0}, {"alpha_mode": AlphaMode.BLEND}])
+def test_panes_mirror_what_the_picture_shows(device, material):
+    """A lying pane, transmissive or blended, shows the box that stands on it as rays do, instead of the bright sky."""
+    black = {"base_color": (0, 0, 0, 0.2), "metallic": 0.0, "roughness": 0.0, "thin_walled": True}
+    pane = placed(plane(4, 4, Material(**black, **material)), move(0, 0.2, 0))
+    red = placed(box((0.8, 1.4, 0.1), lambert(0, emission=(3.0, 0.3, 0.3))), move(0, 0.9, -0.6))
+    floor = placed(plane(6, 6, lambert(0)))
+    camera = Camera.look_at((0, 0.9, 3), (0, 0.5, 0), vertical_fov=math.radians(40))
+    scene = scene_of(pane, red, floor, environment=uniform(0.5, 0.6, 0.7))
+    values = {"shadows.mode": "off"}
+    frames = {
+        mode: render(device, scene, 16, camera, (64, 48), values | {"transparency.mode": mode}).color
+        for mode in ("ray_traced", "screen_space")
+    }
+    mirrored = slice(30, 36), slice(28, 36)  # the foot of the box in the pane
+    traced, marched = (frames[mode][mirrored].mean((0, 1)) for mode in ("ray_traced", "screen_space"))
+    assert traced[0] > 3 * traced[2], "it is red"
+    np.testing.assert_allclose(marched, traced, rtol=0.02)
 
 
 def test_scenes_without_glass_have_no_pass(device):

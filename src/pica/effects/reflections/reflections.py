@@ -121,6 +121,7 @@ class Reflections(Effect):
                 state = history.state
                 self._screen(
                     graph,
+                    gbuffer,
                     surroundings,
                     known=lambda frame: int(self._filters and state.precedes(frame)),
                     mirrors=int(self._by_mirror_rays),

@@ -43,7 +43,9 @@ class ScreenGlass:
         written = {name: write(texture) for name, texture in layers.items()}
         step = self._pass("screen_layers", maps is not None)
         inputs = {**light, **(maps or {}), **found, **written}
-        graph.add(step, graph.grid, radiance=radiance, inFront=write(count), **inputs)
+        graph.add(
+            step, graph.grid, radiance=radiance, pyramid=gbuffer.depth_pyramid(graph), inFront=write(count), **inputs
+        )
         return count
 
     def through(
@@ -59,7 +61,7 @@ class ScreenGlass:
         """`radiance` through transmissive surfaces, and blended ones behind them, the farthest first, and their light.
 
         `in_front`: as the method has it, where there are blended ones."""
-        motion = glass["glassMotion"]
+        motion, pyramid = glass["glassMotion"], gbuffer.depth_pyramid(graph)
         nothing = graph.nothing(spy.Format.r32_uint)
         layers = list(enumerate(gbuffer.glass_layers))
         step, inputs = self._pass("screen_glass", maps is not None), {**light, **(maps or {})}
@@ -73,6 +75,7 @@ class ScreenGlass:
                 linear=self._linear,
                 layer=layer,
                 radiance=radiance,
+                pyramid=pyramid,
                 number=number,
                 inFront=in_front or nothing,
                 hasLayers=int(in_front is not None),
