@@ -15,6 +15,7 @@ from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
 from tests.building import converged, lambert, placed, scene_of, shining, uniform
 from tests.effects.transparency.test_transparency import glass
+from tests.effects.transparency.trails import ghost_behind
 
 SIZE = (96, 60)
 CAMERA = Camera.look_at((0.3, 0.6, 2.4), (0, 0.35, 0), vertical_fov=math.radians(32))
@@ -117,3 +118,9 @@ def test_light_off_rough_surfaces_is_filtered(device):
             picture = view.render(1, camera=CAMERA).color[20:40, 30:66]
         noise[filters] = np.abs(np.diff(picture, axis=1)).mean() / picture.mean()
     assert noise["true"] < 0.5 * noise["false"]
+
+
+def test_what_moves_behind_rough_glass_leaves_little(device):
+    """Texels keep few values while it does, and antialiasing does not take the glass for a picture at rest."""
+    values = pica.Settings().with_values({"transparency.map_size": "128"})
+    assert ghost_behind(device, values, glass(roughness=0.3)) < 0.13

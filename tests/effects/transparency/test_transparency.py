@@ -17,7 +17,7 @@ from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, rotate
 from tests.building import lambert, orthographic, placed, render, scene_of, settings, shining, sky, trace, uniform
 from tests.effects.transparency.at_rest_and_in_motion import errors
-from tests.effects.transparency.trails import trail_of
+from tests.effects.transparency.trails import ghost_behind, trail_of
 
 BOTH = pytest.mark.parametrize("tracer", [render, trace], ids=["hybrid", "path tracer"])
 VIEW = Camera.look_at((0.5, 1.0, 2.6), (0, 0.35, 0), vertical_fov=math.radians(35))
@@ -181,6 +181,11 @@ def test_default_frames_come_near_the_path_tracer_at_rest_and_in_motion(device):
 def test_glass_that_moves_leaves_no_trail(device):
     """Over a wall at rest, which is all that the G-buffer sees."""
     assert trail_of(device, glass((0.9, 0.4, 0.3)), pica.Settings()) < 0.002
+
+
+def test_what_moves_behind_glass_leaves_no_trail(device):
+    """The glass is at rest, and the picture in it is not."""
+    assert abs(ghost_behind(device, pica.Settings(), glass())) < 0.02
 
 
 def test_the_gbuffer_has_what_lies_behind(device):

@@ -176,10 +176,12 @@ class Transparency(Effect):
         separates = scene.shows_rough_glass or mode == "all"
         wanted = mode != "off" and separates
         texels = paths.light(graph, wanted)
+        last_moving = graph.buffer("last moving", 2 * 4 * paths.maps.room, struct_size=4)
+        graph.clear(last_moving, when=lambda frame: frame.first)
         inputs = {**inputs, "surfaces": self._settings.surfaces, "mapped": _MAPPED[mode] if wanted else 0}
         if wanted:
             paths.follow(graph, scene, True)
-            more = {"exposure": exposure, "unchanged": paths.unchanged}
+            more = {"exposure": exposure, "unchanged": paths.unchanged, "lastMoving": update(last_moving)}
             on_screen = {name: value for name, value in inputs.items() if name != "glass"}
             paths.trace(graph, texels, self._trace_maps, "glass_map_rays", _TEXEL, **on_screen, **more)
             graph.offer("debug.transparency.maps", (texels.texels,), lambda values: values[..., :3], on_request=True)
@@ -199,6 +201,7 @@ class Transparency(Effect):
             **{name: write(texture) for name, texture in (first | light).items()},
             texels=texels.texels,
             lastSeen=update(texels.last_seen),
+            lastMoving=last_moving,
             number=texels.number,
             separates=int(separates),
             seen=write(seen),
