@@ -330,7 +330,7 @@ def test_frames_go_on_where_a_build_in_the_frame_would_stall(device, register):
         times = []
         while renderer.pending_shaders or not times:
             begun = time.monotonic()
-            renderer._advance(CAMERA, wait=way == "in the frame")
+            renderer._advance([CAMERA], wait=way == "in the frame")
             device.handle.wait_for_idle()
             times.append(time.monotonic() - begun)
         longest[way] = max(times)
