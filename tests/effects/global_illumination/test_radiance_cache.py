@@ -11,7 +11,7 @@ from pica.scene.light import RectangleLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane
 from pica.scenes.placing import move, rotate
-from tests.building import lambert, placed, scene_of, settings, shining
+from tests.building import lambert, placed, scene_of, settings, shining, uniform
 
 SIZE, LARGER = (64, 36), (96, 54)
 ON = {"global_illumination.mode": "path_traced", "global_illumination.bounces": "2"}
@@ -86,6 +86,26 @@ def test_a_wall_thinner_than_a_cell_keeps_the_light_out(device):
     lit = floor(renderer_of(device, scene), -1.6, -0.37, 24)
     assert lit > 0.2
     assert floor(renderer_of(device, scene), 1.8, 0.63, 24) < 0.01 * lit
+
+
+def test_no_light_leaks_into_a_closed_box_that_moves(device):
+    """Points at which the cache takes samples move with the box: left where they were, they would be outside."""
+    thick, step = 0.02, 0.06
+    walls = [
+        (tuple(np.where(np.arange(3) == axis, thick, 1)), tuple(np.where(np.arange(3) == axis, side, 0)))
+        for axis in range(3)
+        for side in (-0.5, 0.5)
+    ]
+    closed = [placed(box(size, lambert(0.8))) for size, _ in walls]
+    scene = scene_of(*closed, environment=uniform(1, 1, 1))
+    renderer = renderer_of(device, scene)
+    for frame in range(16):
+        away = frame * step
+        for node, (_, center) in zip(closed, walls, strict=True):
+            node.transform = move(away + center[0], center[1], center[2])
+        camera = pica.Camera.look_at((away + 0.4, 0.1, 0.1), (away - 0.4, -0.1, 0), vertical_fov=np.radians(75))
+        light = indirect(renderer, camera).mean()
+    assert light < 1e-3
 
 
 def test_a_lamp_that_goes_out_takes_its_light_along(device):
