@@ -226,6 +226,15 @@ def test_frames_are_the_same_bits_each_time(device):
     np.testing.assert_array_equal(*pictures)
 
 
+def test_a_clear_pane_mirrors_a_lamp_without_dots(device):
+    """In one frame, without help of earlier ones. The long tail of a lobe would leave some pixels black."""
+    pane = placed(plane(8, 8, glass()), rotate("x", 90))
+    lamp = placed(box((1.2, 1.2, 0.1), lambert(0, emission=(10, 10, 10))), move(0, 0, 6))
+    camera = Camera.look_at((0, 0, 5), (0, 0, 0), vertical_fov=math.radians(3))
+    found = render(device, scene_of(pane, lamp), 1, camera, (64, 36), SMALL_MAPS)
+    assert found.aov("transmission").min() > 0.3
+
+
 @pytest.mark.parametrize(("is_pane", "most"), [(False, 0.005), (True, 0.015)], ids=["block", "clear pane"])
 def test_edges_of_glass_leave_no_copies_when_the_camera_orbits(device, is_pane, most):
     """They move with the glass, not with what lies behind it; what a clear pane shows does not."""
