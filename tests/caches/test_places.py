@@ -76,6 +76,13 @@ def test_all_caches_are_in_one_folder(monkeypatch, tmp_path):
     assert not [path for path in tmp_path.rglob("*") if path.is_file()], "trying leaves nothing"
 
 
+@pytest.mark.parametrize("width, place", [("256", "mesa-256"), ("", "mesa")])
+def test_machine_code_for_another_vector_width_is_apart(width, place):
+    """Mesa would load it, and crash."""
+    command = [sys.executable, "-c", "from pica.caches.places import MESA; print(MESA)"]
+    assert ran(command, LP_NATIVE_VECTOR_WIDTH=width) == f"{place}\n"
+
+
 def test_what_the_user_says_of_mesa_stays(monkeypatch, tmp_path):
     monkeypatch.setenv("PICA_CACHE", str(tmp_path))
     monkeypatch.setenv("MESA_SHADER_CACHE_DIR", "/elsewhere")

@@ -3,7 +3,7 @@
     slangpy-VERSION/shaders    what Slang-RHI makes of programs, a database
     slangpy-VERSION/modules    compiled Slang modules
     slangpy-VERSION/compiled   which programs are here (compiled_programs.py)
-    mesa                       machine code that lavapipe makes of both
+    mesa, mesa-128             machine code that lavapipe makes of both, by LP_NATIVE_VECTOR_WIDTH
 
 If that folder is read-only, a private copy is used until the process ends, so that its content
 is of use; if that is impossible too, there is no cache: starts are slow then, and nothing else.
@@ -26,8 +26,8 @@ if sys.platform != "win32":
     import resource
 
 MODULES, SHADERS = (Path(f"slangpy-{version('slangpy')}", name) for name in ("modules", "shaders"))
-MESA = Path("mesa")
-"""Places in the folder."""
+MESA = Path("-".join(["mesa", *filter(None, [os.environ.get("LP_NATIVE_VECTOR_WIDTH")])]))
+"""Places in the folder. Mesa's cache ignores this width: a process with another one would crash."""
 COMPILED = SHADERS.with_name("compiled")
 """A file in the folder."""
 _ASKED = "PICA_CACHE"
