@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from pica.caches import places
-from pica.caches.places import COMPILED, MESA, MODULES, SHADERS, cache_folder, caches
+from pica.caches.places import COMPILED, MODULES, SHADERS, cache_folder, caches, mesa_place
 from tests.unprivileged import needs_unprivileged, unprivileged
 
+MESA = mesa_place()
 PLACES = """
 import os, stat, sys, warnings
 with warnings.catch_warnings(record=True) as told:
@@ -77,10 +78,12 @@ def test_all_caches_are_in_one_folder(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("width, place", [("256", "mesa-256"), ("", "mesa")])
-def test_machine_code_for_another_vector_width_is_apart(width, place):
+def test_machine_code_for_another_vector_width_is_apart(monkeypatch, tmp_path, width, place):
     """Mesa would load it, and crash."""
-    command = [sys.executable, "-c", "from pica.caches.places import MESA; print(MESA)"]
-    assert ran(command, LP_NATIVE_VECTOR_WIDTH=width) == f"{place}\n"
+    monkeypatch.setenv("PICA_CACHE", str(tmp_path))
+    monkeypatch.setenv("LP_NATIVE_VECTOR_WIDTH", width)
+    caches()
+    assert os.environ["MESA_SHADER_CACHE_DIR"] == str(tmp_path / place)
 
 
 def test_what_the_user_says_of_mesa_stays(monkeypatch, tmp_path):

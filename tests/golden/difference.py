@@ -9,7 +9,7 @@ import os
 
 from pica.rhi.device import open_device
 from tests.golden.table import HEADER, SHEETS, chosen, compared
-from tests.golden.whole_frames import THREADS
+from tests.golden.whole_frames import IN_ORDER
 
 
 def main() -> int:
@@ -18,7 +18,7 @@ def main() -> int:
     parser.add_argument("--device", default=None)
     arguments = parser.parse_args()
     goldens = chosen(arguments.names)
-    os.environ.setdefault(THREADS, "1")
+    os.environ.update(IN_ORDER)
     device = open_device(arguments.device)
     print(device.name)
     print(HEADER)

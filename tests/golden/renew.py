@@ -10,12 +10,12 @@ import sys
 from pica.rhi.device import open_device
 from tests.golden.comparison import save_picture
 from tests.golden.table import HEADER, chosen, compared
-from tests.golden.whole_frames import THREADS
+from tests.golden.whole_frames import IN_ORDER
 
 
 def main() -> None:
     goldens = chosen(sys.argv[1:])
-    os.environ.setdefault(THREADS, "1")
+    os.environ.update(IN_ORDER)
     device = open_device("llvmpipe")
     print(HEADER)
     for golden in goldens:

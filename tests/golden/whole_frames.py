@@ -23,8 +23,8 @@ SIZE = (80, 56)
 TIGHT = Limits(flip=0.0005, energy=0.0005)
 """Where the picture was made, on a processor: it comes out equal to the bit, so this is room for other processors."""
 
-THREADS = "LP_NUM_THREADS"
-"""Of the environment: how many threads lavapipe has. With 1 every picture is the same to the bit."""
+IN_ORDER = {"LP_NUM_THREADS": "1", "LP_NATIVE_VECTOR_WIDTH": "128"}
+"""Of the environment, for pictures that are the same to the bit: one thread of lavapipe, the lanes of conftest.py."""
 CLOSE = Limits(flip=0.02, energy=0.01)
 
 Motion = Callable[[pica.Scene, Camera, int, int], Camera]

@@ -26,8 +26,7 @@ if sys.platform != "win32":
     import resource
 
 MODULES, SHADERS = (Path(f"slangpy-{version('slangpy')}", name) for name in ("modules", "shaders"))
-MESA = Path("-".join(["mesa", *filter(None, [os.environ.get("LP_NATIVE_VECTOR_WIDTH")])]))
-"""Places in the folder. Mesa's cache ignores this width: a process with another one would crash."""
+"""Places in the folder, with `mesa_place`."""
 COMPILED = SHADERS.with_name("compiled")
 """A file in the folder."""
 _ASKED = "PICA_CACHE"
@@ -35,6 +34,11 @@ _MESA_FOLDER = "MESA_SHADER_CACHE_DIR"
 LONGEST = 128 << 20
 """Bytes of a file that must be possible: SlangPy's own limit of the one that shaders lie in, which is mapped too."""
 _NEEDED = 16  # MiB that must be free: files that are mapped into memory end the process when a disk is full
+
+
+def mesa_place() -> Path:
+    """Of Mesa's cache, which ignores this width: a process with another one would load its machine code and crash."""
+    return Path("-".join(["mesa", *filter(None, [os.environ.get("LP_NATIVE_VECTOR_WIDTH")])]))
 
 
 def cache_folder() -> Path | None:
@@ -56,7 +60,7 @@ def caches() -> Path | None:
     private one; None: no place."""
     folder = _usable(cache_folder())
     if folder is not None:
-        os.environ.setdefault(_MESA_FOLDER, str(folder / MESA))  # the driver reads it when a device is opened
+        os.environ.setdefault(_MESA_FOLDER, str(folder / mesa_place()))  # the driver reads it when a device is opened
     return folder
 
 
@@ -82,7 +86,7 @@ def _fault(folder: Path) -> str | None:
     if longest_file() < LONGEST:
         return f"files may have {longest_file() >> 20} MiB here (ulimit -f), and {LONGEST >> 20} are needed"
     try:
-        for place in (MODULES, SHADERS, MESA):
+        for place in (MODULES, SHADERS, mesa_place()):
             (folder / place).mkdir(parents=True, exist_ok=True)
             tempfile.TemporaryFile(dir=folder / place).close()  # only an attempt detects read-only file systems
         mend(folder / SHADERS)
@@ -105,7 +109,7 @@ def _copy(asked: Path, folder: Path) -> bool:
     if not (asked / COMPILED).is_file():
         return False
     with suppress(OSError):
-        for place in (SHADERS.parent, MESA):
+        for place in (SHADERS.parent, mesa_place()):
             for file in (asked / place).rglob("*"):
                 if file.is_file():
                     copied = folder / file.relative_to(asked)
