@@ -24,6 +24,7 @@ from pica.scene.conversion.triangles import fans
 from pica.scene.gltf_export.container import INDICES, VERTICES
 from pica.scene.mesh_files import mtl
 from pica.scene.mesh_files.faces import with_absolute_indices, with_ears
+from pica.scene.mesh_files.ply import with_triangles
 from pica.scene.normals import vertex_normals
 
 Geometry = dict[str, Any]
@@ -103,6 +104,8 @@ class MeshReader:
         if self._kind == ".obj":
             self._content = with_ears(with_absolute_indices(_tidied(self._content)))
             libraries = _libraries(self._content)
+        elif self._kind == ".ply":
+            self._content = with_triangles(self._content, conversion.budget)
         self._files = _Files(conversion, libraries)
         self._collada: dict[int, int] = {}
 
