@@ -41,16 +41,23 @@ SPLIT_SUM_ONLY = Feature("split_sum_only", "light_sampling.slot_samples", "SPLIT
 
 _LIT = LIGHTS, FLAT_LIGHTS
 _TEXTURED = TEXTURES, EMISSIVE_TEXTURES, ALPHA
-_MOST = ENVIRONMENT, *_LIT, *_TEXTURED, TUBES, TRANSMISSION, DIFFUSE_TRANSMISSION
+_OPAQUE = ENVIRONMENT, *_LIT, *_TEXTURED, TUBES
+_MOST = *_OPAQUE, TRANSMISSION, DIFFUSE_TRANSMISSION
 _DEAR = (COATS,), (LOBES, FILMS), (LOBES, ANISOTROPY), (LOBES, SHEEN)
-"""Lobes that take long to compile, and longer together."""
+"""Lobes that take long to compile, longer together, and longest with light that passes surfaces."""
 _BUNDLED = (
     (),
     (ENVIRONMENT, *_LIT),
     (ENVIRONMENT, *_TEXTURED),
     (ENVIRONMENT, *_LIT, TRANSMISSION, DIFFUSE_TRANSMISSION),
     (ENVIRONMENT, *_LIT, *_TEXTURED),
-    *((*_MOST, *chain(*some)) for count in range(len(_DEAR) + 1) for some in combinations(_DEAR, count)),
+    _MOST,
+    *(
+        (*base, *chain(*some))
+        for count in range(1, len(_DEAR) + 1)
+        for some in combinations(_DEAR, count)
+        for base in (_OPAQUE, _MOST)
+    ),
 )
 BUNDLES = tuple(Bundle(tuple(dict.fromkeys(features))) for features in _BUNDLED)
 """Combinations of features, smaller ones first: few, so that scenes share programs."""
