@@ -10,10 +10,9 @@ from pathlib import Path
 import pytest
 
 from pica.caches import places
-from pica.caches.places import COMPILED, MODULES, SHADERS, cache_folder, caches, mesa_place
+from pica.caches.places import COMPILED, MESA, MODULES, SHADERS, cache_folder, caches
 from tests.unprivileged import needs_unprivileged, unprivileged
 
-MESA = mesa_place()
 PLACES = """
 import os, stat, sys, warnings
 with warnings.catch_warnings(record=True) as told:
@@ -31,6 +30,7 @@ print(*(open(os.path.join(folder, file)).read() for file in os.environ.get("LOOK
 def no_choice_yet(monkeypatch):
     monkeypatch.delenv("PICA_CACHE", raising=False)
     monkeypatch.delenv("MESA_SHADER_CACHE_DIR", raising=False)
+    monkeypatch.delenv("LP_NATIVE_VECTOR_WIDTH", raising=False)
     monkeypatch.setattr(places, "_usable", places._usable.__wrapped__)
 
 
@@ -44,7 +44,7 @@ def found_by_somebody(**environment: str) -> tuple[str, str, int, str, str]:
 
 def ran(command: list[str], **environment: str) -> str:
     """What a process says in an environment without a choice of folders but these."""
-    hidden = ("HOME", "XDG_CACHE_HOME", "PICA_CACHE", "MESA_SHADER_CACHE_DIR")
+    hidden = ("HOME", "XDG_CACHE_HOME", "PICA_CACHE", "MESA_SHADER_CACHE_DIR", "LP_NATIVE_VECTOR_WIDTH")
     shown = {name: value for name, value in os.environ.items() if name not in hidden}
     done = subprocess.run(command, env=shown | environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
@@ -77,13 +77,14 @@ def test_all_caches_are_in_one_folder(monkeypatch, tmp_path):
     assert not [path for path in tmp_path.rglob("*") if path.is_file()], "trying leaves nothing"
 
 
-@pytest.mark.parametrize("width, place", [("256", "mesa-256"), ("", "mesa")])
-def test_machine_code_for_another_vector_width_is_apart(monkeypatch, tmp_path, width, place):
-    """Mesa would load it, and crash."""
+def test_programs_for_another_vector_width_are_apart(monkeypatch, tmp_path):
+    """A process would load them, and crash."""
     monkeypatch.setenv("PICA_CACHE", str(tmp_path))
-    monkeypatch.setenv("LP_NATIVE_VECTOR_WIDTH", width)
-    caches()
-    assert os.environ["MESA_SHADER_CACHE_DIR"] == str(tmp_path / place)
+    monkeypatch.setenv("LP_NATIVE_VECTOR_WIDTH", "256")
+    apart = tmp_path / "vectors-256"
+    assert caches() == apart and os.environ["MESA_SHADER_CACHE_DIR"] == str(apart / MESA)
+    monkeypatch.setenv("PICA_CACHE", str(apart))
+    assert caches() == apart, "of a worker, which is told the folder in use"
 
 
 def test_what_the_user_says_of_mesa_stays(monkeypatch, tmp_path):

@@ -23,6 +23,10 @@ print("made", bool(compute.pipeline))
 """
 
 
+CACHE = f"vectors-{os.environ['LP_NATIVE_VECTOR_WIDTH']}"
+"""A folder of this name is in use itself, not one below it (places.py)."""
+
+
 def compiled_in(folder):
     """Compile one shader in a process of its own."""
     done = subprocess.run(
@@ -44,25 +48,25 @@ def compile_in(folder):
 
 @pytest.mark.device
 def test_compiled_shaders_are_kept_and_used_again(tmp_path):
-    first = compile_in(tmp_path / "cache")
+    first = compile_in(tmp_path / CACHE)
     assert any("shaders" in path.parts for path in first) and any("modules" in path.parts for path in first)
     modules = {path: age for path, age in first.items() if path.suffix == ".slang-module"}
     assert any("average" in path.name for path in modules)
     time.sleep(0.05)
-    second = compile_in(tmp_path / "cache")
+    second = compile_in(tmp_path / CACHE)
     assert {path: second[path] for path in modules} == modules, "nothing was compiled anew"
 
 
 @pytest.mark.device
 def test_a_folder_that_cannot_be_written_is_no_obstacle(tmp_path):
     (tmp_path / "file").write_text("in the way")
-    assert compile_in(tmp_path / "file" / "cache") == {}
+    assert compile_in(tmp_path / "file" / CACHE) == {}
 
 
 @pytest.fixture(scope="module")
 def kept_shaders(tmp_path_factory):
     """A folder of caches with a shader in it."""
-    folder = tmp_path_factory.mktemp("kept")
+    folder = tmp_path_factory.mktemp("kept") / CACHE
     compile_in(folder)
     return folder
 
@@ -70,8 +74,8 @@ def kept_shaders(tmp_path_factory):
 @pytest.fixture
 def data(kept_shaders, tmp_path):
     """A copy of its database."""
-    shutil.copytree(kept_shaders, tmp_path / "cache")
-    return tmp_path / "cache" / SHADERS / "rhi" / "data.mdb"
+    shutil.copytree(kept_shaders, tmp_path / CACHE)
+    return tmp_path / CACHE / SHADERS / "rhi" / "data.mdb"
 
 
 def starts_with(data) -> str:

@@ -9,7 +9,7 @@ def brdf_calls(given: str) -> str:
 _CALLS = """
 float4 direction(GIVEN given, float3 view, float3 u)
 {
-    let s = sampleBrdf(surface(given), view, u);
+    let s = BrdfTowards.create(surface(given), view).sample(u);
     return float4(s.direction, s.pdf);
 }
 float4 mirrored(GIVEN given, float3 view, float3 u)
@@ -21,11 +21,15 @@ float3 mirroredWeight(GIVEN given, float3 view, float3 u)
 {
     return BrdfTowards.create(surface(given), view).sampleSpecular(u).weight;
 }
-float density(GIVEN given, float3 view, float3 light) { return pdfBrdf(surface(given), view, light); }
+float density(GIVEN given, float3 view, float3 light) { return BrdfTowards.create(surface(given), view).pdf(light); }
 float mirroredDensity(GIVEN given, float3 view, float3 light)
 {
     return BrdfTowards.create(surface(given), view).pdfSpecular(light);
 }
-float3 value(GIVEN given, float3 view, float3 light) { return evaluateBrdf(surface(given), view, light).total; }
-float3 specular(GIVEN given, float3 view, float3 light) { return evaluateBrdf(surface(given), view, light).specular; }
+BrdfValue both(GIVEN given, float3 view, float3 light)
+{
+    return BrdfTowards.create(surface(given), view).evaluate(light);
+}
+float3 value(GIVEN given, float3 view, float3 light) { return both(given, view, light).total; }
+float3 specular(GIVEN given, float3 view, float3 light) { return both(given, view, light).specular; }
 """

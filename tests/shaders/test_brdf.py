@@ -25,24 +25,24 @@ BrdfParameters surface(float3 base, float metallic, float roughness, float f0, f
 
 float3 diffuse(float3 base, float metallic, float roughness, float f0, float f90, float3 view, float3 light)
 {
-    return evaluateBrdf(surface(base, metallic, roughness, f0, f90), view, light).diffuse;
+    return BrdfTowards.create(surface(base, metallic, roughness, f0, f90), view).evaluate(light).diffuse;
 }
 float3 specular(float3 base, float metallic, float roughness, float f0, float f90, float3 view, float3 light)
 {
-    return evaluateBrdf(surface(base, metallic, roughness, f0, f90), view, light).specular;
+    return BrdfTowards.create(surface(base, metallic, roughness, f0, f90), view).evaluate(light).specular;
 }
 float density(float3 base, float metallic, float roughness, float f0, float f90, float3 view, float3 light)
 {
-    return pdfBrdf(surface(base, metallic, roughness, f0, f90), view, light);
+    return BrdfTowards.create(surface(base, metallic, roughness, f0, f90), view).pdf(light);
 }
 float4 direction(float3 base, float metallic, float roughness, float f0, float f90, float3 view, float3 u)
 {
-    let s = sampleBrdf(surface(base, metallic, roughness, f0, f90), view, u);
+    let s = BrdfTowards.create(surface(base, metallic, roughness, f0, f90), view).sample(u);
     return float4(s.direction, s.pdf);
 }
 float3 weight(float3 base, float metallic, float roughness, float f0, float f90, float3 view, float3 u)
 {
-    return sampleBrdf(surface(base, metallic, roughness, f0, f90), view, u).weight;
+    return BrdfTowards.create(surface(base, metallic, roughness, f0, f90), view).sample(u).weight;
 }
 float specularDensity(float3 base, float metallic, float roughness, float f0, float f90, float3 view, float3 light)
 {

@@ -53,7 +53,7 @@ BrdfParameters surface(Layers layers)
 
 float4 weight(Layers layers, float3 view, float3 u)
 {
-    let s = sampleBrdf(surface(layers), view, u);
+    let s = BrdfTowards.create(surface(layers), view).sample(u);
     return float4(s.weight, s.pdf);
 }
 float3 albedo(Layers layers, float viewCosine)

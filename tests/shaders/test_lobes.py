@@ -47,7 +47,7 @@ BrdfParameters surface(Given given)
     return p;
 }
 
-float3 weight(Given given, float3 view, float3 u) { return sampleBrdf(surface(given), view, u).weight; }
+float3 weight(Given given, float3 view, float3 u) { return BrdfTowards.create(surface(given), view).sample(u).weight; }
 float3 albedo(Given given, float3 view)
 {
     BrdfParameters p = surface(given);

@@ -3,7 +3,8 @@
     slangpy-VERSION/shaders    what Slang-RHI makes of programs, a database
     slangpy-VERSION/modules    compiled Slang modules
     slangpy-VERSION/compiled   which programs are here (compiled_programs.py)
-    mesa, mesa-128             machine code that lavapipe makes of both, by LP_NATIVE_VECTOR_WIDTH
+    mesa                       machine code that lavapipe makes of both
+    vectors-128                all these for another LP_NATIVE_VECTOR_WIDTH than lavapipe's own
 
 If that folder is read-only, a private copy is used until the process ends, so that its content
 is of use; if that is impossible too, there is no cache: starts are slow then, and nothing else.
@@ -26,7 +27,8 @@ if sys.platform != "win32":
     import resource
 
 MODULES, SHADERS = (Path(f"slangpy-{version('slangpy')}", name) for name in ("modules", "shaders"))
-"""Places in the folder, with `mesa_place`."""
+MESA = Path("mesa")
+"""Places in the folder."""
 COMPILED = SHADERS.with_name("compiled")
 """A file in the folder."""
 _ASKED = "PICA_CACHE"
@@ -34,11 +36,6 @@ _MESA_FOLDER = "MESA_SHADER_CACHE_DIR"
 LONGEST = 128 << 20
 """Bytes of a file that must be possible: SlangPy's own limit of the one that shaders lie in, which is mapped too."""
 _NEEDED = 16  # MiB that must be free: files that are mapped into memory end the process when a disk is full
-
-
-def mesa_place() -> Path:
-    """Of Mesa's cache, which ignores this width: a process with another one would load its machine code and crash."""
-    return Path("-".join(["mesa", *filter(None, [os.environ.get("LP_NATIVE_VECTOR_WIDTH")])]))
 
 
 def cache_folder() -> Path | None:
@@ -58,10 +55,18 @@ def cache_folder() -> Path | None:
 def caches() -> Path | None:
     """The folder in use, with all its places: the configured one, a private copy or, with one warning, an empty
     private one; None: no place."""
-    folder = _usable(cache_folder())
+    asked = cache_folder()
+    folder = _usable(asked and _for_vectors(asked))
     if folder is not None:
-        os.environ.setdefault(_MESA_FOLDER, str(folder / mesa_place()))  # the driver reads it when a device is opened
+        os.environ.setdefault(_MESA_FOLDER, str(folder / MESA))  # the driver reads it when a device is opened
     return folder
+
+
+def _for_vectors(folder: Path) -> Path:
+    """Neither Mesa nor Slang-RHI tells programs for vectors of one width from others, on which a process crashes."""
+    width = os.environ.get("LP_NATIVE_VECTOR_WIDTH")
+    name = f"vectors-{width}"
+    return folder / name if width and folder.name != name else folder
 
 
 @cache
@@ -86,7 +91,7 @@ def _fault(folder: Path) -> str | None:
     if longest_file() < LONGEST:
         return f"files may have {longest_file() >> 20} MiB here (ulimit -f), and {LONGEST >> 20} are needed"
     try:
-        for place in (MODULES, SHADERS, mesa_place()):
+        for place in (MODULES, SHADERS, MESA):
             (folder / place).mkdir(parents=True, exist_ok=True)
             tempfile.TemporaryFile(dir=folder / place).close()  # only an attempt detects read-only file systems
         mend(folder / SHADERS)
@@ -109,7 +114,7 @@ def _copy(asked: Path, folder: Path) -> bool:
     if not (asked / COMPILED).is_file():
         return False
     with suppress(OSError):
-        for place in (SHADERS.parent, mesa_place()):
+        for place in (SHADERS.parent, MESA):
             for file in (asked / place).rglob("*"):
                 if file.is_file():
                     copied = folder / file.relative_to(asked)
