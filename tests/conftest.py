@@ -10,10 +10,13 @@ os.environ.setdefault("LP_NATIVE_VECTOR_WIDTH", "128")
 import pytest
 import slangpy as spy
 
+from pica.caches.places import caches
 from pica.programs import preparation
 from pica.rhi import validation
 from pica.rhi.device import Device, open_device
 from tests.assets import ASSETS
+
+caches()  # for devices that pica does not open too: Mesa's own place may have programs for wider vectors, which crash
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
