@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterator
 
 # Before anything opens a device. Most time goes to lavapipe's compiler, which takes about half as long for narrower
-# vectors, and a third of the memory; pictures are the same bit for bit.
+# vectors, and a third of the memory; pictures are the same bit for bit, but for the order in which surfels are born.
 os.environ.setdefault("LP_NATIVE_VECTOR_WIDTH", "128")
 
 import pytest

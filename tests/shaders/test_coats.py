@@ -61,6 +61,8 @@ float3 albedo(Layers layers, float viewCosine)
     let a = environmentBrdf(surface(layers), viewCosine);
     return a.diffuse + a.specular;
 }
+float3 diffuseAlbedo(Layers layers, float viewCosine) { return environmentBrdf(surface(layers), viewCosine).diffuse; }
+float3 entering(Layers layers, float viewCosine) { return environmentBrdf(surface(layers), viewCosine).entering; }
 float3 specularAlbedo(Layers layers, float viewCosine) { return environmentBrdf(surface(layers), viewCosine).specular; }
 float2 between(float above, float below)
 {
@@ -117,6 +119,14 @@ def test_white_furnace_of_one_coat(shader, roughness):
         for metallic in (0.0, 1.0):
             reflected = furnace(shader, stack((1.0, metallic, roughness, 0.04), (layer,)), cosine)
             assert 0.93 < reflected.min() <= reflected.max() < 1.005, f"{what} metallic {metallic}: {reflected}"
+
+
+@pytest.mark.parametrize("name", STACKS)
+def test_matter_scatters_what_enters_through_the_coats(shader, name):
+    color, metallic, _, _ = STACKS[name]["base"]
+    for cosine in COSINES:
+        scattered = shader.diffuseAlbedo(STACKS[name], cosine)
+        np.testing.assert_allclose(scattered, color * (1 - metallic) * shader.entering(STACKS[name], cosine), atol=1e-6)
 
 
 def test_a_smooth_coat_on_a_mirror_loses_nothing(shader):

@@ -4,7 +4,7 @@
     slangpy-VERSION/modules    compiled Slang modules
     slangpy-VERSION/compiled   which programs are here (compiled_programs.py)
     mesa                       machine code that lavapipe makes of both
-    vectors-128                all these for another LP_NATIVE_VECTOR_WIDTH than lavapipe's own
+    vectors-128                all these for vectors of so many bits, where LP_NATIVE_VECTOR_WIDTH asks for them
 
 If that folder is read-only, a private copy is used until the process ends, so that its content
 is of use; if that is impossible too, there is no cache: starts are slow then, and nothing else.

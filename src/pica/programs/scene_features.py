@@ -44,7 +44,7 @@ _TEXTURED = TEXTURES, EMISSIVE_TEXTURES, ALPHA
 _OPAQUE = ENVIRONMENT, *_LIT, *_TEXTURED, TUBES
 _MOST = *_OPAQUE, TRANSMISSION, DIFFUSE_TRANSMISSION
 _DEAR = (COATS,), (LOBES, FILMS), (LOBES, ANISOTROPY), (LOBES, SHEEN)
-"""Lobes that take long to compile, longer together, and longest with light that passes surfaces."""
+"""Lobes that take long to compile, longer together, and longest with transmission."""
 _BUNDLED = (
     (),
     (ENVIRONMENT, *_LIT),
