@@ -47,6 +47,7 @@ def coated_things(light=None, environment=None):
     return shown(materials, light=light, environment=environment)
 
 
+@pytest.mark.slow
 @pytest.mark.gpu_differs("pipelines and kernels round differently, by 5e-5 on an H200")
 def test_both_ways_of_tracing_see_the_same_coats(device):
     assert_schedulers_agree(device, lambda: coated_things(RectangleLight(radiance=8.0), sky()))

@@ -111,7 +111,11 @@ def test_every_buffer_of_every_preset_is_that_of_one_device(device, second, pres
     assert found.color.mean() > 0.1 and found.timings["trace_rays on secondary 1"] > 0
 
 
-@pytest.mark.parametrize("tracer", TRACERS, ids=lambda values: values["rays.tracer"])
+@pytest.mark.parametrize(
+    "tracer",
+    [pytest.param(values, marks=pytest.mark.slow if values is DEVICE else ()) for values in TRACERS],
+    ids=lambda values: values["rays.tracer"],
+)
 def test_surfels_are_those_of_one_device(device, tracer):
     """On one thread of lavapipe: on several, surfels are born in another order each time."""
     run = "import sys, tests.renderer.test_several_devices as tests; tests.compare_alone(*sys.argv[1:])"

@@ -33,7 +33,7 @@ def direct_and_indirect(device, scene, frames, values=ON):
         ("cornell", ON, 0.02),
         ("court", ON, 0.02),
         # What lies out of sight is reflected no oftener than that.
-        ("rooms", ON | {"global_illumination.bounces": "16"}, 0.02),
+        pytest.param("rooms", ON | {"global_illumination.bounces": "16"}, 0.02, marks=pytest.mark.slow),
         ("cornell", SURFELS, 0.05),
         ("court", SURFELS, 0.05),
     ],

@@ -80,6 +80,7 @@ def test_what_is_in_front_of_glass_is_not_seen_through_it(device):
     assert frame.color[:, beside][seen[:, beside]].max() < 2
 
 
+@pytest.mark.slow
 def test_frames_come_near_those_with_rays(device):
     """Spheres, boxes, panes, and primitives that are not triangles."""
     ball = Node(mesh=pica.Mesh([], primitives=[spheres([(-0.9, 0.3, 0.4)], 0.2, glass((0.9, 0.6, 0.5)))]))

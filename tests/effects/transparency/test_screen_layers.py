@@ -62,6 +62,7 @@ def test_layers_before_and_behind_glass(device):
     np.testing.assert_allclose(picture, np.broadcast_to(expected, picture.shape), rtol=5e-3)
 
 
+@pytest.mark.slow
 def test_frames_come_near_the_path_tracer_and_have_less_noise(device):
     scene = scene_of(*still_life(), environment=uniform(0.25, 0.3, 0.4))
     size = (96, 60)
