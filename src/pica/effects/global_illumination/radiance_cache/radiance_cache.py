@@ -1,5 +1,7 @@
 """World-space radiance cache: light at the hits of rays, which end in it (hash_grid.slang)."""
 
+import math
+
 import numpy as np
 import slangpy as spy
 
@@ -25,6 +27,9 @@ _ACROSS = 512
 _BOUNCES, _FIRST_BOUNCES, _FIRST_FRAMES = 3, 13, 32
 """Lit surfaces on the cache's own paths, the point included, where entries have few samples; in the first frames, and
 the first after a change of lights, when all have few."""
+_MATURE, _YOUNG = 48, 8
+"""Samples of an entry in which the cache's own rays end; how many frames are too early for that, as light is still on
+its way."""
 _SAMPLES, _SAMPLES_OF_CHANGE = 1024, 2
 """Samples that an entry's older light counts as: at most, and after a change of lights, when rays go on until there are
 new ones."""
@@ -106,6 +111,7 @@ class RadianceCache:
             (_ACROSS, -(-entries.points // _ACROSS)),
             **light.at_hits(regularized=True),
             bounces=lambda frame: _FIRST_BOUNCES if self._age < _FIRST_FRAMES else _BOUNCES,
+            mature=lambda frame: _MATURE if self._age >= _YOUNG else math.inf,
             exposure=exposure,
             width=_ACROSS,
         )
