@@ -11,7 +11,7 @@ from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.material import Image, Material, Sampler, Texture
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, rotate
-from tests.building import checkered, lambert, placed, scene_of, settings, shining
+from tests.building import checkered, lambert, placed, scene_of, settings, shining, uniform
 
 SIZE = (96, 64)
 ON = {"global_illumination.mode": "path_traced"}
@@ -260,3 +260,20 @@ def test_unlit_surfaces_light_others(device):
     floor = frame.aov("normal")[..., 1] > 0.99
     floor &= frame.aov("position")[..., 1] < 0.01
     np.testing.assert_allclose(frame.color[floor].mean(0), expected[floor].mean(0), rtol=0.04)
+
+
+def test_metal_has_no_irradiance_for_others_to_read(device):
+    """Its pixels have no rays. What the filters of a moving picture bring there is of other surfaces."""
+    metal = Material(base_color=(0.9, 0.9, 0.9, 1.0), metallic=1.0, roughness=0.6)
+    ball = placed(sphere(0.6, metal), move(0, 0.6, 0), "ball")
+    scene = scene_of(placed(plane(6, 6, lambert(0.7))), ball, environment=uniform(1, 1, 1))
+    coverage = "debug.global_illumination.coverage"
+    with pica.Renderer(scene, size=SIZE, settings=settings(ON), device=device) as renderer:
+        renderer.debug = True
+        for step in range(6):
+            eye = (0.15 * step - 0.5, 1.2, 3)
+            camera = pica.Camera.look_at(eye, (0, 0.5, 0), vertical_fov=np.radians(40))
+            frame = renderer.render(1, camera=camera)
+    on_ball = frame.aov("instance") == [node.name for node in scene.nodes()].index("ball") + 1
+    assert on_ball.any() and not frame.aov(coverage)[on_ball].any()
+    assert (frame.aov(coverage)[(frame.aov("instance") > 0) & ~on_ball] > 0).mean() > 0.99
