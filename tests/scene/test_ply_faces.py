@@ -99,3 +99,44 @@ def test_what_triangles_take_is_counted(kind):
     """Each repeats the properties of its polygon."""
     with pytest.raises(SceneError, match="the limit is"):
         with_triangles(ply(kind, [L] * 50), Budget(Limits(bytes=1000)))
+
+
+def textured(kind: str, faces: list[tuple[int, ...]], more: int = 0) -> bytes:
+    """A file whose faces have texture coordinates, the places of their corners. `more`: numbers that belong to none."""
+    header = [
+        *("ply", f"format {kind} 1.0", f"element vertex {len(PLACES)}", *(f"property float {axis}" for axis in "xyz")),
+        *(f"element face {len(faces)}", "property uchar red", "property list uchar int vertex_indices"),
+        *("property list uchar float texcoord", "property uchar green"),
+    ]
+    start = "\n".join([*header, "end_header", ""]).encode()
+    rows = [(face, [*(each for corner in face for each in PLACES[corner]), *([7] * more)]) for face in faces]
+    if kind == "ascii":
+        lines = [f"{x} {y} 0" for x, y in PLACES]
+        lines += [" ".join(map(str, [200, len(face), *face, len(uv), *uv, 100])) for face, uv in rows]
+        return start + "\n".join([*lines, ""]).encode()
+    order = "<" if kind == "binary_little_endian" else ">"
+    body = [struct.pack(f"{order}3f", x, y, 0) for x, y in PLACES]
+    for face, uv in rows:
+        body.append(struct.pack(f"{order}BB{len(face)}iB{len(uv)}fB", 200, len(face), *face, len(uv), *uv, 100))
+    return start + b"".join(body)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("faces", [[SQUARE], [TRIANGLE, L, SQUARE]])
+def test_texture_coordinates_of_corners_stay_with_them(tmp_path, kind, faces):
+    path = tmp_path / "a.ply"
+    path.write_bytes(textured(kind, faces))
+    with pytest.warns(UserWarning, match="no light"):
+        scene = load(path)
+    ((section,),) = [node.mesh.sections for node in scene.nodes() if node.mesh]
+    assert len(section.indices) == sum(len(face) - 2 for face in faces)
+    expected = np.stack([section.positions[:, 0], 1 - section.positions[:, 1]], axis=1)
+    np.testing.assert_allclose(section.uv0, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_lists_of_no_corners_are_left_to_others(kind):
+    content = textured(kind, [L, SQUARE], more=1)
+    assert with_triangles(content, Budget()) is content
+    triangles = textured(kind, [TRIANGLE, TRIANGLE])
+    assert with_triangles(triangles, Budget()) is triangles
