@@ -237,6 +237,7 @@ def _read_binary(body: memoryview, before: list[_Element], face: _Element, budge
     parts = []
     for place, each in enumerate(face.properties):
         if each.length is None:
+            budget.take(bytes=len(cut.triangles) * each.kind.itemsize)
             parts.append(_bytes(held, starts[cut.faces, place], each.kind.itemsize))
             continue
         size = each_corner[place] * each.kind.itemsize
