@@ -97,7 +97,7 @@ OFF = {
     "translucency.mode": ("subsurface", {"diffuse_direct": 0.04, "diffuse_indirect": 0.004, "transmission": None}),
     "global_illumination.mode": (
         "diffuse_indirect",
-        {"subsurface": -0.003, "reflections": -0.003, "transmission": None},
+        {"reflections": -0.003, "transmission": None},
     ),
     "ambient_occlusion.mode": ("ambient_occlusion", {}),
 }
