@@ -47,9 +47,9 @@ def test_records_find_the_corners_of_their_section(device):
     first, second = box(1, lambert()), sphere(1, lambert(), 8)
     scene = gpu_scene(device, scene_of(placed(first), placed(second)))
     positions = read(scene.geometry.positions, np.float32).reshape(-1, 3)
-    indices = read(scene.geometry.indices, np.uint32)
+    indices = read(scene.geometry.triangles, np.uint32).reshape(-1, 3)
     for section, record in zip((first, second), scene.records, strict=True):
-        own = indices[record["first_index"] :][: section.indices.size] + record["first_vertex"]
+        own = indices[record["first_index"] :][: len(section.indices)].ravel() + record["first_vertex"]
         np.testing.assert_array_equal(positions[own], section.positions[section.indices.ravel()])
 
 

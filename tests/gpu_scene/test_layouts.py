@@ -8,7 +8,7 @@ import pytest
 from pica.gpu_scene.geometry_store import NOT_DEFORMED, OF_VIEW, VERTEX
 from pica.gpu_scene.lights.emissive_triangles import EMISSIVE_TRIANGLE
 from pica.gpu_scene.lights.light_rows import LIGHT_DTYPE
-from pica.gpu_scene.materials import MATERIAL, SLOT
+from pica.gpu_scene.materials import COAT, MATERIAL, SLOT
 from pica.gpu_scene.previous_frame import PLACE
 from pica.gpu_scene.primitive_buffers import BOX
 from pica.gpu_scene.table_rows import INSTANCE, NOT_EMISSIVE, RECORD
@@ -46,7 +46,8 @@ def described(dtype: np.dtype) -> list[tuple[str, int, int]]:
         ("Instance", INSTANCE),
         ("Place", PLACE),
         ("Vertex", VERTEX),
-        ("Material", MATERIAL),
+        ("CoatRow", COAT),
+        ("TextureRow", SLOT),
         ("Box", BOX),
         ("Light", LIGHT_DTYPE),
         ("EmissiveTriangle", EMISSIVE_TRIANGLE),
@@ -57,17 +58,42 @@ def test_structs_agree(structs, struct, dtype):
     assert dtype.itemsize == structs(struct).stride
 
 
-@pytest.mark.parametrize("dtype", [RECORD, INSTANCE, PLACE, VERTEX, LIGHT_DTYPE])
+@pytest.mark.parametrize("dtype", [RECORD, INSTANCE, PLACE, VERTEX, LIGHT_DTYPE, MATERIAL])
 def test_rows_that_are_read_by_16_bytes(dtype):
     assert dtype.itemsize % 16 == 0
 
 
-def test_texture_slots_agree(structs):
-    slots = [field.type_layout for field in structs("Material").fields if field.name.endswith("Texture")]
-    assert len(slots) == 18
-    for slot in slots:
-        assert described(SLOT) == fields_of(slot)
-        assert SLOT.itemsize == slot.stride
+def test_a_row_of_a_material_begins_as_the_struct(structs):
+    fields = fields_of(structs("Material"))
+    assert described(MATERIAL)[: len(fields)] == fields
+
+
+READ_MATERIAL = """
+import gpu_scene.table_rows;
+MaterialRows materials;
+RWStructuredBuffer<uint> values;
+[shader("compute")] [numthreads(1, 1, 1)]
+void main()
+{
+    Material material = materials[1];
+    values[0] = material.flags;
+    values[1] = materials.texture(material.sheenRoughnessTexture).uvSet;
+    values[2] = material.sheenRoughnessTexture.isUsed ? 1 : 0;
+    values[3] = material.sheenColorTexture.isUsed ? 1 : 0;
+    values[4] = asuint(materials.coat(1, 2).ior);
+    values[5] = materials.parameters(1).numbers[15];
+}
+"""
+
+
+def test_shaders_find_what_a_row_of_a_material_holds(device):
+    rows = np.zeros(2, MATERIAL)
+    row = rows[1]
+    row["row"], row["flags"], row["textured"] = 1, 3, 1 << 17
+    row["sheen_roughness_texture"]["uv_set"], row["coats"][2]["ior"], row["parameters"][15] = 5, 1.25, 7
+    values = device.structured("values", np.zeros(6, np.uint32))
+    run(device, READ_MATERIAL, 1, values=values, materials=device.structured("materials", rows))
+    assert read(values, np.uint32).tolist() == [3, 5, 1, 0, np.float32(1.25).view(np.uint32), 7]
 
 
 def test_instance_of_the_driver_is_64_bytes():

@@ -198,7 +198,7 @@ def draw_arguments(
     arguments = np.zeros(len(records), _ARGUMENTS)
     arguments["index_count"] = sections["index_count"]
     arguments["instances"] = sections["instances"]
-    arguments["first_index"] = np.where(sections["boxes"], first_box_index, rows["first_index"])
+    arguments["first_index"] = np.where(sections["boxes"], first_box_index, 3 * rows["first_index"])
     arguments["record"] = records
     return arguments
 

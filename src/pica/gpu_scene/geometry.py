@@ -91,9 +91,9 @@ class GeometryBuffers:
         return self._store.vertices.buffer
 
     @property
-    def indices(self) -> spy.Buffer:
+    def triangles(self) -> spy.Buffer:
         """uint32."""
-        return self._store.indices.buffer
+        return self._store.triangles.buffer
 
     @property
     def primitives(self) -> PrimitiveBuffers:

@@ -33,6 +33,7 @@ class PlacedSection:
     """In `Mesh.sections`."""
     first_vertex: int
     first_index: int
+    """Of its triangles."""
     first_previous: int = NOT_DEFORMED
     """Of its vertices among each view's previous positions; with the bit OF_VIEW among one view's own."""
     box: tuple[NDArray[np.float32], NDArray[np.float32]] = (np.zeros(3, np.float32), np.zeros(3, np.float32))
@@ -79,7 +80,8 @@ class GeometryStore:
         self._device, self.origin = device, origin
         self.positions = DeviceTable(device, "positions", 12, device.built_from)
         self.vertices = DeviceTable(device, "vertices", VERTEX.itemsize)
-        self.indices = DeviceTable(device, "indices", 4, device.built_from | spy.BufferUsage.index_buffer)
+        self.triangles = DeviceTable(device, "triangles", 12, device.built_from | spy.BufferUsage.index_buffer)
+        """Three indices each."""
         self.primitives = PrimitiveBuffers(device)
         self.first_box_index = 0
         """Offset of BOX_INDICES among the indices, if there are primitives."""
@@ -109,7 +111,7 @@ class GeometryStore:
             count = len(placed.section.positions)
             self.positions.give_back(placed.first_vertex, count)
             self.vertices.give_back(placed.first_vertex, count)
-            self.indices.give_back(placed.first_index, placed.section.indices.size)
+            self.triangles.give_back(placed.first_index, placed.section.indices.size // 3)
             if upload.previous is not None:
                 upload.previous.give_back(placed.first_previous & ~OF_VIEW, count)
         for primitives in upload.primitives:
@@ -127,14 +129,14 @@ class GeometryStore:
     def build(self, encoder: spy.CommandEncoder) -> None:
         """Record the builds of the structures that are new and do not deform."""
         for geometry in self._unbuilt:
-            geometry.build(encoder, self._corners(geometry.has_boxes), self.indices.buffer)
+            geometry.build(encoder, self._corners(geometry.has_boxes), self.triangles.buffer)
         self._unbuilt = []
 
     def build_compact(self) -> None:
         """As `build`, at once and into as little memory as may be; waits for the GPU."""
         for boxes in (False, True):
             alike = [geometry for geometry in self._unbuilt if geometry.has_boxes == boxes]
-            build_compact(self._device, alike, self._corners(boxes), self.indices.buffer)
+            build_compact(self._device, alike, self._corners(boxes), self.triangles.buffer)
         self._unbuilt = []
 
     def _corners(self, boxes: bool) -> spy.Buffer:
@@ -156,7 +158,7 @@ class GeometryStore:
     ) -> PlacedSection:
         first_vertex = self.positions.take(encoder, section.positions)
         assert self.vertices.take(encoder, _packed(section)) == first_vertex  # both allocators are in step
-        first_index = self.indices.take(encoder, section.indices)
+        first_index = self.triangles.take(encoder, section.indices)
         first_previous = NOT_DEFORMED
         if previous is not None:
             first_previous = previous.take(len(section.positions)) | of_view
@@ -167,7 +169,7 @@ class GeometryStore:
     ) -> tuple[list[PlacedPrimitives], list[MeshPart]]:
         filled = [(index, copy(primitives)) for index, primitives in enumerate(mesh.primitives) if len(primitives)]
         if filled and not self._has_box_indices:
-            self.first_box_index, self._has_box_indices = self.indices.take(encoder, BOX_INDICES), True
+            self.first_box_index, self._has_box_indices = 3 * self.triangles.take(encoder, BOX_INDICES), True
         placed = [self.primitives.upload(encoder, primitives, index) for index, primitives in filled]
         placed.sort(key=lambda p: p.hit_group)
         parts = []
@@ -185,7 +187,7 @@ class GeometryStore:
                 RtSection(
                     first_vertex=p.first_vertex,
                     vertex_count=len(p.section.positions),
-                    first_index=p.first_index,
+                    first_index=3 * p.first_index,
                     index_count=p.section.indices.size,
                     opaque=p.section.material.stops_rays(),
                 )

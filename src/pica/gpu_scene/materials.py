@@ -31,7 +31,7 @@ from pica.scene.material import AlphaMode, Image, Material, Texture
 from pica.scene.material_registry import MaterialSource, material_source
 from pica.scene.shape_registry import shape_source
 
-# gpu_scene/table_rows.slang: TextureSlot, CoatRow and Material
+# gpu_scene/table_rows.slang: TextureRow, CoatRow, Material and MaterialRows
 SLOT = np.dtype([("texture", "u8"), ("sampler", "u8"), ("transform", "f4", (2, 3)), ("uv_set", "u4"), ("texels", "f4")])
 _SLOTS = (
     "base_color",
@@ -57,7 +57,14 @@ _SRGB = {"base_color", "emissive", "specular_color", "sheen_color", "diffuse_tra
 _RADIANCE = {"emissive"}
 """Textures whose values may be above 1."""
 COAT = np.dtype(
-    [("transmittance", "f4", 3), ("strength", "f4"), ("roughness", "f4"), ("ior", "f4"), ("ior_below", "f4")],
+    [
+        ("transmittance", "f4", 3),
+        ("strength", "f4"),
+        ("roughness", "f4"),
+        ("ior", "f4"),
+        ("ior_below", "f4"),
+        ("unused", "u4"),
+    ],
     align=True,
 )
 MATERIAL = np.dtype(
@@ -74,15 +81,14 @@ MATERIAL = np.dtype(
         ("alpha_cutoff", "f4"),
         ("transmission", "f4"),
         ("flags", "u4"),
-        *((f"{slot}_texture", SLOT) for slot in _SLOTS),
+        ("type", "u4"),
         ("coat_normal_scale", "f4"),
         ("coat_count", "u4"),
-        ("coats", COAT, MAX_COATS),
+        ("textured", "u4"),
+        ("row", "u4"),
         ("film_strength", "f4"),
         ("film_ior", "f4"),
         ("film_thickness", "f4", 2),
-        ("anisotropy_strength", "f4"),
-        ("anisotropy_turn", "f4", 2),
         ("sheen_color", "f4", 3),
         ("sheen_roughness", "f4"),
         ("absorption", "f4", 3),
@@ -91,7 +97,11 @@ MATERIAL = np.dtype(
         ("scatter_anisotropy", "f4"),
         ("diffuse_transmission_color", "f4", 3),
         ("diffuse_transmission", "f4"),
-        ("type", "u4"),
+        ("anisotropy_turn", "f4", 2),
+        ("anisotropy_strength", "f4"),
+        ("unused", "u4"),
+        *((f"{slot}_texture", SLOT) for slot in _SLOTS),
+        ("coats", COAT, MAX_COATS),
         ("parameters", "u4", MAX_PARAMETERS),
     ],
     align=True,
@@ -261,14 +271,15 @@ class MaterialTable:
 
     def _pack(self, material: Material, row: int) -> _Packed:
         images: list[ImageOnGpu] = []
-        self.table.rows[row] = self._packed(material, images)
+        self.table.rows[row] = self._packed(material, row, images)
         self._type_users[material.type] += 1
         self.traits.note(row, material)
         return _Packed(row, material.type, _kind(material), images, average_emission(material))
 
-    def _packed(self, material: Material, images: list[ImageOnGpu]) -> NDArray[np.void]:
-        """Its row; the images that it uses are added to `images`."""
+    def _packed(self, material: Material, row: int, images: list[ImageOnGpu]) -> NDArray[np.void]:
+        """The content of its row; the images that it uses are added to `images`."""
         packed = np.zeros((), MATERIAL)
+        packed["row"] = row
         for name in (
             "base_color",
             "emission",
@@ -295,11 +306,11 @@ class MaterialTable:
         packed["diffuse_transmission"] = material.diffuse_transmission if material.passes_diffusely() else 0
         coats = baked(material)
         packed["coat_count"] = len(coats)
-        for row, coat in zip(packed["coats"], coats, strict=False):
+        for entry, coat in zip(packed["coats"], coats, strict=False):
             for name in ("strength", "roughness", "ior"):
-                row[name] = getattr(coat, name)
-            row["transmittance"] = coat.transmittance
-            row["ior_below"] = 1.0 if coat.air_below else coat.ior
+                entry[name] = getattr(coat, name)
+            entry["transmittance"] = coat.transmittance
+            entry["ior_below"] = 1.0 if coat.air_below else coat.ior
         if material.iridescence is not None:
             film = material.iridescence
             packed["film_strength"], packed["film_ior"] = film.strength, film.ior
@@ -323,11 +334,12 @@ class MaterialTable:
         self.know(features_of(material))
         packed["parameters"] = programs(self._device).material_types[source].packed(material.name, material.parameters)
         packed["type"] = self.type_number(material.type)
-        for slot in _SLOTS:
+        for number, slot in enumerate(_SLOTS):
             texture: Texture | None = getattr(material, f"{slot}_texture")
             if texture is None:
                 continue
             width, height = texture.image.size
+            packed["textured"] |= 1 << number
             entry = packed[f"{slot}_texture"]
             images.append(self._textures.of(texture.image, is_srgb(texture.image, slot), slot in _RADIANCE))
             texture.image.follow(self._changes)

@@ -300,7 +300,7 @@ class SceneView:
             previousPositions=self.positions.buffer,
             ownPreviousPositions=self.own.previous.buffer,
             vertices=geometry.vertices,
-            indices=geometry.indices,
+            triangles=geometry.triangles,
             boxes=geometry.primitives.boxes,
             shapeNumbers=geometry.primitives.numbers,
             records=scene.record_table.buffer,

@@ -16,6 +16,13 @@ _MOST_TEXELS = 1 << 27
 _BLOCKS = (spy.TypeReflection.Kind.parameter_block, spy.TypeReflection.Kind.constant_buffer)
 
 
+def word_of_rows(size: int) -> tuple[spy.Format, int]:
+    """What shaders read rows of this many bytes by (rhi/rows.slang), and its bytes."""
+    if size % 16 == 0:
+        return spy.Format.rgba32_uint, 16
+    return (spy.Format.rgb32_uint, 12) if size == 12 else (spy.Format.r32_uint, 4)
+
+
 def parameters_of(program: spy.ShaderProgram) -> list[Any]:
     """The program's global parameters, reflected."""
     parameters = program.layout.parameters
@@ -69,7 +76,7 @@ class Parameters:
 
     def _bind_rows(self, name: str, table: spy.Buffer) -> None:
         """As rhi/rows.slang reads it."""
-        most = _MOST_TEXELS * (4 if table.struct_size % 16 else 16)
+        most = _MOST_TEXELS * word_of_rows(table.struct_size)[1]
         if table.size > most:
             raise DeviceError(f"{self._what}: {name}: {table.size:,} bytes, of which shaders can read {most:,}")
         self._cursor[name] = {"words": table}

@@ -21,7 +21,7 @@ from pica.caches.places import LONGEST, MODULES, SHADERS, caches, longest_file
 from pica.errors import DeviceError
 from pica.rhi import cuda, forked, validation
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, adapter_of, choose, describe
-from pica.rhi.binding import ParameterBlock
+from pica.rhi.binding import ParameterBlock, word_of_rows
 from pica.rhi.fair_lock import FairLock
 from pica.rhi.memory_use import MemoryUse
 from pica.rhi.passes import ComputePass, RasterPass, RasterState, Recording
@@ -241,16 +241,16 @@ class Device:
     ) -> spy.Buffer:
         """A buffer with this data, or of `size` bytes; `struct_size` in bytes for structured ones.
 
-        A shader may read it as Buffer<uint4> if that is a multiple of 16, else as Buffer<uint> (rhi/rows.slang)."""
+        A shader may read it as Buffer<uint4> if that is a multiple of 16, as Buffer<uint3> if it is 12, else as
+        Buffer<uint> (rhi/rows.slang)."""
         content: dict[str, Any] = {"size": max(size, 4)}
         if data is not None and data.nbytes:
             size = data.nbytes
             content = {"data": np.require(data, requirements=["C", "W"])}  # SlangPy takes no read-only arrays
         self._check_room(size)
         with self.allocating(f"{label}, {size:,} bytes"):
-            words = spy.Format.r32_uint if struct_size % 16 else spy.Format.rgba32_uint
             buffer = self.handle.create_buffer(
-                usage=usage, struct_size=struct_size, format=words, label=label, **content
+                usage=usage, struct_size=struct_size, format=word_of_rows(struct_size)[0], label=label, **content
             )
         self.count_memory(buffer.memory_usage.device)
         return buffer

@@ -87,7 +87,7 @@ class RasterVisibility:
     ) -> None:
         if visibility not in self._targets:
             self._targets[visibility] = self._render_targets(visibility, depth)
-        self._state.index_buffer = scene.geometry.indices
+        self._state.index_buffer = scene.geometry.triangles
         for for_types in self._passes.values():  # so that the first triangles of a kind find its pipeline made
             for_types.of(scene.material_types)
         draw_lists = scene.draws(frame)

@@ -60,7 +60,7 @@ class MapDrawing:
         for buffer in (self._arguments, self.counts):  # Vulkan allows no barrier within a render pass
             frame.encoder.set_buffer_state(buffer, spy.ResourceState.indirect_argument)
         for place, target in enumerate(stale):
-            target.maps.state.index_buffer = scene.geometry.indices
+            target.maps.state.index_buffer = scene.geometry.triangles
             with frame.encoder.begin_render_pass(target.maps.targets[target.layer]) as encoder:
                 for covered, total in enumerate(totals):
                     if not total:

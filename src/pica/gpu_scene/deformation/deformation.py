@@ -55,7 +55,7 @@ class Deformation:
         rebuild = self._refits is None or self.write.needs_rebuild or self._is_loose(self._refits)
         for structure in self._structures:
             update = structure.build if rebuild else structure.refit
-            update(recording.encoder, self._geometry.positions, self._geometry.indices)
+            update(recording.encoder, self._geometry.positions, self._geometry.triangles)
         if rebuild and self._refit_quality is not None:
             self._refit_quality.reset()
         self._refits = 0 if rebuild else (self._refits or 0) + 1
