@@ -49,12 +49,13 @@ import rhi.rows;
 struct Place { uint number; float3 where; };
 Rows<Place> places;
 SmallRows<float3> points;
+ThreeWordRows<float3> more;
 RWStructuredBuffer<float> sums;
 [shader("compute")] [numthreads(4, 1, 1)]
 void main(uint3 thread : SV_DispatchThreadID)
 {
     Place place = places[thread.x];
-    float3 sum = place.where + points[thread.x];
+    float3 sum = place.where + points[thread.x] + more[thread.x];
     sums[thread.x] = place.number + sum.x + sum.y + sum.z;
 }
 """
@@ -67,19 +68,20 @@ def test_tables_arrive_row_by_row_and_none_is_too_large_to_be_read(device, monke
     rows = kernel(device, ROWS, "rows")
     values = {
         "places": device.buffer("places", data=places.view(np.uint32), struct_size=16),
-        "points": device.buffer("points", data=points, struct_size=12),
+        "points": device.buffer("points", data=points, struct_size=4),
+        "more": device.buffer("more", data=10 * points, struct_size=12),
         "sums": device.structured("sums", np.zeros(4, np.float32)),
     }
     with device.record() as recording:
         rows(recording, (4, 1, 1), **values)
-    expected = np.arange(4) + places["where"].sum(1) + points.sum(1)
+    expected = np.arange(4) + places["where"].sum(1) + 11 * points.sum(1)
     np.testing.assert_array_equal(read(values["sums"], np.float32), expected)
     monkeypatch.setattr(binding, "_MOST_TEXELS", 11)  # the points have 12
     with (
         device.record() as recording,
         pytest.raises(DeviceError, match="rows: points: 48 bytes, of which shaders can read 44"),
     ):
-        rows(recording, (4, 1, 1), **{**values, "points": device.buffer("more", data=points, struct_size=12)})
+        rows(recording, (4, 1, 1), **{**values, "points": device.buffer("other", data=points, struct_size=4)})
 
 
 def test_each_dispatch_of_one_recording_keeps_its_own_values(device, compute, buffers):

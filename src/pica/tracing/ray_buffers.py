@@ -21,6 +21,8 @@ from pica.tracing.ray_pipeline import EffectCode, ShaderSource, types_of
 
 _GROUP = 8
 _LINE = 64
+_WORD = 16
+"""Bytes by which states are read and written (ray_effect.slang: storeState)."""
 RAY, HIT = 44, 20
 """Bytes of a Ray and of a Hit (ray_effect.slang)."""
 _ENTRIES = """
@@ -28,7 +30,8 @@ import rhi.rows;
 import tracing.ray_effect;
 import {module};
 RWStructuredBuffer<Ray> rays;
-RWStructuredBuffer<{effect}.State> states;
+RWStructuredBuffer<uint4> states;
+Rows<uint4> storedStates;
 SmallRows<Hit> hits;
 SmallRows<uint> queue;
 RWStructuredBuffer<uint> next;
@@ -46,7 +49,8 @@ void advance(uint3 thread : SV_DispatchThreadID)
     if (thread.x < waiting.x + waiting.y)
     {{
         uint index = queue[placeInQueue(thread.x, waiting, grid)];
-        runAdvance<{effect}, HitDetail.{detail}, {simplified}>(index, grid, hits, rays, states, next, counts);
+        runAdvance<{effect}, HitDetail.{detail}, {simplified}>(
+            index, grid, hits, storedStates, rays, states, next, counts);
     }}
 }}
 """
@@ -111,7 +115,8 @@ class BufferEffect:
         kernels = code.shaders("buffers_simplified" if simplified else "buffers", _ENTRIES, **words)
         self._start = self._kernel(device, KernelRecipe(kernels, "start", code.with_module))
         self._advance = self._kernel(device, KernelRecipe(kernels, "advance", code.with_module))
-        self._buffers = RayBuffers(device, self.name, kernels, hits=HIT)
+        state = _state_size(device, kernels, code.effect)
+        self._buffers = RayBuffers(device, self.name, kernels, hits=HIT, states=state)
         self._counts = device.buffer("ray counts", data=np.zeros(2, np.uint32), struct_size=4)
         self._host_counts = HostBuffer(device, self._counts)
 
@@ -136,6 +141,7 @@ class BufferEffect:
         types = types_of(values)
         start, advance = self._start.of(types), self._advance.of(types)
         values |= {"counts": self._counts, "grid": spy.uint2(*grid), "waiting": spy.uint2(0, 0), **buffers}
+        values["storedStates"] = buffers["states"]
         rays, hits, queue, following = (buffers[name] for name in ("rays", "hits", "queue", "next"))
         start.parameters.bind(**values)
         self._step(start, recording, (*grid, 1), timed=True)
@@ -170,6 +176,13 @@ class BufferEffect:
         encoder.end()
         if timed:
             recording.profiler.end(recording.encoder)
+
+
+def _state_size(device: Device, source: ShaderSource, effect: str) -> int:
+    """Bytes of an effect's state in its buffer."""
+    layout = device.session.link_program([source.loaded(device)], []).layout
+    size: int = layout.get_type_layout(layout.find_type_by_name(f"{effect}.State")).stride
+    return (size + _WORD - 1) // _WORD * _WORD
 
 
 class RayBuffers:
