@@ -29,6 +29,7 @@ _OBJECT = np.dtype(
         ("place", "u4", 2),
         ("side", "u4"),
         ("is_new", "u4"),
+        ("unused", "u4"),
     ]
 )
 _MOST_TRIANGLES = 1 << 18
@@ -135,7 +136,7 @@ class TextureMaps:
         object_of = np.zeros(len(scene.records), np.uint32)
         for (where, each), side, place in zip(placed.items(), sides, _places(sides), strict=True):
             first = first_of[id(each.section), side]
-            objects.append((each.record, len(each.section.indices), first, place, side, where not in before))
+            objects.append((each.record, len(each.section.indices), first, place, side, where not in before, 0))
             object_of[each.record] = len(objects)
         self._bind(objects, corners, object_of)
         return True
