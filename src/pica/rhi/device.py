@@ -34,13 +34,7 @@ from pica.text import first_line
 T = TypeVar("T")
 P = TypeVar("P", ComputePass, RasterPass)
 PACKAGE = Path(__file__).resolve().parents[1]
-_NUMBERS_AS_CONDITIONS = "30081"
-"""A warning of Slang's: states of ray effects have no `bool` (tracing/ray_effect.slang)."""
-_COMPILER: Any = {
-    "include_paths": [PACKAGE],
-    "warnings_as_errors": [],
-    "disable_warnings": [_NUMBERS_AS_CONDITIONS],
-}
+_COMPILER: Any = {"include_paths": [PACKAGE], "warnings_as_errors": []}
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 _BUILD_INPUT = spy.BufferUsage.acceleration_structure_build_input
 _SHARE_OF_FILE = 0.4

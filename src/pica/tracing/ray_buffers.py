@@ -41,7 +41,7 @@ uniform uint2 waiting;
 [shader("compute")] [numthreads({group}, {group}, 1)]
 void start(uint3 thread : SV_DispatchThreadID)
 {{
-    if (all(thread.xy < grid)) runStart<{effect}>(thread.xy, grid, rays, states, next, counts);
+    if (all(thread.xy < grid)) runStart<{effect}, {quads}>(thread.xy, grid, rays, states, next, counts);
 }}
 [shader("compute")] [numthreads({line}, 1, 1)]
 void advance(uint3 thread : SV_DispatchThreadID)
@@ -49,10 +49,16 @@ void advance(uint3 thread : SV_DispatchThreadID)
     if (thread.x < waiting.x + waiting.y)
     {{
         uint index = queue[placeInQueue(thread.x, waiting, grid)];
-        runAdvance<{effect}, HitDetail.{detail}, {simplified}>(
+        runAdvance<{effect}, {quads}, HitDetail.{detail}, {simplified}>(
             index, grid, hits, storedStates, rays, states, next, counts);
     }}
 }}
+"""
+
+
+_STATES = """
+import {module};
+StructuredBuffer<{effect}.State> states;
 """
 
 
@@ -111,11 +117,11 @@ class BufferEffect:
         self._device = device
         self._tracer = tracer
         simplified = code.simplified
-        words = {"simplified": str(simplified).lower(), "group": _GROUP, "line": _LINE}
+        state = _state_size(device, code)
+        words = {"simplified": str(simplified).lower(), "group": _GROUP, "line": _LINE, "quads": state // _WORD}
         kernels = code.shaders("buffers_simplified" if simplified else "buffers", _ENTRIES, **words)
         self._start = self._kernel(device, KernelRecipe(kernels, "start", code.with_module))
         self._advance = self._kernel(device, KernelRecipe(kernels, "advance", code.with_module))
-        state = _state_size(device, kernels, code.effect)
         self._buffers = RayBuffers(device, self.name, kernels, hits=HIT, states=state)
         self._counts = device.buffer("ray counts", data=np.zeros(2, np.uint32), struct_size=4)
         self._host_counts = HostBuffer(device, self._counts)
@@ -178,11 +184,20 @@ class BufferEffect:
             recording.profiler.end(recording.encoder)
 
 
-def _state_size(device: Device, source: ShaderSource, effect: str) -> int:
+def _state_size(device: Device, code: EffectCode) -> int:
     """Bytes of an effect's state in its buffer."""
-    layout = device.session.link_program([source.loaded(device)], []).layout
-    size: int = layout.get_type_layout(layout.find_type_by_name(f"{effect}.State")).stride
-    return (size + _WORD - 1) // _WORD * _WORD
+    size = _strides(device, code.shaders("state", _STATES))["states"]
+    return max(size + _WORD - 1, _WORD) // _WORD * _WORD
+
+
+def _strides(device: Device, source: ShaderSource) -> dict[str, int]:
+    """Bytes of an element of each buffer of a path's."""
+    layout = device.session.link_program([source.loaded(device)], [])
+    return {
+        parameter.name: parameter.type_layout.element_type_layout.stride
+        for parameter in parameters_of(layout)
+        if parameter.name in ("rays", "states", "next")
+    }
 
 
 class RayBuffers:
@@ -191,12 +206,7 @@ class RayBuffers:
     def __init__(self, device: Device, name: str, source: ShaderSource, shared: bool = False, **more: int) -> None:
         """`source`: declares `rays`, `states` and `next`. `shared`: effects that run one after the other have
         the same buffers, which may be larger than needed. `more`: bytes per ray of further buffers."""
-        layout = device.session.link_program([source.loaded(device)], [])
-        strides = {
-            parameter.name: parameter.type_layout.element_type_layout.stride
-            for parameter in parameters_of(layout)
-            if parameter.name in ("rays", "states", "next")
-        }
+        strides = _strides(device, source)
         self._device, self._name = device, name
         self._strides = strides | {"queue": strides["next"]} | more
         self._scratch = _shared_scratch(device) if shared else Scratch(device)
