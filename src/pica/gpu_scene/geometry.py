@@ -92,7 +92,7 @@ class GeometryBuffers:
 
     @property
     def triangles(self) -> spy.Buffer:
-        """uint32."""
+        """uint32 (triangles, 3), indices of vertices from their section's first."""
         return self._store.triangles.buffer
 
     @property
