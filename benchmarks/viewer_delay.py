@@ -23,6 +23,8 @@ from pica.frame.context import Size
 from pica.scene.orbit import orbited, pivot, turned
 from tests.viewer.page import Page
 
+QUIET = 2.0
+"""Seconds without a picture after which there will be no more."""
 SECONDS = 8.0
 """That the camera is dragged for."""
 JUMPS, TURN = 40, 0.05
@@ -37,20 +39,19 @@ def served(scene: str, preset: str, size: Size) -> tuple[subprocess.Popen, str]:
     return server, json.loads("".join(lines) + "}")["address"]
 
 
-def settled(page: Page, camera: pica.Camera, size: Size, seconds: float) -> np.ndarray:
-    """The newest picture after so long."""
+def settled(page: Page, camera: pica.Camera, size: Size) -> np.ndarray:
+    """The newest picture, small, once no more come."""
     page.look(camera, size)
-    end, picture = time.perf_counter() + seconds, None
-    while (left := end - time.perf_counter()) > 0:
+    newest = page.wait(_picture)
+    while True:
         try:
-            picture = page.picture(seconds=left)
+            newest = page.wait(_picture, seconds=QUIET)
         except TimeoutError:
-            break
-    return picture
+            return newest[0]
 
 
-def dragged(page: Page, scene: pica.Scene, camera: pica.Camera, size: Size) -> tuple[np.ndarray, tuple[int, ...]]:
-    """Seconds between the pictures that arrive while the camera orbits, 30 positions a second; the last one's shape."""
+def dragged(page: Page, scene: pica.Scene, camera: pica.Camera, size: Size) -> tuple[np.ndarray, Size]:
+    """Seconds between the pictures that arrive while the camera orbits, 30 positions a second; the last one's size."""
     center, stopped = pivot(scene, camera), threading.Event()
 
     def drag() -> None:
@@ -63,17 +64,17 @@ def dragged(page: Page, scene: pica.Scene, camera: pica.Camera, size: Size) -> t
     mover.start()
     arrivals, end = [], time.perf_counter() + SECONDS
     while time.perf_counter() < end:
-        shape = page.picture().shape
+        _, last = page.wait(_picture)
         arrivals.append(time.perf_counter())
     stopped.set()
     mover.join()
-    return np.diff(arrivals), shape
+    return np.diff(arrivals), last
 
 
 def delays(page: Page, camera: pica.Camera, size: Size) -> np.ndarray:
     """Seconds from a camera that is turned to the first picture that shows it, in motion."""
     views = [camera, turned(camera, TURN)]
-    looks = [_small(settled(page, view, size, 2.0)) for view in views]
+    looks = [settled(page, view, size) for view in views]
     found = []
     for jump in range(JUMPS):
         read_for(page, 0.03 + 0.002 * jump)
@@ -92,21 +93,23 @@ def read_for(page: Page, seconds: float) -> None:
             page.read(left)
 
 
-def _small(pixels: np.ndarray) -> np.ndarray:
-    return np.asarray(Image.fromarray(pixels).resize((32, 18)), np.float32)
+def _picture(message: dict[str, Any]) -> tuple[np.ndarray, Size] | None:
+    """The picture of a message, shrunk, and its size; None: it has none. Decodes an eighth of the size, so that this
+    program keeps up as browsers do: pictures that wait to be read would be late."""
+    if message["type"] != "BackgroundImageMessage" or message["rgb_data"] is None:
+        return None
+    picture = Image.open(io.BytesIO(message["rgb_data"]))
+    size = picture.size
+    picture.draft("RGB", (size[0] // 8, size[1] // 8))
+    return np.asarray(picture.convert("RGB").resize((32, 18)), np.float32), size
 
 
 def _shows(wanted: np.ndarray, other: np.ndarray) -> Callable[[dict[str, Any]], bool]:
-    """Whether a message is a picture that is nearer to one than to another. Decodes an eighth of the size, so that this
-    program keeps up as browsers do."""
+    """Whether a message is a picture that is nearer to one than to another."""
 
     def shows(message: dict[str, Any]) -> bool:
-        if message["type"] != "BackgroundImageMessage" or message["rgb_data"] is None:
-            return False
-        picture = Image.open(io.BytesIO(message["rgb_data"]))
-        picture.draft("RGB", (picture.width // 8, picture.height // 8))
-        pixels = np.asarray(picture.convert("RGB").resize((32, 18)), np.float32)
-        return bool(np.abs(pixels - wanted).mean() < np.abs(pixels - other).mean())
+        found = _picture(message)
+        return found is not None and bool(np.abs(found[0] - wanted).mean() < np.abs(found[0] - other).mean())
 
     return shows
 
@@ -137,8 +140,8 @@ def main() -> None:
         print(f"first picture: {time.perf_counter() - began:.1f} s after the command")
         page.picture(lambda pixels: pixels.shape[0] >= height, 600.0)
         dragged(page, scene, camera, size)  # finds the size of pictures in motion
-        gaps, shape = dragged(page, scene, camera, size)
-        _row(f"between pictures of {shape[1]}x{shape[0]} while dragging", gaps)
+        gaps, last = dragged(page, scene, camera, size)
+        _row(f"between pictures while dragging, the last of {last[0]}x{last[1]}", gaps)
         _row("from a camera to its picture, in motion", delays(page, camera, size))
         page.close()
         server.send_signal(signal.SIGINT)

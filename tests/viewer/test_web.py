@@ -6,6 +6,7 @@ import socket
 import numpy as np
 import pytest
 import rich.console
+from PIL import Image
 
 import pica
 from tests.viewer.scenes import CAMERA, CANVAS, is_whole, redness, until
@@ -46,6 +47,30 @@ def test_the_camera_of_the_page_moves_the_picture(page):
     page.picture(is_whole)
     page.look(pica.Camera.look_at((-1, 1.5, 4), (-1, 0.5, 0)), CANVAS)
     page.picture(lambda pixels: is_whole(pixels) and redness(pixels).mean() > 55)  # the camera has gone left
+
+
+def test_pictures_at_rest_are_finer_than_those_in_motion(page):
+    page.picture(is_whole)
+    moving, resting = (step_of(jpeg_of(quality)) for quality in (75, 95))
+
+    def step(message):
+        return step_of(message["rgb_data"]) if message.get("rgb_data") else None
+
+    page.wait(lambda message: step(message) == resting)
+    page.look(pica.Camera.look_at((-1, 1.5, 4), (-1, 0.5, 0)), CANVAS)
+    page.wait(lambda message: step(message) == moving)
+    page.wait(lambda message: step(message) == resting)
+
+
+def jpeg_of(quality: int) -> bytes:
+    target = io.BytesIO()
+    Image.new("RGB", (8, 8)).save(target, "jpeg", quality=quality)
+    return target.getvalue()
+
+
+def step_of(data: bytes) -> int:
+    """Sum of the quantization of brightness in a JPEG."""
+    return sum(Image.open(io.BytesIO(data)).quantization[0])
 
 
 def test_viser_prints_nothing_not_even_in_a_notebook(device, monkeypatch):

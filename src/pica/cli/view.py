@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from pica import Camera, Limits, Scene
     from pica.viewer.viewer import Viewer
 
+_TURN = 2e-4
+"""Seconds that a thread may keep others waiting for Python's interpreter, which has 5e-3: those that read cameras and
+send pictures have little to do, but often."""
+
 
 @takes_view
 def view(
@@ -108,6 +112,7 @@ def _serve(
     else:
         print_line(f"{web.address} (Ctrl-C ends it)")
     sys.stdout.flush()  # whoever started this reads the address now
+    sys.setswitchinterval(_TURN)
     with cleaning_up_first(), redirect_stdout(sys.stderr):
         try:
             web.run()

@@ -47,8 +47,7 @@ class Snapshot:
         """Of a texture (height, width[, channels]); layers in front, always with channels, of an array of textures. Of
         a buffer its bytes. The device has finished the recording.
         """
-        data = HostBuffer(self._device, self.buffer).read()
-        values = data.copy().view(self.dtype).reshape(self.shape)
+        values = HostBuffer(self._device, self.buffer).copied().view(self.dtype).reshape(self.shape)
         if self._layered or len(self.shape) == 1:
             return values
         return values[0] if self.shape[-1] > 1 else values[0, ..., 0]

@@ -8,6 +8,7 @@ import threading
 import time
 import urllib.request
 import warnings
+from collections import deque
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     import viser
 
 _QUALITY = {False: 75, True: 95}
-"""JPEG quality of pictures in motion, and of whole ones."""
+"""JPEG quality of pictures in motion, and of those at rest."""
 _TEXTS_EVERY = 0.5
 """Seconds between two updates of the panel's texts."""
 _PAGE_SECONDS = 30.0
@@ -55,8 +56,8 @@ class _Client:
         self.handle, self.view = handle, view
         self.active_at = 0.0
         """When its user last did anything."""
-        self.pose: ClientPose | None = None
-        """The newest that has come and is not yet in the view."""
+        self.poses: deque[ClientPose] = deque(maxlen=1)
+        """The newest that has come and is not yet in the view: put in by one thread, taken out by another."""
         self.failed = False
         """Whether its picture could not be rendered; until something changes."""
 
@@ -151,7 +152,7 @@ class WebViewer:
 
         def moved(found: _Client) -> None:
             act(found.view.control)
-            found.pose = None
+            found.poses.clear()
             show(found.view.control, found.handle.camera, "up_direction")
 
         self._for(client, moved)
@@ -188,7 +189,8 @@ class WebViewer:
             self._server.gui.reset()
             self._begin(None)
             for client in self._clients.values():
-                client.pose, client.failed = None, False
+                client.failed = False
+                client.poses.clear()
                 client.view = self.viewer.view(client.view.resolution.full)
                 show(client.view.control, client.handle.camera, "up_direction")
 
@@ -233,14 +235,14 @@ class WebViewer:
 
     def _has_input(self) -> bool:
         """Whether a client waits for something."""
-        moved = any(client.pose is not None for client in list(self._clients.values()))
+        moved = any(client.poses for client in list(self._clients.values()))
         return moved or self._stopped.is_set() or not self._due.empty()
 
     def _do_due(self) -> None:
         """Move cameras to where clients have moved theirs, and do what was asked for."""
         for client in self._clients.values():
-            pose, client.pose = client.pose, None
-            if pose is not None:
+            if client.poses:
+                pose = client.poses.pop()
                 pose.place(client.view.control)
                 client.view.resize(fitted(pose.canvas, self.size))
                 client.failed = False
@@ -278,7 +280,8 @@ class WebViewer:
         except PicaError:
             client.failed = True  # until something changes
             raise
-        self._sender.send(client.handle, picture.pixels, _QUALITY[picture.is_full])
+        rests = picture.is_full and (picture.frames > 1 or self.viewer.is_complete(client.view))
+        self._sender.send(client.handle, picture.pixels, _QUALITY[rests])
         if is_first:
             self._panel.refresh()  # now it is known what can be shown
         self._tell_costs(client, picture)
@@ -307,13 +310,17 @@ class WebViewer:
             pose = ClientPose.of(handle.camera)
             size = self.size if pose is None else fitted(pose.canvas, self.size)
             client = _Client(handle, self.viewer.view(size, self._first.camera))
-            client.pose, client.active_at = pose, time.perf_counter()
+            client.active_at = time.perf_counter()
+            if pose is not None:
+                client.poses.append(pose)
             self._clients[handle.client_id] = client
 
         async def moved(camera: "viser.CameraHandle") -> None:  # in the order of the messages
             client = self._clients.get(handle.client_id)
             if client is not None:
-                client.pose, client.active_at = ClientPose.of(camera), time.perf_counter()
+                client.active_at, pose = time.perf_counter(), ClientPose.of(camera)
+                if pose is not None:
+                    client.poses.append(pose)
                 self._wake.set()
 
         self.change(connect)
