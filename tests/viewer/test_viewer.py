@@ -278,3 +278,44 @@ def test_the_display_stays_on_the_device_with_its_outline(viewer, view, upscale)
     viewer.show("display")
     viewer.select(None)
     viewer.set("antialiasing.upscale", 1.0)
+
+
+def test_a_pick_tells_all_of_its_pixel(viewer, view):
+    settled(viewer, view)
+    viewer.pick(view, 0.5, 0.5)
+    values = dict(viewer.pixel)
+    red, green, blue = map(float, values["albedo"].split(", "))
+    assert red == pytest.approx(0.8, abs=0.01) and green == blue == pytest.approx(0.2, abs=0.01)
+    assert values["depth"].endswith(" m") and 3 < float(values["depth"].split()[0]) < 4.5
+    shown = [int(value) for value in values["display"].removesuffix(" sRGB").split(", ")]
+    assert shown[0] > 1.5 * max(shown[1:])
+    frame = viewer.frame(view)
+    assert {name.replace("_", " ") for name in frame.aov_names} == values.keys() - {"display", "radiance"}
+    viewer.pick(view, 0.5, 0.0)
+    assert dict(viewer.pixel)["depth"] == "inf m"
+
+
+def test_a_frame_of_a_view_is_whole_and_has_what_lies_below(viewer, view, tmp_path):
+    viewer.show("normal")
+    view.control.orbit(0.2, 0.0)
+    frame = viewer.frame(view)
+    assert frame.size == SIZE and view.resolution.is_full
+    frame.save(tmp_path / "frame.exr")
+    channels = pica.read_exr(tmp_path / "frame.exr")
+    assert {"R", "depth.Z", "albedo.R"} <= channels.keys()
+    viewer.show("display")
+    settled(viewer, view)
+    assert np.abs(viewer.render_full(view).pixels.astype(int) - frame.display).mean() < 3, "the same picture"
+
+
+def test_rays_are_counted_once_a_picture_is_complete(viewer, view):
+    viewer.set("ambient_occlusion.mode", "ray_traced")
+    settled(viewer, view)
+    viewer.rays = {}
+    view.control.orbit(0.1, 0.0)
+    viewer.render(view, 1000.0)
+    while not viewer.is_complete(view):
+        assert viewer.rays == {}
+        viewer.render(view, 1001.0 + view.frames)
+    assert set(viewer.rays) == {"occlusion_rays"} and viewer.rays["occlusion_rays"] > 1000
+    viewer.configure(pica.Settings.preset("raster"))

@@ -119,6 +119,11 @@ def test_an_aov_is_shown_instead(web, page):
 
 def test_clicks_pick(web, page):
     page.picture(is_whole)
+    page.click(0.5, 0.4)
+    pixel = page.text("geometric normal")
+    assert "albedo | 0.8, 0.1, 0.1" in pixel and "sRGB" in pixel
+    page.click(0.5, 0.0)
+    assert page.text("Click a surface")
     page.click(0.5, 0.5)
     text = page.text("cube")
     assert "section 0" in text and "red&#124;paint" in text, "names have no meaning in Markdown"
@@ -164,6 +169,49 @@ def test_a_picture_is_sent_as_a_file(page):
     page.set("Save picture", True)
     start = page.wait(lambda message: message["type"] == "FileTransferStartDownload" and message)
     assert start["filename"] == "display.png" and start["mime_type"] == "image/png"
+
+
+def test_a_frame_is_sent_with_its_aovs(page, tmp_path):
+    page.picture(is_whole)
+    page.set("Save .exr", True)
+    starts, parts = [], []
+
+    def come(message):
+        if message["type"] == "FileTransferStartDownload":
+            starts.append(message)
+        if message["type"] == "FileTransferPart":
+            parts.append(message["content"])
+        return starts and sum(map(len, parts)) == starts[0]["size_bytes"]
+
+    page.wait(come)
+    assert starts[0]["filename"] == "frame.exr"
+    (tmp_path / "frame.exr").write_bytes(b"".join(parts))
+    channels = pica.read_exr(tmp_path / "frame.exr")
+    assert channels["R"].shape == (64, 96) and {"depth.Z", "normal.X"} <= channels.keys()
+
+
+def test_numbers_of_the_camera_are_typed(web, page):
+    page.picture(is_whole)
+    page.set("Position", (-1.0, 1.5, 4.0))
+    moved = page.wait(lambda message: message["type"] == "SetCameraPositionMessage" and message)
+    np.testing.assert_allclose(moved["position"], (-1, 1.5, 4), atol=1e-6)
+    page.set("Target", (-1.0, 0.5, 0.0))
+    page.picture(lambda pixels: is_whole(pixels) and redness(pixels).mean() > 55)
+    until(lambda: page_control(web).camera.transform[0, 3] == pytest.approx(-1))
+    np.testing.assert_allclose(page_control(web).pivot, (-1, 0.5, 0))
+    page.set("Field of view", 1e9)  # nothing in the page's own code would send that
+    until(lambda: np.degrees(page_control(web).camera.vertical_fov) == pytest.approx(170))
+    page.set("Position", (1.0, 2.0))
+    page.set("Position", (float("nan"), 2.0, 3.0))
+    page.set("Field of view", 45.0)
+    until(lambda: np.degrees(page_control(web).camera.vertical_fov) == pytest.approx(45))
+    assert page_control(web).camera.transform[0, 3] == pytest.approx(-1)
+
+
+def page_control(web):
+    """The camera control of the only page."""
+    [client] = web._clients.values()
+    return client.view.control
 
 
 def test_a_path_is_recorded_and_sent(web, page):

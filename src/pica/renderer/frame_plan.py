@@ -89,7 +89,15 @@ class FramePlan:
     @property
     def debug_aovs(self) -> tuple[str, ...]:
         """Names of the newest plan's debug AOVs, sorted."""
-        return () if self._plan is None else tuple(sorted(self._plan.names_of("debug")))
+        return self._names_of("debug")
+
+    @property
+    def ray_counters(self) -> tuple[str, ...]:
+        """Names of the newest plan's numbers of rays, sorted."""
+        return self._names_of("rays")
+
+    def _names_of(self, kind: str) -> tuple[str, ...]:
+        return () if self._plan is None else tuple(sorted(self._plan.names_of(kind)))
 
     def describe(self) -> GraphDescription:
         """The newest plan. Raises PicaError before the first frame."""

@@ -88,6 +88,12 @@ class RendererFrames(Closing):
 
     @property
     @synchronized
+    def ray_counters(self) -> tuple[str, ...]:
+        """Names, "rays.PASS", of the numbers of rays that `advance` can capture, as `debug_aovs`."""
+        return self._frame_plan.ray_counters
+
+    @property
+    @synchronized
     def graph(self) -> GraphDescription:
         """The passes of the newest frame with what they read and write, their times and their memory. Waits for the
         device. Of the first view. Raises PicaError before the first frame."""

@@ -43,7 +43,7 @@ class CameraControl:
         height = np.clip(math.asin(np.clip(y / radius, -1, 1)) + up, -_STEEPEST, _STEEPEST)
         level = math.cos(height)
         offset = np.array([level * math.sin(azimuth), math.sin(height), level * math.cos(azimuth)])
-        self._look(target + radius * offset, target)
+        self.look(target + radius * offset, target)
 
     def pan(self, right: float, up: float) -> None:
         """Move camera and pivot sideways, by fractions of the picture's height at the pivot."""
@@ -69,7 +69,7 @@ class CameraControl:
         """Look at a point (3,), such as `Picked.position`, from half of its distance; it becomes the pivot."""
         target = np.asarray(point, np.float64)
         eye = self.camera.transform[:3, 3]
-        self._look(target + (eye - target) * _CLOSER, target)
+        self.look(target + (eye - target) * _CLOSER, target)
 
     def frame_all(self) -> None:
         """Show the whole scene, as it is now."""
@@ -94,13 +94,18 @@ class CameraControl:
         if not same_view(placed, self.camera):
             self.camera = placed
 
+    def look(self, eye: ArrayLike, target: ArrayLike) -> None:
+        """Look from one point (3,) at another, which becomes the pivot, upright, with the lens as it is."""
+        start, end = np.asarray(eye, np.float64), np.asarray(target, np.float64)
+        if np.linalg.norm(start - end) > 0:
+            self.camera = replace(self.camera, transform=Camera.look_at(start, end).transform)
+        self.pivot = end
+
+    def widen(self, vertical_fov: float) -> None:
+        """Another field of view, in radians."""
+        self.camera = replace(self.camera, vertical_fov=vertical_fov)
+
     def _shift(self, offset: NDArray[np.float64]) -> None:
         moved = self.camera.transform.copy()
         moved[:3, 3] += offset
         self.camera, self.pivot = replace(self.camera, transform=moved), self.pivot + offset
-
-    def _look(self, eye: NDArray[np.float64], target: NDArray[np.float64]) -> None:
-        """From one point at another, with the lens as it is."""
-        if np.linalg.norm(eye - target) > 0:
-            self.camera = replace(self.camera, transform=Camera.look_at(eye, target).transform)
-        self.pivot = target

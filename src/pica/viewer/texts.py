@@ -6,6 +6,7 @@ from pica.renderer import Picked
 from pica.rhi.device import Device
 from pica.scene.camera import Camera
 from pica.scene.node import Node
+from pica.viewer.costs import Costs
 from pica.viewer.viewer import Picture
 
 
@@ -15,10 +16,16 @@ def status(picture: Picture) -> str:
     return f"{width}x{height}, {picture.frames} frames, {1000 * picture.seconds:.0f} ms a frame"
 
 
-def cost_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, float]]:
-    """Names of effects and their milliseconds, longest first, and the sum of all."""
-    rows = sorted(((name, time) for name, time in milliseconds.items() if time > 0), key=lambda row: -row[1])
-    return [*((name.replace("_", " "), time) for name, time in rows), ("all", sum(milliseconds.values()))]
+def span(costs: Costs) -> str:
+    """How the time of frames has changed."""
+    sums = costs.sums or [0.0]
+    return f"{sums[-1]:.2f} ms in all; {min(sums):.2f} to {max(sums):.2f} in the last {len(sums)} samples"
+
+
+def ray_lines(rays: Mapping[str, int]) -> list[str]:
+    """Numbers of rays by pass, most first, of a frame at rest."""
+    rows = sorted(((name, count) for name, count in rays.items() if count > 0), key=lambda row: -row[1])
+    return [f"{count:,} {name.replace('_', ' ')}" for name, count in rows]
 
 
 def memory(device: Device) -> str:

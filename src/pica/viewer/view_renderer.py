@@ -7,6 +7,7 @@ from weakref import ref
 import slangpy as spy
 from numpy.typing import NDArray
 
+from pica.images.output import Frame
 from pica.light_map.light_map import LightMap
 from pica.renderer import Renderer
 from pica.rhi.device import Device
@@ -64,6 +65,16 @@ class ViewRenderer:
 
     def advance(self, view: View, jittered: bool, capture: Callable[[], Collection[str]]) -> Mapping[str, Lazy]:
         """The next frame of a view, at its current size: functions that fetch what is captured."""
+        renderer = self._turned_to(view)
+        self.textures = renderer.advance(view.control.camera, jittered=jittered, capture=capture)
+        return renderer.captured
+
+    def frame(self, view: View) -> Frame:
+        """The next frame of a view, at its current size, with all AOVs."""
+        return self._turned_to(view).render(1, camera=view.control.camera)
+
+    def _turned_to(self, view: View) -> Renderer:
+        """The renderer, of the view's current size, without the history of another view."""
         size, was_new = view.resolution.size, self._is_new
         self._is_new = True
         if self._renderer is None:
@@ -79,8 +90,7 @@ class ViewRenderer:
             self._is_new = False
         self.begins = self._is_new and not was_new
         self._view = ref(view)
-        self.textures = self._renderer.advance(view.control.camera, jittered=jittered, capture=capture)
-        return self._renderer.captured
+        return self._renderer
 
     def close(self) -> None:
         """Release its device memory."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pica.errors import PicaError, SceneError, shown
 from pica.frame.aovs import at_size
-from pica.images.output import preview
+from pica.images.output import Frame, preview
 from pica.light_map.light_map import LightMap
 from pica.renderer import Picked
 from pica.rhi.device import Device, open_device
@@ -26,6 +26,7 @@ from pica.viewer.camera_path import RecordedPath
 from pica.viewer.comparison import Comparison, SplitPicture, compared
 from pica.viewer.edits import Edits
 from pica.viewer.outline import DeviceOutline, outlined
+from pica.viewer.pixel import pixel_rows
 from pica.viewer.playback import Playback
 from pica.viewer.resolution import Size
 from pica.viewer.scene_watch import SceneWatch
@@ -96,6 +97,10 @@ class Viewer:
         self.visibility = Visibility()
         self.picked: Picked | None = None
         """What the newest `pick` has found."""
+        self.pixel: list[tuple[str, str]] = []
+        """What the pixel of the newest `pick` has in the picture and in each AOV: names and values."""
+        self.rays: dict[str, int] = {}
+        """Of the last frame of the newest complete picture, by pass."""
         self.node: Node | None = None
         """What is selected."""
         self.materials: tuple[Material, ...] = ()
@@ -217,23 +222,23 @@ class Viewer:
 
     def render_full(self, view: View) -> Picture:
         """A picture of the whole size at once, for a screenshot: one frame more of the current one, or the first."""
-        self._note_changes()
-        view.follow(self._state_of(view), time.perf_counter())
-        while not view.resolution.is_full:
-            view.resolution.rest()
-            view.frames = 0
+        self._make_whole(view)
         return self._next(view, has_outline=False)
 
+    def frame(self, view: View) -> Frame:
+        """The same with all AOVs, whatever is shown. Raises as Renderer.render."""
+        self._make_whole(view)
+        return self._framed(view)
+
     def pick(self, view: View, x: float, y: float, *, through_glass: bool = False) -> Picked | None:
-        """Select what a view shows at (x, y), 0 to 1 from the upper left to the lower right corner; None: nothing."""
+        """Select what a view shows at (x, y), 0 to 1 from the upper left to the lower right corner, in one frame more;
+        None: nothing."""
         self._note_changes()
-        if self._last != (view, self._state_of(view)):
-            view.follow(self._state_of(view), time.perf_counter())
-            self._next(view)
-        renderer = self._renderer.newest
-        width, height = renderer.size
-        column, row = (min(max(int(at * length), 0), length - 1) for at, length in ((x, width), (y, height)))
-        found = self.picked = renderer.pick(column, row, through_glass=through_glass)
+        view.follow(self._state_of(view), time.perf_counter())
+        frame = self._framed(view)
+        column, row = (min(max(int(at * length), 0), length - 1) for at, length in zip((x, y), frame.size, strict=True))
+        found = self.picked = self._renderer.newest.pick(column, row, through_glass=through_glass)
+        self.pixel = pixel_rows(frame, column, row)
         self._select(None if found is None else found.node, () if found is None else (found.material,))
         return found
 
@@ -255,21 +260,43 @@ class Viewer:
             self._revision += 1
         self.node, self.materials = node, materials
 
+    def _make_whole(self, view: View) -> None:
+        """The next picture of a view has its whole size."""
+        self._note_changes()
+        view.follow(self._state_of(view), time.perf_counter())
+        while not view.resolution.is_full:
+            view.resolution.rest()
+            view.frames = 0
+
+    def _framed(self, view: View) -> Frame:
+        """One frame more of a view's current size and state."""
+        frame = self._renderer.frame(view)
+        self._last, self._compiles = (view, view.state), False
+        view.frames += 1
+        return frame
+
     def _next(self, view: View, has_outline: bool = True, on_device: bool = False) -> Picture:
         """The picture of a view's current size and state."""
         began = time.perf_counter()
         outline = has_outline and self.node is not None
         stays = on_device and self._shown == DISPLAY and not self._compares
 
+        completes = view.resolution.is_full and view.frames + 1 == self.frames
+
         def capture() -> set[str]:
+            names = set(self._renderer.newest.ray_counters) if completes else set()  # to count takes time
             if stays:
-                return set()
+                return names
             # With some settings there is no such AOV.
-            return {self._shown if self._shown in self.showable else DISPLAY, *(["instance"] if outline else ())}
+            names.add(self._shown if self._shown in self.showable else DISPLAY)
+            return names | {"instance"} if outline else names
 
         captured = self._renderer.advance(view, self._shown == DISPLAY, capture)
         self._last = view, view.state
         view.frames += 1
+        if completes:
+            counters = self._renderer.newest.ray_counters
+            self.rays = {name.removeprefix("rays."): int(captured[name]()) for name in counters if name in captured}
         if stays:
             return self._on_device(view, outline, began)
         name = self._shown if self._shown in captured else DISPLAY

@@ -3,6 +3,7 @@
 import random
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import slangpy as spy
 from slangpy import ui
@@ -41,6 +42,9 @@ class Actions:
 
     def save(self):
         self.asked.append("save")
+
+    def save_frame(self):
+        self.asked.append("save_frame")
 
     def save_path(self):
         self.asked.append("save_path")
@@ -157,14 +161,21 @@ def test_time_cameras_and_the_path(used):
     assert used.actions.view.control.camera is not before
     used.set("/View/Camera/Home")
     assert used.actions.view.control.camera is before
+    used.set("/View/Camera/Position", spy.float3(0, 2, 3))
+    used.set("/View/Camera/Target", spy.float3(0, 2, 0))
+    used.set("/View/Camera/Field of view", 60.0)
+    camera = used.actions.view.control.camera
+    np.testing.assert_allclose(camera.transform[:3, 2:], [[0, 0], [0, 2], [1, 3]], atol=1e-6)
+    assert np.degrees(camera.vertical_fov) == pytest.approx(60)
     for _ in range(2):
         used.set("/View/Camera/Path/Add")
     assert len(used.viewer.path) == 2
     used.set("/View/Camera/Path/Save")
     used.set("/View/Camera/Save picture")
+    used.set("/View/Camera/Save .exr")
     used.set("/Scene/File/Name", "cornell")
     used.set("/Scene/File/Open")
-    assert used.actions.asked == ["save_path", "save", "cornell"]
+    assert used.actions.asked == ["save_path", "save", "save_frame", "cornell"]
     used.set("/View/Camera/Path/Clear")
     assert len(used.viewer.path) == 0
 

@@ -16,11 +16,19 @@ class Input:
         self.handle = handle
         self._shown: Any = handle.value
 
+        def one_for_all(_: int, value: Any) -> None:
+            changed(value)
+
+        self._listen(one_for_all)
+
+    def _listen(self, changed: Callable[[int, Any], object]) -> None:
+        """Call this with each value that a client sets, and the client's number."""
+
         async def on_update(event: "viser.GuiEvent[Any]") -> None:
             if event.client is not None and self._accepts(event.target.value):  # else `show` has set it
-                changed(event.target.value)
+                changed(event.client.client_id, event.target.value)
 
-        handle.on_update(on_update)
+        self.handle.on_update(on_update)
 
     def _accepts(self, value: Any) -> bool:
         """Whether a client may set this: viser checks neither options nor lengths, nor whether numbers are finite."""
@@ -36,3 +44,13 @@ class Input:
         way to the viewer. `again`: in any case, because the viewer has refused what a client has set."""
         if again or value != self._shown:
             self._shown = self.handle.value = value
+
+
+class ClientInput(Input):
+    """An input of what each client has of its own. It shows that of the client that was used last."""
+
+    def __init__(self, handle: Any, changed: Callable[[int, Any], object]) -> None:
+        """`changed`: as Input's, with the client's number first."""
+        self.handle = handle
+        self._shown = handle.value
+        self._listen(changed)

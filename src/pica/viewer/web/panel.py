@@ -1,19 +1,24 @@
 """The panel of the page, in tabs: the view with cameras, time, what was picked and costs; the scene; settings."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pica.renderer import Picked
 from pica.settings import Settings
-from pica.viewer.camera_moves import camera_moves
+from pica.viewer.camera_control import CameraControl
+from pica.viewer.camera_moves import NARROWEST, WIDEST, CameraNumbers, camera_moves, camera_numbers
 from pica.viewer.camera_path import SECONDS
 from pica.viewer.comparison import PATH_TRACED
+from pica.viewer.costs import Costs
 from pica.viewer.playback import FASTEST
 from pica.viewer.setting_controls import presets
-from pica.viewer.texts import camera_names, cost_rows, memory, picked_rows, status
+from pica.viewer.texts import camera_names, memory, picked_rows, ray_lines, status
+from pica.viewer.view import View
 from pica.viewer.viewer import DISPLAY, Picture, Viewer
-from pica.viewer.web.inputs import Input
+from pica.viewer.web.cost_chart import cost_chart
+from pica.viewer.web.downloads import File, frame_file, path_file, picture_file
+from pica.viewer.web.inputs import ClientInput, Input
 from pica.viewer.web.scene_panel import SceneActions, ScenePanel
 from pica.viewer.web.settings_panel import SettingsPanel
 
@@ -30,11 +35,8 @@ class Actions(SceneActions, Protocol):
     def move(self, client: int, act: Callable[[Any], object]) -> None:
         """Do something to the camera control of a client."""
 
-    def save(self, client: int) -> None:
-        """Send a client its picture as a file."""
-
-    def save_path(self, client: int) -> None:
-        """Send a client the recorded path as a file."""
+    def save(self, client: int, made: Callable[[Viewer, View], File]) -> None:
+        """Send a client a file of what it sees."""
 
     def choose_settings(self, change: Callable[[Settings], Settings]) -> None:
         """Render with other settings."""
@@ -49,6 +51,8 @@ class Panel:
         tabs = gui.add_tab_group()
         self._playing: Input | None = None
         self._time: Input | None = None
+        self._costs = Costs()
+        self._numbers: list[tuple[CameraNumbers, ClientInput]] = []
         with tabs.add_tab("View"):
             self._add_view()
         with tabs.add_tab("Scene"):
@@ -71,6 +75,8 @@ class Panel:
         self._recorded.content = f"Cameras: {len(viewer.path)}" if len(viewer.path) else ""
         self._scene.refresh(again)
         self._picked.content = described(viewer.picked)
+        if viewer.pixel:
+            self._pixel.content = _table(viewer.pixel)
         if self._playing is not None:
             self._playing.show(viewer.playback.playing, again)
         self.show_time()
@@ -80,11 +86,19 @@ class Panel:
         if self._time is not None:
             self._time.show(min(max(self._viewer.playback.time, 0.0), self._time.handle.max))
 
-    def show_costs(self, picture: Picture, milliseconds: Mapping[str, float]) -> None:
-        """Show the size and the times of a picture."""
+    def show_costs(self, picture: Picture) -> None:
+        """Show the size and the costs of a picture."""
         self.say(status(picture))
-        lines = [f"| {name} | {time:.2f} |" for name, time in cost_rows(milliseconds)]
-        self._times.content = "\n".join(["| effect | ms |", "|---|---:|", *lines, "", memory(self._viewer.device)])
+        self._costs.note(self._viewer.milliseconds)
+        self._times.content = cost_chart(self._costs)
+        rays = ray_lines(self._viewer.rays)
+        lines = ["Rays of a frame at rest:", *rays] if rays else []
+        self._memory.content = "  \n".join([memory(self._viewer.device), *lines])
+
+    def show_camera(self, control: CameraControl) -> None:
+        """Show the numbers of the camera that was used last."""
+        for numbers, shown in self._numbers:
+            shown.show(numbers.get(control))
 
     def _add_view(self) -> None:
         gui, viewer = self._gui, self._viewer
@@ -100,8 +114,11 @@ class Panel:
                 "Through glass", False, hint="Whether clicks find what lies behind transmissive and blended surfaces"
             )
             self._picked = gui.add_markdown("")
+        with gui.add_folder("Pixel", expand_by_default=False):
+            self._pixel = gui.add_markdown("Click a pixel.")
         with gui.add_folder("Time of the device", expand_by_default=False):
-            self._times = gui.add_markdown("")
+            self._times = gui.add_html("")
+            self._memory = gui.add_markdown("")
 
     def _add_comparison(self) -> None:
         gui, viewer = self._gui, self._viewer
@@ -121,7 +138,11 @@ class Panel:
                 chosen.on_update(lambda event: self._take_camera(event, names.index(event.target.value)))
             for label, act in camera_moves(self._viewer).items():
                 gui.add_button(label).on_click(partial(self._move, act=act))
-            gui.add_button("Save picture").on_click(self._save)
+            for numbers in camera_numbers():
+                self._numbers.append((numbers, self._entry(numbers)))
+            gui.add_button("Save picture").on_click(partial(self._save, made=picture_file))
+            with_aovs = gui.add_button("Save .exr", hint="Radiance, and all AOVs as named channels")
+            with_aovs.on_click(partial(self._save, made=frame_file))
             hint = f"For pica render --camera-path: 'Add' after each move, 'Save' at the end; {SECONDS:g} s between two"
             path = gui.add_button_group("Path", ("Add", "Save", "Clear"), hint=hint)
             path.on_click(self._record)
@@ -149,9 +170,19 @@ class Panel:
     def _take_camera(self, event: "viser.GuiEvent[Any]", number: int) -> None:
         self._move(event, lambda control: control.take(self._viewer.scene.cameras()[number]))
 
-    def _save(self, event: "viser.GuiEvent[Any]") -> None:
+    def _entry(self, numbers: CameraNumbers) -> ClientInput:
+        value = numbers.get(CameraControl(self._viewer.scene, 1.0))
+        if isinstance(value, tuple):
+            handle: Any = self._gui.add_vector3(numbers.label, value, step=0.01, hint=numbers.text)
+        else:
+            handle = self._gui.add_number(numbers.label, value, min=NARROWEST, max=WIDEST, step=0.1, hint=numbers.text)
+        return ClientInput(
+            handle, lambda client, typed: self._actions.move(client, lambda control: numbers.set(control, typed))
+        )
+
+    def _save(self, event: "viser.GuiEvent[Any]", made: Callable[[Viewer, View], File]) -> None:
         if event.client is not None:
-            self._actions.save(event.client.client_id)
+            self._actions.save(event.client.client_id, made)
 
     async def _record(self, event: "viser.GuiEvent[Any]") -> None:
         path = self._viewer.path
@@ -159,8 +190,8 @@ class Panel:
             self._move(event, path.add)
         elif event.target.value == "Clear":
             self._actions.change(path.clear)
-        elif event.client is not None:
-            self._actions.save_path(event.client.client_id)
+        else:
+            self._save(event, path_file)
 
     def _move(self, event: "viser.GuiEvent[Any]", act: Callable[[Any], object]) -> None:
         if event.client is not None:
@@ -171,7 +202,11 @@ def described(picked: Picked | None) -> str:
     """What was picked, as Markdown; names are shown as they are."""
     if picked is None:
         return "Click a surface."
-    return "\n".join(["| | |", "|---|---|", *(f"| {name} | {_plain(value)} |" for name, value in picked_rows(picked))])
+    return _table(picked_rows(picked))
+
+
+def _table(rows: Iterable[tuple[str, str]]) -> str:
+    return "\n".join(["| | |", "|---|---|", *(f"| {name} | {_plain(value)} |" for name, value in rows)])
 
 
 def _plain(text: str) -> str:

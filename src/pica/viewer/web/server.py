@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 import rich
 
 from pica.errors import PicaError, shown
-from pica.images.pictures import encoded_png
 from pica.rhi.fair_lock import FairLock
 from pica.scene.camera import Camera
 from pica.scene.limits import Limits
@@ -29,6 +28,7 @@ from pica.viewer.view import View
 from pica.viewer.viewer import Picture, Viewer
 from pica.viewer.waiting import progress_told
 from pica.viewer.web.client_camera import ClientPose, show
+from pica.viewer.web.downloads import File, send
 from pica.viewer.web.dropping import DroppedFiles
 from pica.viewer.web.gate import Gate, hidden_address
 from pica.viewer.web.panel import Panel
@@ -157,18 +157,9 @@ class WebViewer:
 
         self._for(client, moved)
 
-    def save(self, client: int) -> None:
+    def save(self, client: int, made: Callable[[Viewer, View], File]) -> None:
         """As Actions.save."""
-
-        def saved(found: _Client) -> None:
-            png = encoded_png(self.viewer.render_full(found.view).pixels)
-            _send(found, f"{self.viewer.shown}.png", png)
-
-        self._for(client, saved)
-
-    def save_path(self, client: int) -> None:
-        """As Actions.save_path."""
-        self._for(client, lambda found: _send(found, "cameras.json", self.viewer.path.file()))
+        self._for(client, lambda found: send(found.handle, made(self.viewer, found.view)))
 
     def choose_settings(self, change: Callable[[Settings], Settings]) -> None:
         """As Actions.choose_settings."""
@@ -291,7 +282,8 @@ class WebViewer:
         if now - self._told_at < _TEXTS_EVERY and not self.viewer.is_complete(client.view):
             return
         self._told_at = now
-        self._panel.show_costs(picture, self.viewer.milliseconds)
+        self._panel.show_costs(picture)
+        self._panel.show_camera(client.view.control)
         if self.viewer.playback.playing:
             self._panel.show_time()
 
@@ -334,11 +326,6 @@ class WebViewer:
         through_glass = bool(self._panel.through_glass.value)
         if 0 <= x <= 1 and 0 <= y <= 1:
             self._for(event.client_id, lambda client: self.viewer.pick(client.view, x, y, through_glass=through_glass))
-
-
-def _send(client: _Client, name: str, content: bytes) -> None:
-    """Send a file, which the browser saves."""
-    client.handle.send_file_download(name, content, save_immediately=True)
 
 
 def import_viser() -> Any:

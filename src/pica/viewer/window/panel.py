@@ -8,19 +8,22 @@ from slangpy import ui
 
 from pica.settings import Settings
 from pica.viewer.camera_control import CameraControl
-from pica.viewer.camera_moves import camera_moves
+from pica.viewer.camera_moves import NARROWEST, WIDEST, CameraNumbers, camera_moves, camera_numbers
 from pica.viewer.camera_path import SECONDS
 from pica.viewer.comparison import PATH_TRACED
+from pica.viewer.costs import Costs
 from pica.viewer.playback import FASTEST
 from pica.viewer.setting_controls import presets
-from pica.viewer.texts import camera_names, cost_rows, memory, picked_rows, status
+from pica.viewer.texts import camera_names, memory, picked_rows, ray_lines, span, status
 from pica.viewer.viewer import DISPLAY, Picture, Viewer
-from pica.viewer.window.fields import Field, checkbox, combo, explain, slider, wrapped
+from pica.viewer.window.fields import Field, checkbox, combo, explain, number, slider, vector, wrapped
 from pica.viewer.window.scene_section import SceneActions, SceneSection
 from pica.viewer.window.settings_section import SettingsSection
 
 _ALL = "(all together)"
 _NONE = "(none)"
+_BAR = 16
+"""Letters of the longest bar."""
 _PARTS = ("View", "Scene", "Settings")
 
 
@@ -32,6 +35,9 @@ class Actions(SceneActions, Protocol):
 
     def save(self) -> None:
         """Write the picture to a file."""
+
+    def save_frame(self) -> None:
+        """Write radiance and all AOVs to a file."""
 
     def save_path(self) -> None:
         """Write the recorded path to a file."""
@@ -51,6 +57,8 @@ class Panel:
         self._places = {part: ui.Group(parent, part) for part in _PARTS}
         self._playing: Field | None = None
         self._time: Field | None = None
+        self._history = Costs()
+        self._numbers: list[tuple[CameraNumbers, Field]] = []
         self._add_view(self._places["View"])
         self._scene = SceneSection(self._places["Scene"], viewer, actions)
         self._settings = SettingsSection(self._places["Settings"], actions.choose_settings)
@@ -82,6 +90,7 @@ class Panel:
         self._recorded.text = f"Cameras: {len(viewer.path)}"
         picked = [] if viewer.picked is None else picked_rows(viewer.picked)
         self._picked.text = "\n".join(f"{name}: {value}" for name, value in picked) or "Click a surface."
+        self._pixel.text = "\n".join(f"{name}: {value}" for name, value in viewer.pixel)
         self._scene.refresh()
         self._settings.refresh(viewer.settings)
         self.show_time()
@@ -94,10 +103,20 @@ class Panel:
             self._time.show(min(max(playback.time, 0.0), playback.longest))
 
     def show_costs(self, picture: Picture) -> None:
-        """Show the size and the times of a picture."""
+        """Show the size and the costs of a picture."""
         self.say(status(picture))
-        rows = [f"{time:.2f} ms  {name}" for name, time in cost_rows(self._viewer.milliseconds)]
-        self._costs.text = "\n".join([*rows, memory(self._viewer.device)])
+        self._history.note(self._viewer.milliseconds)
+        rows = self._history.rows
+        longest = rows[0][1] if rows else 1.0
+        bars = [f"{time:6.2f} ms {'#' * round(_BAR * time / longest):{_BAR}} {name}" for name, time in rows]
+        rays = ray_lines(self._viewer.rays)
+        lines = ["Rays of a frame at rest:", *rays] if rays else []
+        self._costs.text = "\n".join([*bars, span(self._history), memory(self._viewer.device), *lines])
+
+    def show_camera(self, control: CameraControl) -> None:
+        """Show the camera's numbers."""
+        for numbers, field in self._numbers:
+            field.show(numbers.get(control))
 
     @property
     def through_glass(self) -> bool:
@@ -123,6 +142,7 @@ class Panel:
         picked = ui.Group(parent, "Picked")
         self._through_glass = ui.CheckBox(picked, "Through glass")
         self._picked = ui.Text(picked)
+        self._pixel = ui.Text(ui.Group(parent, "Pixel"))
         self._costs = ui.Text(ui.Group(parent, "Time of the device"))
 
     def _add_camera(self, parent: ui.Widget) -> None:
@@ -132,13 +152,24 @@ class Panel:
             self._cameras = combo(parent, "Of the scene", names, lambda name: self._take(names.index(name)))
         for label, act in camera_moves(self._viewer).items():
             ui.Button(parent, label, partial(actions.move, act))
+        for numbers in camera_numbers():
+            self._numbers.append((numbers, self._entry(parent, numbers)))
         ui.Button(parent, "Save picture", actions.save)
+        ui.Button(parent, "Save .exr", actions.save_frame)
         path = ui.Group(parent, "Path")
         ui.Button(path, "Add", lambda: actions.move(self._viewer.path.add))
         ui.Button(path, "Save", actions.save_path)
         ui.Button(path, "Clear", lambda: actions.change(self._viewer.path.clear))
         self._recorded = ui.Text(path)
         explain(path, f"For pica render --camera-path; {SECONDS:g} s between two cameras.")
+
+    def _entry(self, parent: ui.Widget, numbers: CameraNumbers) -> Field:
+        def changed(value: Any) -> None:
+            self._actions.move(lambda control: numbers.set(control, value))
+
+        if numbers.label == "Field of view":
+            return number(parent, numbers.label, NARROWEST, WIDEST, changed)
+        return vector(parent, numbers.label, changed)
 
     def _add_time(self, parent: ui.Widget) -> None:
         playback = self._viewer.playback

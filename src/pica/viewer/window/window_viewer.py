@@ -9,7 +9,7 @@ import slangpy as spy
 from slangpy import ui
 
 from pica.errors import PicaError
-from pica.images.pictures import encoded_png
+from pica.images.pictures import write_png
 from pica.images.saving import write_whole
 from pica.scene.camera import Camera
 from pica.scene.limits import Budget, Limits
@@ -128,11 +128,19 @@ class WindowViewer:
 
     def save(self) -> None:
         """As Actions.save, in the current folder."""
-        self.change(lambda: self._write(f"{self.viewer.shown}.png", self._png))
+        self.change(
+            lambda: self._write(
+                f"{self.viewer.shown}.png", lambda path: write_png(path, self.viewer.render_full(self.view).pixels)
+            )
+        )
+
+    def save_frame(self) -> None:
+        """As Actions.save_frame, in the current folder."""
+        self.change(lambda: self._write("frame.exr", lambda path: self.viewer.frame(self.view).save(path)))
 
     def save_path(self) -> None:
         """As Actions.save_path, in the current folder."""
-        self.change(lambda: self._write("cameras.json", self.viewer.path.file))
+        self.change(lambda: self._write("cameras.json", self._write_path))
 
     def choose_settings(self, change: Callable[[Settings], Settings]) -> None:
         """As Actions.choose_settings."""
@@ -206,15 +214,16 @@ class WindowViewer:
         if now - self._told_at >= _TEXTS_EVERY or self.viewer.is_complete(self.view):
             self._told_at = now
             self._panel.show_costs(picture)
+            self._panel.show_camera(self.view.control)
         return True
 
-    def _write(self, name: str, content: Callable[[], bytes]) -> None:
+    def _write(self, name: str, write: Callable[[Path], object]) -> None:
         path = _free(Path(name))
-        write_whole(path, lambda whole: whole.write_bytes(content()))
+        write(path)
         self._tell(f"Saved {path}")
 
-    def _png(self) -> bytes:
-        return encoded_png(self.viewer.render_full(self.view).pixels)
+    def _write_path(self, path: Path) -> None:
+        write_whole(path, lambda whole: whole.write_bytes(self.viewer.path.file()))
 
     def _tell(self, message: str) -> None:
         self._panel.tell(message)
