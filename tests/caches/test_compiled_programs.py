@@ -2,7 +2,6 @@
 
 import pytest
 
-from pica.caches import compiled_programs
 from pica.caches.compiled_programs import CompiledPrograms
 
 
@@ -17,7 +16,6 @@ def sources(tmp_path):
 @pytest.fixture
 def record(tmp_path, sources):
     def opened(driver="mesa 1"):
-        compiled_programs._contents.cache_clear()  # as in a process of its own
         return CompiledPrograms(tmp_path / "compiled", sources, driver)
 
     return opened

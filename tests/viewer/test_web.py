@@ -108,6 +108,22 @@ def test_a_setting_that_cannot_be_is_said_and_put_back(web, page):
     assert web.viewer.settings == pica.Settings.preset("raster")
 
 
+def test_a_fault_in_a_shader_is_said(web, page, monkeypatch):
+    page.picture(is_whole)
+    faults = [pica.errors.ShaderError("step.slang:3: a fault")]
+
+    def follow():
+        if faults:
+            raise faults.pop()
+        return False
+
+    monkeypatch.setattr(web.viewer, "follow_shaders", follow)
+    assert "a fault" in page.text("step.slang&#58;3"), "on top, until the next picture"
+    assert "a fault" in page.text("step.slang:3"), "a note"
+    page.look(pica.Camera.look_at((-1, 1.5, 4), (-1, 0.5, 0)), CANVAS)
+    page.picture(is_whole)
+
+
 def test_an_aov_is_shown_instead(web, page):
     page.picture(is_whole)
     page.set("Shown", "instance")

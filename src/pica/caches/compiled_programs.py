@@ -7,7 +7,6 @@ other, or workers have nothing to do. Either costs time and nothing else.
 import hashlib
 from collections.abc import Hashable, Iterable
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
 
 _BYTES = 16
@@ -47,7 +46,6 @@ class CompiledPrograms:
         return _digest(self._made_of.encode() + repr(program).encode())
 
 
-@cache
 def _contents(folder: Path) -> bytes:
     """A digest of all Slang files below a folder."""
     files = sorted(folder.rglob("*.slang"))

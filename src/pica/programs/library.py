@@ -40,6 +40,7 @@ class ProgramLibrary:
         """The process that compiles new types beside a running renderer."""
         compiler = Compiler(self.device.name, self.device.cache)
         self.device.at_close(compiler.close)
+        weakref.finalize(self, compiler.close)  # of a device whose programs were renewed
         return compiler
 
     @cached_property

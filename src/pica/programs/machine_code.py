@@ -13,9 +13,10 @@ def make_machine_code(device: Device, made: Any) -> None:
     """Dispatch a program over no threads: lavapipe generates machine code at the first dispatch, and caches it.
 
     Does nothing on hardware, whose pipelines are machine code already, and nothing for draws: one without vertices
-    compiles nothing, and one with vertices needs a scene. Nor with validation, which rejects empty dispatches.
+    compiles nothing, and one with vertices needs a scene. Nor with validation, which rejects empty dispatches, nor for
+    renewed programs: Slang-RHI would keep the layouts of their blocks by address, which others may get.
     """
-    if not device.is_software or validation.asked():
+    if not device.is_software or validation.asked() or device.is_renewed:
         return
     match made:
         case (program, spy.ComputePipeline() as pipeline):

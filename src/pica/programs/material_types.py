@@ -224,7 +224,10 @@ def made(device: Device, recipe: Recipe[Made], types: MaterialTypeSet) -> Made:
     try:
         return device.product(recipe, types)
     except (DeviceError, RuntimeError) as error:
-        raise fault_of(types, error) or error from None
+        fault = fault_of(types, error)
+        if fault is None:
+            raise
+        raise fault from None
 
 
 def fault_of(types: MaterialTypeSet, error: Exception) -> PicaError | None:

@@ -27,6 +27,7 @@ from pica.rhi.memory_use import MemoryUse
 from pica.rhi.passes import ComputePass, RasterPass, RasterState, Recording
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
+from pica.rhi.shader_blocks import content_of, forget_files
 from pica.rhi.slang_files import Source, stem
 from pica.rhi.submissions import Submissions
 from pica.text import first_line
@@ -68,10 +69,8 @@ class Device:
         adapter = choose(name) if existing is None else adapter_of(existing)
         self._longest_file = longest_file()
         self.handle = existing or _opened(adapter, cache, cuda.is_wanted(adapter))
-        self.session = self.handle.slang_session
+        self.session = self.handle.slang_session if existing is None else _new_session(self.handle, cache)
         """Loads and links shaders."""
-        if existing is not None:
-            self.session = existing.create_slang_session(compiler_options=_COMPILER)
         forked.watch()
         self.lock = FairLock(self._check)
         """For `with`: exclusive use of the device, for a frame at most so that other threads get theirs.
@@ -80,7 +79,7 @@ class Device:
         self._closing = finalize(self, _close, self.handle if existing is None else None, self._callbacks)
         self.key = _key_of(adapter, existing)
         """Identifies the adapter, or an existing device."""
-        self._block_programs: dict[str, spy.ShaderProgram] = {}
+        self._block_programs: dict[tuple[str, str], spy.ShaderProgram] = {}
         self._products: dict[tuple[Recipe[Any], Hashable], Any] = {}
         self._linked: dict[tuple[Recipe[Any], Hashable], Any] = {}
         self._plans: WeakKeyDictionary[ComputePass | RasterPass, Recipe[Any]] = WeakKeyDictionary()
@@ -101,17 +100,21 @@ class Device:
         """The part of `_memory` that was allocated through this object; see `memory_scope`."""
         self._root: Device | None = None
         """Of a memory scope, the device it was made from."""
+        self._opened: Device | None = None
+        """Of one with renewed programs, the device that was opened."""
 
     def close(self) -> None:
         """Wait for the device and release it; any later use of its objects is an error."""
         if self.closed:
             return
+        opened = self._opened or self._root or self
         with self.lock:
-            if _OPEN.get(self.key) is (self._root or self):
+            if _OPEN.get(self.key) is opened:
                 del _OPEN[self.key]
             self._closing()
-            for products in (self._block_programs, self._products, self._linked, self._shared):
-                products.clear()
+            for each in (opened, self):
+                for products in (each._block_programs, each._products, each._linked, each._shared):
+                    products.clear()
 
     @property
     def closed(self) -> bool:
@@ -193,6 +196,22 @@ class Device:
         release = partial(self._memory.release, scope._scope_memory)
         finalize(scope, self.lock.defer, release).atexit = False
         return scope
+
+    def renewed(self) -> "Device":
+        """The same device without any program or shared object: it makes them of the Slang files as they are now. What
+        was made before keeps its own."""
+        renewed = self.memory_scope()
+        renewed._opened, renewed._root = self._opened or self._root or self, None
+        renewed.session = _new_session(self.handle, self.cache)
+        renewed._products, renewed._linked, renewed._shared = {}, {}, {}
+        renewed._plans = WeakKeyDictionary()
+        forget_files()
+        return renewed
+
+    @property
+    def is_renewed(self) -> bool:
+        """Whether `renewed` has made it: its programs may be freed before the device is."""
+        return self._opened is not None
 
     @property
     def memory(self) -> int:
@@ -339,9 +358,11 @@ class Device:
     def parameter_block(self, module: str, name: str) -> ParameterBlock:
         """The block `name` that `module` (a path below the package) declares."""
         # Slang-RHI caches a block's layout by its address, which another program may get once this one is freed.
-        if module not in self._block_programs:
-            self._block_programs[module] = linked(self, module, [])
-        return ParameterBlock(self.handle, self._block_programs[module], module, name)
+        # So they stay, with all that their session has loaded, and are used again while their files are the same.
+        key = module, content_of(module)
+        if key not in self._block_programs:
+            self._block_programs[key] = linked(self, module, [])
+        return ParameterBlock(self.handle, self._block_programs[key], module, name)
 
     def compute(self, module: Source, entry: str = "main", name: str | None = None) -> ComputePass:
         """A compute pass from a file; `name` is its name in the profiler.
@@ -388,6 +409,11 @@ def _opened(adapter: spy.AdapterInfo, cache: Path | None, share: bool = False) -
             return _opened(adapter, cache)
         fault = f"cannot be opened: {str(error).splitlines()[0]}"
         raise DeviceError(f"device {adapter.name!r} {fault}; {HELP}") from None
+
+
+def _new_session(handle: spy.Device, cache: Path | None) -> spy.SlangSession:
+    """A session that has loaded nothing yet: each keeps what it has loaded, whatever becomes of the files."""
+    return handle.create_slang_session(compiler_options=_COMPILER, cache_path=cache and cache / MODULES)
 
 
 def _key_of(adapter: spy.AdapterInfo, existing: spy.Device | None) -> bytes:

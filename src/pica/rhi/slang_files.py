@@ -2,13 +2,15 @@
 
 import hashlib
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import slangpy as spy
 
-from pica.errors import ShaderError, shown
+from pica.errors import PicaError, ShaderError, shown
 
 if TYPE_CHECKING:
     from pica.rhi.device import Device
@@ -91,3 +93,15 @@ def first_error(path: Path, diagnostics: str) -> str:
     # SlangPy prepends a line to source given as text.
     line = int(place[2]) - (place[1] == str(path))
     return f"{place[1]}:{line}: {(detail or title)[1].strip()}"
+
+
+@contextmanager
+def compiler_faults() -> Iterator[None]:
+    """Raises ShaderError, with file and line, for whatever Slang finds in files of the package within the block."""
+    try:
+        yield
+    except (PicaError, RuntimeError, spy.SlangCompileError) as error:
+        diagnostics = str(error.__cause__ or error)
+        if isinstance(error, PicaError) and "error[" not in diagnostics:
+            raise
+        raise ShaderError(first_error(Path(), diagnostics)) from None

@@ -81,3 +81,8 @@ def material_source(name: str) -> MaterialSource:
         known = ", ".join((STANDARD, *_registered))
         raise MaterialTypeError(f"material type {name!r} is not registered; there are {known}; see register_material")
     return _registered[name]
+
+
+def registered_materials() -> dict[str, MaterialSource]:
+    """The sources of all registered types by name; for changes."""
+    return _registered

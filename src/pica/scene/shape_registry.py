@@ -1,12 +1,14 @@
 """The shapes of primitives, by name: built-in ones and those that users register."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import ClassVar
 
 from pica.errors import PicaError, ShapeError
-from pica.scene.material_registry import MaterialSource, read_source
+from pica.scene.material_registry import MaterialSource, read_source, registered_materials
 
 BUILT_IN = ("sphere", "capsule", "torus", "rounded_box")
 _FOLDER = Path(__file__).resolve().parents[1] / "shapes"
@@ -53,3 +55,28 @@ def shape_source(name: str) -> MaterialSource:
         known = ", ".join((*BUILT_IN, *_registered))
         raise ShapeError(f"shape {name!r} is not registered; there are {known}; see register_shape")
     return _registered[name]
+
+
+def registered_sources() -> list[MaterialSource]:
+    """All that users have registered: material types and shapes."""
+    return [*registered_materials().values(), *_registered.values()]
+
+
+@contextmanager
+def sources_read_again() -> Iterator[None]:
+    """Take all sources as their files are now, those without a file as they are; as before if the block raises.
+
+    Raises MaterialTypeError or ShapeError for a file that cannot be read."""
+    registries = registered_materials(), _registered
+    before = [dict(registry) for registry in registries]
+    _built_in.cache_clear()
+    try:
+        for registry in registries:
+            for name, source in registry.items():
+                if source.path.is_file():
+                    registry[name] = read_source(type(source), name, source.path)
+        yield
+    except BaseException:
+        for registry, sources in zip(registries, before, strict=True):
+            registry.update(sources)
+        raise

@@ -13,6 +13,7 @@ from pica.renderer import Renderer
 from pica.rhi.device import Device
 from pica.scene.model import Scene
 from pica.settings import Settings
+from pica.viewer.resolution import Size
 from pica.viewer.view import View
 
 Lazy = Callable[[], NDArray[Any]]
@@ -63,6 +64,20 @@ class ViewRenderer:
             self._renderer.configure(settings)
         self._settings = settings
 
+    def renew(self, device: Device) -> None:
+        """Render by this device, whose programs are renewed, from the next frame on. Raises as Renderer's methods where
+        it cannot: then frames go on as before."""
+        if self._renderer is not None:
+            renderer = self._made(device, self._renderer.size)
+            try:
+                renderer.prepare()
+            except BaseException:
+                renderer.close()
+                raise
+            self._renderer.close()
+            self._renderer, self._view = renderer, lambda: None
+        self._device = device
+
     def advance(self, view: View, jittered: bool, capture: Callable[[], Collection[str]]) -> Mapping[str, Lazy]:
         """The next frame of a view, at its current size: functions that fetch what is captured."""
         renderer = self._turned_to(view)
@@ -78,10 +93,7 @@ class ViewRenderer:
         size, was_new = view.resolution.size, self._is_new
         self._is_new = True
         if self._renderer is None:
-            settings, light_map = self._settings, self._light_map
-            self._renderer = Renderer(
-                self._scene, size=size, settings=settings, device=self._device, light_map=light_map
-            )
+            self._renderer = self._made(self._device, size)
         if self._renderer.size != size:
             self._renderer.resize(size)
         elif self._view() is not view:
@@ -91,6 +103,9 @@ class ViewRenderer:
         self.begins = self._is_new and not was_new
         self._view = ref(view)
         return self._renderer
+
+    def _made(self, device: Device, size: Size) -> Renderer:
+        return Renderer(self._scene, size=size, settings=self._settings, device=device, light_map=self._light_map)
 
     def close(self) -> None:
         """Release its device memory."""

@@ -1,5 +1,6 @@
 """The viewer: one scene and one renderer, looked at by any number of views."""
 
+import gc
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,11 +15,13 @@ from pica.images.output import Frame, preview
 from pica.light_map.light_map import LightMap
 from pica.renderer import Picked
 from pica.rhi.device import Device, open_device
+from pica.rhi.slang_files import compiler_faults
 from pica.scene.camera import Camera
 from pica.scene.extents import whole_box
 from pica.scene.material import Material
 from pica.scene.model import Scene
 from pica.scene.node import Node
+from pica.scene.shape_registry import sources_read_again
 from pica.settings import Settings
 from pica.settings.setting import Value
 from pica.viewer.camera_control import CameraControl
@@ -30,6 +33,7 @@ from pica.viewer.pixel import pixel_rows
 from pica.viewer.playback import Playback
 from pica.viewer.resolution import Size
 from pica.viewer.scene_watch import SceneWatch
+from pica.viewer.shader_watch import ShaderWatch
 from pica.viewer.view import View
 from pica.viewer.view_renderer import Lazy, ViewRenderer
 from pica.viewer.visibility import Visibility
@@ -113,7 +117,7 @@ class Viewer:
         self._outline = DeviceOutline(self.device)
         self._comparison: Comparison | None = None
         self._shown = DISPLAY
-        self._watch = SceneWatch(scene)
+        self._watch, self._shaders = SceneWatch(scene), ShaderWatch()
         self._revision = 0
         """Counts changes of everything but cameras."""
         self._last: tuple[View, object] | None = None
@@ -185,6 +189,21 @@ class Viewer:
     def set(self, path: str, value: Value) -> None:
         """Change one setting, by its dotted name, or a group to a level. Raises SettingsError."""
         self.configure(self.settings.with_values({path: value}))
+
+    def follow_shaders(self) -> bool:
+        """Render with the Slang files as they are now, if any has changed since the last call; whether it has. Raises
+        PicaError, once for each change, where they have a fault: pictures go on with the shaders of before."""
+        if not self._shaders.take():
+            return False
+        gc.collect()  # programs of the changes before are in cycles
+        device = self.device.renewed()
+        with sources_read_again(), compiler_faults():
+            outline = DeviceOutline(device)
+            self._renderer.renew(device)
+        self._outline.close()
+        self.device, self._outline = device, outline
+        self.compare(self.compared_with)
+        return True
 
     @property
     def compared_with(self) -> str | None:

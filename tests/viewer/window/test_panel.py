@@ -2,6 +2,7 @@
 
 import random
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -148,6 +149,15 @@ def test_what_is_refused_is_shown_as_it_was(used):
     used.actions.panel._shown.offer([*viewer.showable, "nonsense"])
     choose(used, "/View/Shown", "nonsense")
     assert used.actions.refused and shown.items[shown.value] == "normal"
+
+
+def test_a_fault_in_a_shader_ends_the_wait(used, monkeypatch):
+    panel = used.actions.panel
+    panel.say("Compiling shaders: 1 of 2")
+    monkeypatch.setattr(used.viewer, "follow_shaders", Mock(side_effect=PicaError("step.slang:3: a fault")))
+    with pytest.raises(PicaError, match="a fault"):
+        panel.follow_shaders()
+    assert panel._status.text == "Shaders as before"
 
 
 def test_time_cameras_and_the_path(used):

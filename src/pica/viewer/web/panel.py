@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
+from pica.errors import PicaError
 from pica.renderer import Picked
 from pica.settings import Settings
 from pica.viewer.camera_control import CameraControl
@@ -63,6 +64,14 @@ class Panel:
     def say(self, text: str) -> None:
         """Show a line on top."""
         self._status.content = text
+
+    def follow_shaders(self) -> bool:
+        """As Viewer.follow_shaders; a fault is shown on top until the next picture."""
+        try:
+            return self._viewer.follow_shaders()
+        except PicaError as error:
+            self.say(_plain(str(error)))
+            raise
 
     def refresh(self, again: bool = False) -> None:
         """Show the viewer as it is; `again` as Input.show."""

@@ -237,7 +237,7 @@ class WebViewer:
                 pose.place(client.view.control)
                 client.view.resize(fitted(pose.canvas, self.size))
                 client.failed = False
-        if self._due.empty():
+        if not self._panel.follow_shaders() and self._due.empty():
             return
         for client in self._clients.values():
             client.failed = False

@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 from slangpy import ui
 
+from pica.errors import PicaError
 from pica.settings import Settings
 from pica.viewer.camera_control import CameraControl
 from pica.viewer.camera_moves import NARROWEST, WIDEST, CameraNumbers, camera_moves, camera_numbers
@@ -79,6 +80,14 @@ class Panel:
     def message(self) -> str:
         """What was told last."""
         return self._message.text
+
+    def follow_shaders(self) -> bool:
+        """As Viewer.follow_shaders."""
+        try:
+            return self._viewer.follow_shaders()
+        except PicaError:
+            self.say("Shaders as before")
+            raise
 
     def refresh(self) -> None:
         """Show the viewer as it is."""

@@ -179,7 +179,7 @@ class WindowViewer:
         if size != self.view.resolution.full:
             self.view.resize(size)
             self._failed = False
-        if not self._due:
+        if not self._panel.follow_shaders() and not self._due:
             return
         due, self._due = self._due, []
         self._failed = False
