@@ -119,7 +119,6 @@ def test_a_fault_in_a_shader_is_said(web, page, monkeypatch):
 
     monkeypatch.setattr(web.viewer, "follow_shaders", follow)
     assert "a fault" in page.text("step.slang&#58;3"), "on top, until the next picture"
-    assert "a fault" in page.text("step.slang:3"), "a note"
     page.look(pica.Camera.look_at((-1, 1.5, 4), (-1, 0.5, 0)), CANVAS)
     page.picture(is_whole)
 
