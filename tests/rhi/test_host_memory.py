@@ -20,9 +20,12 @@ def test_a_read_is_the_content_and_stays_so(device):
 def test_memory_for_reads_is_kept_up_to_a_limit(device, monkeypatch):
     monkeypatch.setattr(host_memory, "_KEPT", 1 << 20)
     reads, before = host_memory._Readbacks(device), device.memory
-    for size in [100_000 * number for number in range(1, 12)]:
+    for size in [100_000 * number for number in range(1, 11)]:
         buffer = device.buffer("data", size=size)
         assert len(reads.read(buffer)) == size
         device.give_back(buffer)
-    kept = device.memory - before
-    assert 0 < kept <= 11 * 100_000 + (1 << 16), "the largest alone"
+    assert 1_000_000 <= device.memory - before < 1 << 20, "the newest alone, with which no other fits"
+    buffer = device.buffer("data", size=2 << 20)
+    assert len(reads.read(buffer)) == 2 << 20
+    device.give_back(buffer)
+    assert device.memory == before, "none of what is larger than all"

@@ -41,7 +41,7 @@ class HostBuffer:
 
 
 _KEPT = 128 << 20
-"""Bytes of host memory that reads of a device keep."""
+"""Bytes of host memory that reads of a device keep at most."""
 
 
 class _Readbacks:
@@ -58,12 +58,13 @@ class _Readbacks:
         with device.lock:
             readback = self._by_size.pop(size, None) or Readback(device, "a read", size)
             self._by_size[size] = readback
-            while sum(self._by_size) > _KEPT and len(self._by_size) > 1:
-                device.give_back(self._by_size.popitem(last=False)[1].buffer)
             with device.record() as recording:
                 readback.copy(recording.encoder, 0, buffer, 0, size)
             device.submissions.wait_for_all()
-            return readback.read()
+            content = readback.read()
+            while sum(self._by_size) > _KEPT:
+                device.give_back(self._by_size.popitem(last=False)[1].buffer)
+            return content
 
 
 class Readback:
