@@ -7,6 +7,8 @@ from pica.reports import Reports
 
 LONG = 10.0
 """Seconds after which the log has a line, if there is no listener."""
+_ENOUGH = 0.25
+"""Share of the programs after which the rest can be estimated: the slowest come first."""
 REPORTS = Reports("compilation")
 """(programs compiled, programs to compile), first with none of them."""
 
@@ -34,8 +36,8 @@ class Compilation:
             return
         self._logged = True
         elapsed = time.monotonic() - self._began
-        left = ""
-        if self._done:
+        left = ", the slowest first"
+        if self._done >= _ENOUGH * self._total:
             left = f", about {seconds_left(elapsed, self._done, self._total):.0f} s more if nothing else runs"
         logging.getLogger("pica").warning(
             f"shaders are compiled: {self._done} of {self._total} programs after {elapsed:.0f} s{left}. "
@@ -44,6 +46,6 @@ class Compilation:
 
 
 def seconds_left(elapsed: float, done: int, total: int) -> float:
-    """Estimated time for the rest, from programs compiled so far: twice too long at first, while
-    workers start, and about right from half of the programs on, with two cores and an empty cache."""
+    """Estimated time for the rest, from programs compiled so far: up to three times too long after a quarter of them,
+    and about right from half of them on, with two cores and an empty cache."""
     return elapsed * (total - done) / done

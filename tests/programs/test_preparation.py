@@ -219,6 +219,15 @@ def test_a_long_wait_is_told_once_where_nobody_listens(monkeypatch, caplog):
     assert "2 of 4 programs after 12 s, about 12 s more if nothing else runs" in message and "pica prepare" in message
 
 
+def test_a_long_wait_for_the_first_of_many_is_no_forecast(monkeypatch, caplog):
+    clock = iter([0, 0, 12, 12])
+    monkeypatch.setattr(compiling.time, "monotonic", lambda: next(clock))
+    with caplog.at_level(logging.WARNING, "pica"):
+        compiling.Compilation(55).tell(1)
+    (message,) = caplog.messages
+    assert "1 of 55 programs after 12 s, the slowest first. Later" in message
+
+
 def test_the_forecast_is_rather_too_long_than_too_short():
     """Seconds at which the n-th of 35 programs of the scene cornell was there, with an empty cache and two workers."""
     measured = {4: 1.8, 8: 3.0, 11: 6.8, 18: 7.8, 23: 9.2, 28: 10.2, 32: 11.2, 35: 11.9}
