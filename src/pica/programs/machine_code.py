@@ -13,8 +13,8 @@ def make_machine_code(device: Device, made: Any) -> None:
     """Dispatch a program over no threads: lavapipe generates machine code at the first dispatch, and caches it.
 
     Does nothing on hardware, whose pipelines are machine code already, and nothing for draws: one without vertices
-    compiles nothing, and one with vertices needs a scene. Nor with validation, which rejects empty dispatches, nor for
-    renewed programs: Slang-RHI would keep the layouts of their blocks by address, which others may get.
+    compiles nothing, and one with vertices needs a scene. Nor with validation, which rejects empty dispatches. The
+    program stays as long as the device, and so this does nothing for renewed ones.
     """
     if not device.is_software or validation.asked() or device.is_renewed:
         return
@@ -33,5 +33,11 @@ def make_machine_code(device: Device, made: Any) -> None:
             rays.end()
         case _:
             return
+    device.shared(_kept).append(program)
     device.handle.submit_command_buffer(encoder.finish())
     device.handle.wait_for_idle()
+
+
+def _kept(_: Device) -> list[Any]:
+    """Programs of whose blocks Slang-RHI has cached the layouts, by address: another program there would crash."""
+    return []
