@@ -318,4 +318,9 @@ def test_rays_are_counted_once_a_picture_is_complete(viewer, view):
         assert viewer.rays == {}
         viewer.render(view, 1001.0 + view.frames)
     assert set(viewer.rays) == {"occlusion_rays"} and viewer.rays["occlusion_rays"] > 1000
+    viewer.rays, viewer.frames = {}, 1
+    view.control.orbit(0.1, 0.0)
+    settled(viewer, view)
+    assert viewer.rays == {}, "in motion each such picture would be complete"
+    viewer.frames = 3
     viewer.configure(pica.Settings.preset("raster"))

@@ -300,7 +300,8 @@ class Viewer:
         outline = has_outline and self.node is not None
         stays = on_device and self._shown == DISPLAY and not self._compares
 
-        completes = view.resolution.is_full and view.frames + 1 == self.frames
+        # Not of pictures of one frame, each of which in motion is complete.
+        completes = view.resolution.is_full and 1 < view.frames + 1 == self.frames
 
         def capture() -> set[str]:
             names = set(self._renderer.newest.ray_counters) if completes else set()  # to count takes time
