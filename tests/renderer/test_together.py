@@ -44,7 +44,8 @@ def run(leaders, bounces=1):
     views = [SimpleNamespace(leader=leader) for leader in leaders]
     first = DeviceRecording(object(), None)
     frames = [SimpleNamespace(recording=first) for _ in views]
-    captured = replay_together(FakeDevice(notes), views, frames, [replay(number) for number in range(len(views))])
+    plans = [SimpleNamespace(replay_in_parts=lambda frame, only, of=number: replay(of)) for number in range(len(views))]
+    captured = replay_together(FakeDevice(notes), views, frames, plans)
     assert captured == [{str(number): number} for number in range(len(views))]
     return notes, sent, recordings
 

@@ -3,11 +3,12 @@
 import time
 from collections import deque
 from dataclasses import dataclass
+from functools import reduce
+from operator import mul
 from typing import Any
 
 import numpy as np
 import slangpy as spy
-from numpy.typing import NDArray
 
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.device import Device, DeviceRecording
@@ -264,6 +265,11 @@ def same_view(a: Camera, b: Camera) -> bool:
     )
 
 
+def pixel_size(camera: Camera, height: int) -> float:
+    """The longer side of a pixel in a picture with so many rows: metres if orthographic, else at distance 1."""
+    return float(2 * camera.half_height / height * max(camera.pixel_aspect, 1))
+
+
 def camera_constants(camera: Camera, size: Size, aspect: float | None = None, step: int = 1) -> dict[str, Any]:
     """The fields of shaders/camera.slang for a picture of `size`, or one whose pixels are `step` of its pixels wide.
 
@@ -277,19 +283,19 @@ def camera_constants(camera: Camera, size: Size, aspect: float | None = None, st
     half = camera.half_height
     # From the view axis to the picture's middle, in halves of its width and height.
     aside, above = 1 - 2 * camera.principal_point[0], 2 * camera.principal_point[1] - 1
-    axes = camera.transform[:3, :3]
+    rows: list[list[float]] = camera.transform.tolist()  # numbers: arrays of three are slower
+
+    def column(number: int, *factors: float) -> spy.float3:
+        return spy.float3(*(reduce(mul, factors, row[number]) for row in rows[:3]))
+
     return {
-        "position": _float3(camera.transform[:3, 3]),
+        "position": column(3),
         "nearPlane": camera.near,
-        "forward": _float3(-axes[:, 2]),
+        "forward": column(2, -1),
         "farPlane": camera.far,
-        "right": _float3(axes[:, 0] * half * (aspect or width / height) * camera.pixel_aspect * across),
+        "right": column(0, half, aspect or width / height, camera.pixel_aspect, across),
         "orthographic": int(orthographic),
-        "up": _float3(axes[:, 1] * half * down),
-        "pixelSize": float(2 * half / height * step * max(camera.pixel_aspect, 1)),
+        "up": column(1, half, down),
+        "pixelSize": step * pixel_size(camera, height),
         "shift": spy.float2(1 - (1 - aside) / across, (1 + above) / down - 1),
     }
-
-
-def _float3(vector: NDArray[np.float64]) -> spy.float3:
-    return spy.float3(float(vector[0]), float(vector[1]), float(vector[2]))

@@ -76,6 +76,9 @@ class DrawList:
     kind: DrawKind
     count: int
     arguments: spy.Buffer
+    counts: spy.Buffer
+    """`count` on the device. lavapipe gives draws without such a buffer the one of counted draws before them in the same
+    recording, such as those of shadow maps of another view."""
 
 
 # Properties of a section that determine its draws.
@@ -140,7 +143,7 @@ class DrawLists:
         for kind, draws in sorted(self._lists.items()):
             draws.table.flush(recording)
             if draws.used:
-                draw_lists.append(DrawList(_KINDS[kind], draws.end, draws.table.buffer))
+                draw_lists.append(DrawList(_KINDS[kind], draws.end, draws.table.buffer, draws.counts(recording)))
         return draw_lists
 
 
@@ -150,9 +153,18 @@ class _Draws:
     def __init__(self, device: Device) -> None:
         usage = spy.BufferUsage.indirect_argument | spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
         self.table = HostTable(device, "draws", _ARGUMENTS, usage)
+        self._counts = HostTable(device, "draw count", np.dtype([("count", "u4")]), usage)
         self.end = self.used = 0
         """Number of rows with and without empty draws."""
         self._holes: list[int] = []
+
+    def counts(self, recording: Recording) -> spy.Buffer:
+        """`end` on the device; records its upload."""
+        if self._counts.rows["count"][0] != self.end:
+            self._counts.rows["count"][0] = self.end
+            self._counts.touch(slice(0, 1))
+            self._counts.flush(recording)
+        return self._counts.buffer
 
     def take(self, arguments: NDArray[np.void]) -> NDArray[np.int64]:
         """The rows for these arguments."""

@@ -108,6 +108,8 @@ class PreviousPositions:
 
     def _copy(self, encoder: spy.CommandEncoder, meshes: list[GpuMesh]) -> None:
         self._rows.reserve(encoder, self._geometry.previous.end)
+        if not meshes:
+            return
         runs = sorted(
             (placed.first_vertex, placed.first_previous, len(placed.section.positions))
             for mesh in meshes

@@ -237,18 +237,21 @@ class SceneView:
         """Collect the scene's changes before a frame begins; as GpuScene.sync."""
         self.scene.sync(wait)
 
-    def update(self, recording: Recording, camera: Camera) -> bool:
+    def update(self, recording: Recording, camera: Camera, follows: bool = False) -> bool:
         """Begin a frame: record the upload of changes since the last frame of any view, and of this view's own data.
 
         True if anything but the camera differs from this view's previous frame. Calls `sync` if that has not run yet.
+        `follows`: another view of the scene has begun a frame just before, with which it is recorded.
         """
-        self.scene.update(recording)
+        if not follows:
+            self.scene.update(recording)
         self.own.update(recording, camera)
         self.places.update(recording, self.instances["to_world"])
         self.positions.update(recording.encoder)
         self._update_lights(recording)
-        self.scene.flush(recording)
-        self.bind()
+        if not follows:
+            self.scene.flush(recording)
+            self.bind()
         seen = self.scene.revision, self.own.revision
         lights = self.scene.lights_revision, self.own.revision if self._own_lights is not None else 0
         self.lights_changed, self._lights_seen = lights != self._lights_seen, lights

@@ -57,6 +57,11 @@ class ViewGeometry:
         self.placed = 0
         """Counts how often nodes came or went, or took another mesh."""
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether the view sees what all views of the scene see."""
+        return not (self._of_node or self._touched)
+
     def touch(self, nodes: list[Node]) -> None:
         """Mark nodes that were added, removed, moved or deformed, or whose mask changed."""
         self._touched.update(dict.fromkeys(nodes))

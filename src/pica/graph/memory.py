@@ -42,6 +42,10 @@ class HistoryState:
         self._newest = frame.index
         return True
 
+    def is_swapped_in(self, frame: Any) -> bool:
+        """Whether a pass of this frame writes it."""
+        return self._swapped_in is frame
+
     def swap(self, frame: Any) -> None:
         """Before the first pass of a frame that writes it."""
         if self._swapped_in is frame:

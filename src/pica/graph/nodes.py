@@ -56,10 +56,16 @@ class Node:
     def __post_init__(self) -> None:
         self.values: dict[str, Any] = {}
         self._each_frame: list[tuple[str, Callable[[Any], Any]]] = []
+        self.functions: list[tuple[str, Callable[[Any], Any]]] = []
+        """The arguments that are functions of the frame."""
         for value in self.inputs.values():
             self._note(value)
         states = {id(state): state for state in map(_history_of, self.inputs.values()) if state is not None}
-        self._states = list(states.values())
+        self.states = list(states.values())
+        """The histories among its arguments, of which each may be in one of two states."""
+        written = (resource.history for resource in self.writes if isinstance(resource, Texture))
+        self.swapped = list({id(state): state for state in written if state is not None}.values())
+        """Those that it writes."""
 
     def __str__(self) -> str:
         return f"pass {self.name!r} of {self.scope} ({self.where})"
@@ -84,7 +90,7 @@ class Node:
 
     def bind(self) -> None:
         """The resources have their memory: find all that stays the same from frame to frame."""
-        self.values, self._each_frame = {}, []
+        self.values, self._each_frame, self.functions = {}, [], []
         for name, value in self.inputs.items():
             resource = value.resource if isinstance(value, Write | Update) else value
             if isinstance(resource, Previous):
@@ -99,17 +105,24 @@ class Node:
                 self.values[name] = block.parameters
             elif callable(resource):
                 self._each_frame.append((name, resource))
+                self.functions.append((name, resource))
             else:
                 self.values[name] = resource
 
     def resolve(self, frame: Frame) -> dict[str, Any]:
         """Its arguments in this frame."""
-        for written in self.writes:
-            if isinstance(written, Texture) and written.history is not None:
-                written.history.swap(frame)
+        for state in self.swapped:
+            state.swap(frame)
         for name, find in self._each_frame:
             self.values[name] = find(frame)
         return self.values
+
+    def state_in(self, frame: Frame) -> int:
+        """A number for each of the contents that its histories may be to it."""
+        number = 0
+        for state in self.states:
+            number = 4 * number + 2 * state.is_swapped_in(frame) + state.parity
+        return number
 
     def record(self, frame: Frame) -> Parts | None:
         """Record it into the frame; what it returns records the rest."""
@@ -139,7 +152,7 @@ class PassNode(Node):
     def _variant(self) -> int:
         """A number for each state that the histories among its arguments may be in."""
         variant = 0
-        for state in self._states:
+        for state in self.states:
             variant = 2 * variant + state.parity
         return variant
 

@@ -1,7 +1,7 @@
 """A compiled graph: checked, with memory for each resource, replayed each frame."""
 
 from collections import defaultdict
-from collections.abc import Collection, Generator, Hashable
+from collections.abc import Collection, Generator, Hashable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
@@ -12,7 +12,7 @@ from pica.graph.graph import FrameGraph
 from pica.graph.nodes import Frame, Node, Parts, lives_in_frame
 from pica.graph.offers import Array, Offer, Read
 from pica.graph.resources import Buffer, Lifetime, Resource, Texture
-from pica.graph.snapshot import Snapshot
+from pica.graph.snapshot import Snapshot, SnapshotMemory
 from pica.rhi.device import Device
 
 OUTSIDE = "scene"
@@ -47,7 +47,8 @@ class Capture:
     def __call__(self) -> Array:
         """Waits for the device."""
         with self.device.lock:
-            self.device.submissions.wait_for_all()
+            if not all(part.is_read for part in self.parts):
+                self.device.submissions.wait_for_all()
             return self.read(*(part.array() for part in self.parts))
 
 
@@ -114,7 +115,7 @@ class Plan:
 
     def replay_in_parts(self, frame: Frame, only: str | None = None) -> Replay:
         """As `replay`, for a caller that submits what is recorded at each yield."""
-        captures = self._captures_of(frame.requested)
+        captures = self.captures_of(frame.requested)
         fetched: dict[str, Capture] = {}
         for node, owner in zip(self.nodes, self._parts, strict=True):
             if only is not None and node.scope != only:
@@ -125,7 +126,7 @@ class Plan:
                 if parts is not None:
                     yield from _owned(parts, frame, owner)
             for name in captures.get(node.index, ()):
-                fetched[name] = self._capture(frame, name)
+                fetched[name] = self.capture(frame, name)
         frame.profiler.owner = None
         return fetched
 
@@ -154,13 +155,14 @@ class Plan:
 
     def _selected(self, requested: Collection[str] | None, debug: bool) -> list[Offer]:
         pictures = ("color", "display")
-        offered = [offer for offer in self.offers.values() if offer.name not in pictures]
         if requested is not None:
-            return [offer for offer in offered if offer.name in requested]
+            return [self.offers[name] for name in requested if name in self.offers and name not in pictures]
+        offered = [offer for offer in self.offers.values() if offer.name not in pictures]
         views = [offer for offer in offered if debug and offer.name.startswith("debug.")]
         return [offer for offer in offered if offer.is_aov and not offer.on_request] + views
 
-    def _captures_of(self, names: frozenset[str]) -> dict[int, list[str]]:
+    def captures_of(self, names: frozenset[str]) -> dict[int, list[str]]:
+        """Those of these offers that are captured after each node, by its number."""
         if names not in self._captures:
             names_after: defaultdict[int, list[str]] = defaultdict(list)
             for name, offer in self.offers.items():  # in the order of the frame
@@ -169,11 +171,16 @@ class Plan:
             self._captures = {names: dict(names_after)}  # of the newest question alone
         return self._captures[names]
 
-    def _capture(self, frame: Frame, name: str) -> Capture:
+    def capture(self, frame: Frame, name: str, memory: Sequence[SnapshotMemory] | None = None) -> Capture:
+        """Record the copy of an offer's content at this point of the frame. `memory`: for each of its sources."""
         offer = self.offers[name]
         read = offer.read or (offer.prepare and offer.prepare(frame))
         assert read is not None
-        parts = [Snapshot(self._device, frame.encoder, newest(source)) for source in offer.sources]
+        shared: Sequence[SnapshotMemory | None] = memory or [None] * len(offer.sources)
+        parts = [
+            Snapshot(self._device, frame.encoder, newest(source), place)
+            for source, place in zip(offer.sources, shared, strict=True)
+        ]
         return Capture(self._device, read, parts)
 
     def _spans(self) -> dict[Resource, tuple[int, int]]:

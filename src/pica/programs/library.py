@@ -74,14 +74,15 @@ class ProgramLibrary:
     def compute_with(self, feature: Feature, module: str) -> ComputePass:
         """As Device.compute, for a pass that only frames of scenes with this feature run."""
         recipe = ComputeRecipe(module)
-        made = ComputePass(self.device.handle, Path(module).stem, partial(self.device.product, recipe), module)
+        made = ComputePass(self.device.handle, Path(module).stem, partial(self.device.product, recipe), recipe)
         self._for_features[made] = feature, recipe
         return made
 
     def planned_for(self, types: MaterialTypeSet) -> list[ComputeRecipe]:
         """Recipes of passes with `compute_with` features among these types that are not made yet."""
         features = supported_features(types)
-        recipes = dict.fromkeys(recipe for feature, recipe in self._for_features.values() if feature in features)
+        used = [planned for user, planned in self._for_features.items() if not user.is_replaced]
+        recipes = dict.fromkeys(recipe for feature, recipe in used if feature in features)
         return [recipe for recipe in recipes if not self.device.has(recipe)]
 
     def raster(

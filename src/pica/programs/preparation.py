@@ -54,7 +54,7 @@ def _covering(device: Device, types: MaterialTypeSet) -> MaterialTypeSet:
 
 def _required(device: Device, types: MaterialTypeSet) -> list[Program]:
     """The slowest to compile first, for balance: programs late in a frame are the largest."""
-    following = [user.recipe for user in programs(device).for_types if not user.types]
+    following = [user.recipe for user in programs(device).for_types if not (user.types or user.is_replaced)]
     required: list[Program] = [(recipe, types) for recipe in reversed(following)]
     required += [(recipe, ()) for recipe in (*programs(device).planned_for(types), *device.planned)]
     return [program for program in dict.fromkeys(required) if not device.has(*program)]

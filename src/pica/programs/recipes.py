@@ -73,6 +73,8 @@ class ForTypes(Generic[Made, Pass]):
         self._library, self.recipe, self._use = library, recipe, use
         self.types: MaterialTypeSet = ()
         """The types of the newest call."""
+        self.is_replaced = False
+        """As a ComputePass's."""
         library.for_types[self] = None
 
     def of(self, types: MaterialTypeSet) -> Pass:

@@ -12,6 +12,7 @@ from pica.graph.description import GraphDescription, describe
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
 from pica.graph.plan import Plan, part_of
+from pica.many_views.merged_plans import MergedFrames, are_mergeable
 from pica.programs.scene_features import COATS, LOBES, supported_features
 from pica.renderer.frame import Signals, declare
 from pica.renderer.insertion import Insertion
@@ -22,8 +23,9 @@ from pica.rhi.device import Device
 class FramePlan:
     """One renderer's compiled graph, and its memory."""
 
-    def __init__(self, device: Device) -> None:
-        self._device = device
+    def __init__(self, device: Device, merged: MergedFrames | None = None) -> None:
+        """`merged`: as View's."""
+        self._device, self._merged = device, merged
         self.memory = Memory(device.memory_scope())
         self._label_memory: Memory | None = None
         self._plan: Plan | None = None
@@ -61,6 +63,8 @@ class FramePlan:
                 self._plan = self._declare(stages, frames, view, denoiser, last)
                 self._structure = structure
                 self._labels = self._label_memory = None
+                if self._merged is not None and are_mergeable([self._plan]):
+                    self._merged.expect(self._plan)
                 view.make_programs()  # which may find some that are made for more features
                 continue
             names = select(self._plan)

@@ -1,6 +1,9 @@
 """What one call of `Renderer.render` gathers over its frames."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any
+
+from numpy.typing import NDArray
 
 from pica.frame.aovs import at_size
 from pica.frame.context import Size
@@ -9,6 +12,7 @@ from pica.graph.plan import Capture, Plan
 from pica.images.labels import NUMBERED, Labels
 from pica.images.output import Frame, Lazy
 from pica.rendering.arguments import checked_aovs
+from pica.rendering.black_pictures import seem_black
 from pica.rendering.tensors import cuda_tensors
 from pica.rhi.device import Device
 
@@ -24,7 +28,8 @@ class Gathered:
         self.numbers = range(1 - unshown, frames + 1)
         """Of the frames; those that are shown count from 1."""
         self._requested, self._debug = requested, debug
-        self._captures: dict[str, Capture] = {}
+        self.captures: dict[str, Capture] = {}
+        """By name."""
         self._labels: Labels | None = None
 
     def names(self, plan: Plan, number: int) -> frozenset[str]:
@@ -44,14 +49,14 @@ class Gathered:
 
     def add(self, number: int, captured: Mapping[str, Capture], view: SceneView) -> None:
         """The captures of a frame that has been recorded."""
-        self._captures |= captured
-        if self.is_first(number) and self._captures.keys() & NUMBERED:
-            self._labels = view.name_labels()
+        self.captures |= captured
+        if self.is_first(number):
+            self._labels = labels_of(self.captures, view)
 
     def frame(self, device: Device, size: Size, timings: Mapping[str, float], watch: Watch) -> Frame:
         """All of it, as pictures of `size`. `watch`: as BlackPictures.watched, of AOVs by their names. Raises PicaError
         for requested AOVs that there are not: debug AOVs are known only now."""
-        captures = self._captures
+        captures = dict(self.captures)
         tensors = cuda_tensors(device, size, captures)
         color: Lazy = captures.pop("color")
         display: Lazy = captures.pop("display")
@@ -61,10 +66,28 @@ class Gathered:
         return Frame(size, color, display, pixels, timings, self._labels, device.name, tensors)
 
 
+def whole_picture(gathered: Sequence[Gathered], name: str) -> NDArray[Any] | None:
+    """The pictures of several calls, (calls, height, width, 3), if they are in the same memory, and none is a black one
+    that should be reported; else None. `name`: "color" or "display"."""
+    captures = [each.captures[name] for each in gathered]
+    parts = [capture.parts[0] for capture in captures]
+    first = parts[0]
+    follow = [part.first for part in parts] == list(range(0, len(parts) * first.size, first.size))
+    if not follow or any(part.memory is not first.memory for part in parts):
+        return None
+    captures[0]()  # fetches the memory
+    texels = first.memory.content().view(first.dtype).reshape(len(parts), *first.shape[1:])[..., :3]
+    return None if "depth" in gathered[0].captures and seem_black(name, texels).any() else texels
+
+
+def labels_of(captured: Collection[str], view: SceneView) -> Labels | None:
+    """The names behind the numbers in these captures, as they are now."""
+    return None if NUMBERED.isdisjoint(captured) else view.name_labels()
+
+
 def labels_frame(
-    device: Device, size: Size, timings: Mapping[str, float], captured: Mapping[str, Capture], view: SceneView
+    device: Device, size: Size, timings: Mapping[str, float], captured: Mapping[str, Capture], labels: Labels | None
 ) -> Frame:
-    """The captures of a G-buffer alone, which has just been recorded."""
-    labels = view.name_labels() if captured.keys() & NUMBERED else None
+    """The captures of a G-buffer alone. `labels`: the names behind its numbers."""
     tensors = cuda_tensors(device, size, captured)
     return Frame(size, None, None, at_size(size, captured), timings, labels, device.name, tensors)

@@ -10,12 +10,13 @@ from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.errors import DeviceError, PicaError, SettingsError
 from pica.frame.context import Size
 from pica.graph.plan import Capture, Plan
-from pica.images.frame_batch import FrameBatch
+from pica.images.frame_batch import FrameBatch, Whole
 from pica.images.lut import Lut
 from pica.images.output import Frame
 from pica.light_map.light_map import LightMap
+from pica.many_views.merged_plans import MergedFrames
 from pica.programs.preparation import expect as expect_programs
-from pica.renderer.gathered import Gathered, labels_frame
+from pica.renderer.gathered import Gathered, labels_frame, labels_of, whole_picture
 from pica.renderer.picking import Picked, Picker
 from pica.renderer.renderer_frames import RendererFrames
 from pica.renderer.together import begin_together, replay_together
@@ -76,6 +77,9 @@ class Renderer(RendererFrames):
     """Whether all views have the noise of the first, and nothing is traced once for all: each picture has the bits of
     a renderer of one view."""
 
+    _merges_views = False
+    """Whether software devices too record all views' frames together: tests do, but there it is not faster."""
+
     def __init__(
         self,
         scene: Scene | Sequence[Scene],
@@ -105,12 +109,14 @@ class Renderer(RendererFrames):
         self._settings = self._runnable(settings or Settings())
         if self._others and not pays(first, self.settings.rays):
             self._others = []
+        merges = len(scenes) > 1 and (self._merges_views or not self.device.is_software)
+        self._merged = MergedFrames(self.device, len(scenes)) if merges else None
         with self._lock:
             of_each = size, self.settings, light_map, lut
             self._views, leaders = list[View](), dict[int, View]()
             for number, each in enumerate(scenes):
                 own = 0 if self._views_are_alike else number
-                view = View(self.device, each, *of_each, own, leaders.get(id(each)), self._others)
+                view = View(self.device, each, *of_each, own, leaders.get(id(each)), self._others, self._merged)
                 if not self._views_are_alike:
                     leaders.setdefault(id(each), view)
                 self._views.append(view)
@@ -232,7 +238,7 @@ class Renderer(RendererFrames):
         """A frame of each view, with its captures. `last`: the denoisers finish their pictures. `continues`: it is one
         more of the same pictures. `seconds`: as in `render`. `select`: each view's captures, of what it offers."""
         self.check_open()  # a callback after a frame may have closed it
-        frames = begin_together(self.device, self._views, cameras, wait, jittered)
+        frames = begin_together(self.device, self._views, cameras, wait, jittered, self._merged)
         for frame in frames:
             frame.continues = continues
             frame.seconds = 0.0 if continues and seconds is not None else seconds
@@ -240,9 +246,9 @@ class Renderer(RendererFrames):
         of_each = zip(
             self._views, frames, select or [_nothing] * self.views, denoisers or [None] * self.views, strict=True
         )
-        replays = [view.replay(frame, choose, denoiser, last) for view, frame, choose, denoiser in of_each]
+        plans = [view.plan_for(frame, choose, denoiser, last) for view, frame, choose, denoiser in of_each]
         try:
-            captured = replay_together(self.device, self._views, frames, replays)
+            captured = replay_together(self.device, self._views, frames, plans, self._merged)
         except DeviceError:
             for view in self._views:  # nothing of half a frame stays
                 view.reset()
@@ -332,12 +338,11 @@ class Renderer(RendererFrames):
             if progress is not None and done > 0:
                 progress(done, frames)
         watch = partial(self._black_pictures.watched, settings=self.settings)
-        return self._result(
-            [
-                each.frame(self.device, self.size, timings, partial(watch, scene=view.scene.source))
-                for each, view in zip(gathered, views, strict=True)
-            ]
-        )
+        makers = [
+            partial(each.frame, self.device, self.size, timings, partial(watch, scene=view.scene.source))
+            for each, view in zip(gathered, views, strict=True)
+        ]
+        return self._result(makers, partial(whole_picture, gathered))
 
     @overload
     @synchronized
@@ -362,19 +367,18 @@ class Renderer(RendererFrames):
         with self._lock:
             for view in self._views:
                 view.frames.rewind()
-            frames = begin_together(self.device, self._views, cameras, wait=True, jittered=False)
+            frames = begin_together(self.device, self._views, cameras, True, False, self._merged)
             select: Select = lambda plan: frozenset(plan.names("gbuffer", requested))  # noqa: E731
-            replays = [view.replay_gbuffer(frame, select) for view, frame in zip(self._views, frames, strict=True)]
-            captured = replay_together(self.device, self._views, frames, replays)
+            plans = [view.gbuffer_plan_for(frame, select) for view, frame in zip(self._views, frames, strict=True)]
+            captured = replay_together(self.device, self._views, frames, plans, self._merged, only="gbuffer")
             self._views[0].frames.end(frames[0])
             for view in self._views:
                 view.frames.rewind()
                 view.drop_histories()
             timings = self.device.profiler.flush()
+            made = partial(labels_frame, self.device, self.size, timings)
             labelled = zip(captured, self._views, strict=True)
-            return self._result(
-                [labels_frame(self.device, self.size, timings, each, view.scene) for each, view in labelled]
-            )
+            return self._result([partial(made, each, labels_of(each, view.scene)) for each, view in labelled])
 
     @synchronized
     def pick(self, x: int, y: int, *, through_glass: bool = False) -> Picked | None:
@@ -420,8 +424,9 @@ class Renderer(RendererFrames):
         if self._makes_batches:
             raise PicaError(f"{caller}: this renderer has views={self.views}, whose cameras render and labels take")
 
-    def _result(self, frames: list[Frame]) -> Frame | FrameBatch:
-        return FrameBatch(frames) if self._makes_batches else frames[0]
+    def _result(self, frames: Sequence[Callable[[], Frame]], whole: Whole | None = None) -> Frame | FrameBatch:
+        """`frames`, `whole`: as FrameBatch."""
+        return FrameBatch(frames, whole) if self._makes_batches else frames[0]()
 
     def _runnable(self, settings: Settings) -> Settings:
         """As they run on the devices. Raises SettingsError for a scheduler that several cannot have."""

@@ -5,7 +5,8 @@ from collections import deque
 from collections.abc import Sequence
 
 from pica.frame.context import Batch, FrameContext
-from pica.graph.plan import Capture, Replay
+from pica.graph.plan import Capture, Plan, Replay
+from pica.many_views.merged_plans import MergedFrames, are_mergeable
 from pica.renderer.view import View
 from pica.rhi.device import Device, DeviceRecording
 from pica.scene.camera import Camera
@@ -40,31 +41,61 @@ class _Group:
 
 
 def begin_together(
-    device: Device, views: Sequence[View], cameras: Sequence[Camera], wait: bool, jittered: bool
+    device: Device,
+    views: Sequence[View],
+    cameras: Sequence[Camera],
+    wait: bool,
+    jittered: bool,
+    merged: MergedFrames | None = None,
 ) -> list[FrameContext]:
     """A frame of each view, in which the scene is up to date, all in one recording. `wait`: as SceneView.sync."""
-    for view in views:
+    for view in {id(view.scene.scene): view for view in views}.values():
         view.sync(wait)  # may raise an error, before anything is recorded
     batch = Batch(device, len(views))
-    frames = [view.begin(camera, batch, jittered) for view, camera in zip(views, cameras, strict=True)]
-    for view in views[:-1]:
-        view.scene.bind()  # views after it may have moved what all share to larger buffers
+    frames = [views[0].begin(cameras[0], batch, jittered)]
+    for view, camera in zip(views[1:], cameras[1:], strict=True):
+        frames.append(view.begin(camera, batch, jittered, follows=merged is not None and _share_scene(views[0], view)))
+    if merged is None:
+        _bind(views[:-1])
     return frames
 
 
 def replay_together(
-    device: Device, views: Sequence[View], frames: Sequence[FrameContext], replays: Sequence[Replay]
+    device: Device,
+    views: Sequence[View],
+    frames: Sequence[FrameContext],
+    plans: Sequence[Plan],
+    merged: MergedFrames | None = None,
+    only: str | None = None,
 ) -> list[dict[str, Capture]]:
-    """Record a frame of each view, by View.replay. Returns their captures.
+    """Record a frame of each view by its plan. Returns their captures. `merged`: records them together where it can.
+    `only`: as Plan.replay.
 
     Frames share one recording up to here, and at the end: its last part, in that of the first frame, is yet to be
     submitted. In between, some are submitted while others are recorded, or traced by the processor.
     """
+    if merged is not None:
+        if (merged.has(plans) or are_mergeable(plans)) and all(_share_scene(views[0], view) for view in views):
+            return merged.replay(plans, frames, only)
+        _bind(views)
+        merged.stop()
+    replays = [plan.replay_in_parts(frame, only) for plan, frame in zip(plans, frames, strict=True)]
     captured: dict[int, dict[str, Capture]] = {}
     for leads in (True, False):
         numbers = [number for number, view in enumerate(views) if (view.leader is None) == leads]
         _replay(device, frames, replays, numbers, captured)
     return [captured[number] for number in range(len(views))]
+
+
+def _share_scene(first: View, view: View) -> bool:
+    """Whether both see the same of one scene: nothing in it faces their cameras."""
+    return view.scene.scene is first.scene.scene and first.scene.own.is_empty and view.scene.own.is_empty
+
+
+def _bind(views: Sequence[View]) -> None:
+    """Views after one may have moved what all share to larger buffers."""
+    for view in views:
+        view.scene.bind()
 
 
 def _replay(

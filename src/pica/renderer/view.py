@@ -9,9 +9,10 @@ from pica.denoising.denoiser import Denoiser
 from pica.frame.context import Batch, FrameContext, FrameSequence, Size
 from pica.frame.relighting import Relighting
 from pica.gpu_scene.view import SceneView
-from pica.graph.plan import Plan, Replay, newest
+from pica.graph.plan import Plan, newest
 from pica.images.lut import Lut
 from pica.light_map.light_map import LightMap
+from pica.many_views.merged_plans import MergedFrames
 from pica.renderer.frame_plan import FramePlan
 from pica.renderer.stages import EVERY_GROUP, Stages
 from pica.rhi.device import Device
@@ -43,9 +44,11 @@ class View:
         number: int,
         leader: "View | None",
         others: Sequence[Device] = (),
+        merged: MergedFrames | None = None,
     ) -> None:
         """`number`: counts the views of a renderer; the seed of their noise is that of the settings plus it. `leader`:
-        the first view of the same scene; None: this one is. `others`: devices that help to trace rays."""
+        the first view of the same scene; None: this one is. `others`: devices that help to trace rays. `merged`:
+        records the frames of all views."""
         self.leader = leader
         self._device, self._settings, self._number = device, settings, number
         self.scene = SceneView(device, scene, settings)
@@ -53,7 +56,7 @@ class View:
         leading = leader.stages if leader is not None else None
         self._shared = SharedTracer(device, self.scene, others, settings) if others and traces(device) else None
         self.stages: Stages = Stages(device, settings, self.scene, light_map, lut, leading, self._shared)
-        self.plan = FramePlan(device)
+        self.plan = FramePlan(device, merged)
         self._relighting = Relighting()
 
     def sync(self, wait: bool) -> None:
@@ -63,27 +66,27 @@ class View:
         if self._shared is not None:
             self._shared.sync()
 
-    def begin(self, camera: Camera, batch: Batch, jittered: bool) -> FrameContext:
-        """A frame in which the scene is up to date."""
+    def begin(self, camera: Camera, batch: Batch, jittered: bool, follows: bool = False) -> FrameContext:
+        """A frame in which the scene is up to date. `follows`: as SceneView.update."""
         if self._shared is not None:
             self._shared.begin_frame(camera)
         frame = self.frames.begin(camera, jittered, batch)
-        frame.changed_scene = self.scene.update(frame, camera)
+        frame.changed_scene = self.scene.update(frame, camera, follows)
         frame.changed |= frame.changed_scene
         frame.changed_lights = self.scene.lights_changed
         frame.since_relit = self._relighting.count(frame.changed_lights, frame.first)
         return frame
 
-    def replay(self, frame: FrameContext, select: Select, denoiser: Denoiser | None, last: bool) -> Replay:
+    def plan_for(self, frame: FrameContext, select: Select, denoiser: Denoiser | None, last: bool) -> Plan:
         """The frame's passes. `last`: `denoiser` finishes its picture."""
         self.stages.slots.update(self.scene.lights)
         plan, frame.requested = self.plan.of(self.stages, self.frames, self.scene, select, denoiser, last)
-        return plan.replay_in_parts(frame)
+        return plan
 
-    def replay_gbuffer(self, frame: FrameContext, select: Select) -> Replay:
-        """The passes of its G-buffer alone."""
+    def gbuffer_plan_for(self, frame: FrameContext, select: Select) -> Plan:
+        """A plan of which those of the G-buffer are to be recorded alone."""
         plan, frame.requested = self.plan.of_gbuffer(self.stages, self.frames, self.scene, select)
-        return plan.replay_in_parts(frame, only="gbuffer")
+        return plan
 
     def without_denoiser(self) -> None:
         """Declare the frame without the denoiser, whose inputs belong to a picture that is finished."""

@@ -42,9 +42,9 @@ class BlackPictures:
             return pictures["color"], pictures["display"]
         still_there = ref(scene)
 
-        def fetch(name: str, least: float) -> NDArray[Any]:
+        def fetch(name: str) -> NDArray[Any]:
             picture = pictures[name]()
-            if not self._warned and picture[::_STEP, ::_STEP].mean() <= least:
+            if not self._warned and seem_black(name, picture).any():
                 images = {
                     other: picture if other == name else pictures[other]() for other in ("display", "color", "depth")
                 }
@@ -54,7 +54,13 @@ class BlackPictures:
                     warnings.warn(f"the picture is nearly black: {reason}", stacklevel=2)
             return picture
 
-        return partial(fetch, "color", 0.0), partial(fetch, "display", _DARK)
+        return partial(fetch, "color"), partial(fetch, "display")
+
+
+def seem_black(name: str, pictures: NDArray[Any]) -> NDArray[np.bool_]:
+    """Which of (..., height, width, 3) pictures, "color" or "display", deserve a second look."""
+    seen = pictures[..., ::_STEP, ::_STEP, :].mean(axis=(-3, -2, -1))
+    return np.asarray(seen <= (_DARK if name == "display" else 0))
 
 
 def why_black(

@@ -49,6 +49,7 @@ def decoded(device: Device, size: Size, capture: Capture) -> tuple[Loan, np.dtyp
             (*size, 1),
             source=source.buffer,
             records=records.buffer,
+            firsts=(source.first, records.first),
             table=device.structured("labels", table) if len(table) else device.shared(_no_table),
             result=loan.buffer,
             kind=int(read.kind),

@@ -41,7 +41,8 @@ class Parameters:
         self._names = set(kinds)
         self._unbound = set(kinds)
         self._structs = {name for name, kind in kinds.items() if kind == spy.TypeReflection.Kind.struct}
-        self._values: dict[str, Any] = {}
+        self.bound: dict[str, Any] = {}
+        """The values, by name."""
 
     def bind(self, **values: Any) -> None:
         """Set parameters by name; objects with a `block`, such as a scene or a G-buffer, are bound as that block.
@@ -49,12 +50,12 @@ class Parameters:
         Raises BindingError for a name that the shader does not have, DeviceError for a table that exceeds its limits.
         """
         for name, value in values.items():
-            if self._values.get(name) is not value:
+            if self.bound.get(name) is not value:
                 self._bind(name, value)
 
     def bind_all(self, values: Mapping[str, Any]) -> None:
         """As `bind`; raises BindingError too while a parameter has never been bound."""
-        bound = self._values
+        bound = self.bound
         for name, value in values.items():
             if bound.get(name) is not value:
                 self._bind(name, value)
@@ -71,7 +72,7 @@ class Parameters:
             self._bind_rows(name, value)
         else:
             self._cursor[name] = value if block is None else block.shader_object
-        self._values[name] = value
+        self.bound[name] = value
         self._unbound.discard(name)
 
     def _bind_rows(self, name: str, table: spy.Buffer) -> None:
@@ -90,17 +91,44 @@ class Parameters:
 class ParameterBlock(Parameters):
     """A `ParameterBlock` of a shader module, filled once and shared by every pass that declares it."""
 
+    changes_of_all = 0
+    """Counts values as they are set in any block."""
+
     def __init__(self, device: spy.Device, program: spy.ShaderProgram, module: str, name: str) -> None:
         """`program` must live as long as the device: see Device.parameter_block."""
         layout = next((p for p in parameters_of(program) if p.name == name), None)
         if layout is None or layout.type_layout.kind not in _BLOCKS:
             raise BindingError(f"{module}: no parameter block {name!r}")
+        self.changes = 0
+        """Counts values as they are set."""
+        self._late: set[str] | None = None
+        """Names of values that are only noted; None: there are none, and none are noted."""
         self.shader_object = device.create_shader_object(program.reflection[name])
         super().__init__(
             f"{module}: block {name!r}",
             self.shader_object,
             layout.type_layout.element_type_layout.fields,
         )
+
+    def defer(self) -> None:
+        """Only note values from now on: programs with rows (many_views/) read `bound`."""
+        if self._late is None:
+            self._late = set()
+
+    def settle(self) -> None:
+        """Set what was noted, and all values again when they are bound."""
+        late, self._late = self._late, None
+        for name in late or ():
+            self._bind(name, self.bound[name])
+
+    def _bind(self, name: str, value: Any) -> None:
+        ParameterBlock.changes_of_all += 1
+        self.changes += 1
+        if self._late is None:
+            super()._bind(name, value)
+        else:
+            self._late.add(name)
+            self.bound[name] = value
 
 
 class ProgramParameters(Parameters):

@@ -36,6 +36,8 @@ T = TypeVar("T")
 P = TypeVar("P", ComputePass, RasterPass)
 PACKAGE = Path(__file__).resolve().parents[1]
 _COMPILER: Any = {"include_paths": [PACKAGE], "warnings_as_errors": []}
+_FILLED_LATER = "41017"
+"""Slang's warning of a static variable that nothing has initialized."""
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 _BUILD_INPUT = spy.BufferUsage.acceleration_structure_build_input
 _SHARE_OF_FILE = 0.4
@@ -197,12 +199,12 @@ class Device:
         finalize(scope, self.lock.defer, release).atexit = False
         return scope
 
-    def renewed(self) -> "Device":
-        """The same device without any program or shared object: it makes them of the Slang files as they are now. What
-        was made before keeps its own."""
+    def renewed(self, package: Path = PACKAGE) -> "Device":
+        """The same device without any program or shared object: it makes them of the Slang files of `package` as they
+        are now. What was made before keeps its own."""
         renewed = self.memory_scope()
         renewed._opened, renewed._root = self._opened or self._root or self, None
-        renewed.session = _new_session(self.handle, self.cache)
+        renewed.session = _new_session(self.handle, self.cache, package)
         renewed._products, renewed._linked, renewed._shared = {}, {}, {}
         renewed._plans = WeakKeyDictionary()
         forget_files()
@@ -330,7 +332,8 @@ class Device:
     @property
     def planned(self) -> list[Recipe[Any]]:
         """Recipes of `compute` and `raster` passes that are still in use and not made yet."""
-        return [recipe for recipe in dict.fromkeys(self._plans.values()) if not self.has(recipe)]
+        used = [recipe for user, recipe in self._plans.items() if not user.is_replaced]
+        return [recipe for recipe in dict.fromkeys(used) if not self.has(recipe)]
 
     def forget(self, variant: Hashable) -> None:
         """Release the products for a variant."""
@@ -370,10 +373,12 @@ class Device:
         Its program is made at first use, or before by `programs.preparation`. Raises DeviceError then if the file
         does not compile.
         """
-        recipe = ComputeRecipe(module, entry)
-        return self._planned(
-            recipe, ComputePass(self.handle, name or stem(module), partial(self.product, recipe), module)
-        )
+        return self.compute_of(ComputeRecipe(module, entry), name or stem(module))
+
+    def compute_of(self, recipe: Recipe[Any], name: str) -> ComputePass:
+        """The same of a recipe that depends on no material types."""
+        plain = recipe if isinstance(recipe, ComputeRecipe) else None
+        return self._planned(recipe, ComputePass(self.handle, name, partial(self.product, recipe), plain))
 
     def raster(self, module: str, entries: tuple[str, ...], state: RasterState, name: str | None = None) -> RasterPass:
         """A raster pass from the vertex and, if any, fragment entry points of a file; as `compute`."""
@@ -411,9 +416,12 @@ def _opened(adapter: spy.AdapterInfo, cache: Path | None, share: bool = False) -
         raise DeviceError(f"device {adapter.name!r} {fault}; {HELP}") from None
 
 
-def _new_session(handle: spy.Device, cache: Path | None) -> spy.SlangSession:
+def _new_session(handle: spy.Device, cache: Path | None, package: Path = PACKAGE) -> spy.SlangSession:
     """A session that has loaded nothing yet: each keeps what it has loaded, whatever becomes of the files."""
-    return handle.create_slang_session(compiler_options=_COMPILER, cache_path=cache and cache / MODULES)
+    options: Any = {**_COMPILER, "include_paths": [package]}
+    if package != PACKAGE:
+        options["disable_warnings"] = [_FILLED_LATER]
+    return handle.create_slang_session(compiler_options=options, cache_path=cache and cache / MODULES)
 
 
 def _key_of(adapter: spy.AdapterInfo, existing: spy.Device | None) -> bytes:

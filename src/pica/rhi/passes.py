@@ -3,14 +3,16 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 import slangpy as spy
 
 from pica.rhi.binding import ProgramParameters
 from pica.rhi.profiler import Profiler
 from pica.rhi.shader_blocks import blocks_of
-from pica.rhi.slang_files import Source
+
+if TYPE_CHECKING:
+    from pica.rhi.recipes import ComputeRecipe
 
 Pipeline = TypeVar("Pipeline")
 
@@ -35,6 +37,13 @@ class _Pass(Generic[Pipeline]):
         """`make` always returns the same objects."""
         self._device, self._make = device, make
         self.name = name
+        self.is_replaced = False
+        """Whether a program with rows (many_views/) runs in its place, so that its own need not be made."""
+
+    @property
+    def program(self) -> spy.ShaderProgram:
+        """The linked program."""
+        return self._make()[0]
 
     @cached_property
     def pipeline(self) -> Pipeline:
@@ -49,7 +58,7 @@ class _Pass(Generic[Pipeline]):
         """The program's parameters."""
         bound = self._variants.get(variant)
         if bound is None:
-            bound = self._variants[variant] = ProgramParameters(self._device, self.name, self._make()[0])
+            bound = self._variants[variant] = ProgramParameters(self._device, self.name, self.program)
         return bound
 
 
@@ -61,16 +70,16 @@ class ComputePass(_Pass[spy.ComputePipeline]):
         device: spy.Device,
         name: str,
         make: Callable[[], tuple[spy.ShaderProgram, spy.ComputePipeline]],
-        source: Source | None = None,
+        recipe: "ComputeRecipe | None" = None,
     ) -> None:
-        """`source`: its file, where it has one."""
+        """`recipe`: what `make` makes, where it is a file's entry point alone."""
         super().__init__(device, name, make)
-        self._source = source
+        self.recipe = recipe
 
     @property
     def blocks(self) -> frozenset[str]:
         """Names of its parameter blocks."""
-        return blocks_of(self._source) if self._source is not None else frozenset()
+        return blocks_of(self.recipe.module) if self.recipe is not None else frozenset()
 
     def __call__(self, recording: Recording, threads: tuple[int, int, int], /, **values: Any) -> None:
         """Record one dispatch of (x, y, z) threads with these parameters."""

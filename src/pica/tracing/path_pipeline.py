@@ -41,12 +41,14 @@ class PathPipeline:
     def __init__(self, device: Device, code: EffectCode, parts: tuple[int, ...]) -> None:
         """`parts`: rays of a path in each part but the last, which has the rest."""
         self.name, self.blocks = code.name, code.blocks
-        self._parts = (*parts, _ALL)
+        self.parts = (*parts, _ALL)
         generation = code.shaders("paths", _RAY_GENERATION)
-        self._pipeline = RayPipeline(device, self.name, code.recipe(generation))
-        self._buffers = RayBuffers(device, self.name, generation, shared=True)
+        self.pipeline = RayPipeline(device, self.name, code.recipe(generation))
+        self.buffers = RayBuffers(device, self.name, generation, shared=True)
         self._grid: tuple[int, int] | None = None
-        self._counts = device.buffer("path counts", data=np.zeros(2 * len(self._parts), np.uint32), struct_size=4)
+        self.counts = 2 * len(self.parts)
+        """Numbers that shaders count in."""
+        self._counts = device.buffer("path counts", data=np.zeros(self.counts, np.uint32), struct_size=4)
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
         """Record the effect over a (width, height) grid with these parameters."""
@@ -54,8 +56,8 @@ class PathPipeline:
         if grid != self._grid:
             self._grid, self._size = grid, spy.uint2(*grid)
         recording.encoder.clear_buffer(self._counts)
-        values |= {"counts": self._counts, "grid": self._size, **self._buffers.for_rays(size)}
-        for part, most in enumerate(self._parts):
+        values |= {"counts": self._counts, "grid": self._size, **self.buffers.for_rays(size)}
+        for part, most in enumerate(self.parts):
             threads = (size, 1) if part else grid
-            self._pipeline(recording, threads, part=part, most=most, **values)
+            self.pipeline(recording, threads, part=part, most=most, **values)
             values["queue"], values["next"] = values["next"], values["queue"]

@@ -167,16 +167,16 @@ class RayPipeline:
     """A ray generation shader with the hit shaders for its detail and for the scene's material types."""
 
     def __init__(self, device: Device, name: str, recipe: RayRecipe) -> None:
-        self.name = name
+        self.name, self.recipe = name, recipe
         recipe.generation.loaded(device)  # a fault shows here, not in the first frame
-        self._program = ForTypes(programs(device), recipe, lambda made: _RayProgram(device, name, *made))
+        self.program = ForTypes(programs(device), recipe, lambda made: _RayProgram(device, name, *made))
 
     def __call__(self, recording: Recording, grid: tuple[int, int], /, **values: Any) -> None:
         """Record the effect, or its part `part`, over a (width, height) grid with these parameters."""
         scene: SceneView | None = values.get("scene")
         if scene is not None:
             values["tlas"] = scene.rt_scene.structure
-        self._program.of(types_of(values))(recording, grid, values)
+        self.program.of(types_of(values))(recording, grid, values)
 
 
 class PipelineEffect(RayPipeline):

@@ -109,7 +109,8 @@ class RasterVisibility:
             apart = {"opaqueDepth": opaque, "nearerDepth": nearer or opaque, "peels": int(nearer is not None)}
         frame.profiler.begin(frame.encoder, name)
         for draws in draw_lists:  # Slang-RHI would place its barrier within the render pass, which Vulkan forbids
-            frame.encoder.set_buffer_state(draws.arguments, spy.ResourceState.indirect_argument)
+            for buffer in (draws.arguments, draws.counts):
+                frame.encoder.set_buffer_state(buffer, spy.ResourceState.indirect_argument)
         for read in (opaque, nearer):
             if read is not None:
                 frame.encoder.set_texture_state(read, spy.ResourceState.shader_resource)
@@ -119,7 +120,7 @@ class RasterVisibility:
                 drawn = {"layers": layers} if apart and draws.kind.facing not in _BOXES else {}
                 step.bind(encoder, scene=scene, frame=constants, **apart, **drawn)
                 encoder.set_render_state(self._state)
-                encoder.draw_indexed_indirect(draws.count, draws.arguments)
+                encoder.draw_indexed_indirect(draws.count, draws.arguments, draws.counts)
         frame.profiler.end(frame.encoder)
 
     def _render_targets(self, visibility: spy.Texture, raster_depth: spy.Texture) -> spy.RenderPassDesc:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import slangpy as spy
 
-from pica.frame.context import FrameContext, camera_constants
+from pica.frame.context import FrameContext, pixel_size
 from pica.frame.signals.indirect import IndirectCache
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer
@@ -135,9 +135,9 @@ class RadianceCache:
         self._age = 0 if frame.since_relit == 0 else self._age + 1
         least = _MEMORY_OF_CHANGE if frame.changed_lights and frame.since_relit > 0 else _LEAST_MEMORY
         self._memory = min(max(min(self._age, frame.since_relit) / 2, least), _MEMORY)
-        pixel = camera_constants(frame.camera, frame.size, frame.output_size[0] / frame.output_size[1])["pixelSize"]
         orthographic = frame.camera.orthographic_height is not None
-        width = _LEAST_PIXELS * pixel  # metres, for each metre from the camera unless it is orthographic
+        # Metres, for each metre from the camera unless it is orthographic.
+        width = _LEAST_PIXELS * pixel_size(frame.camera, frame.size[1])
         size, least_size = (0.0, width) if orthographic else (max(_CELL, width), 0.0)
         self._entries.block.bind(size=size, leastSize=least_size, clock=self._clock)
         frame.encoder.clear_buffer(self._occupancy[self._clock & 1])

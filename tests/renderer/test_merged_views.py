@@ -1,0 +1,126 @@
+"""Views whose frames are recorded together, by programs with rows of arguments: what each shows stays as it was."""
+
+import numpy as np
+import pytest
+
+import pica
+from pica.scene.particles import Particles, Sprites
+from pica.scenes.placing import move
+from tests.building import lambert
+from tests.renderer.test_views import SIZE, VIEWS, assert_same, batches, cameras, room
+
+RASTER = pica.Settings.preset("raster").with_values({"global_illumination.mode": "off"})
+PIPELINES = pica.Settings().with_values({"rays.scheduler": "pipeline", "visibility.primary": "rays"})
+
+
+@pytest.fixture
+def merged(monkeypatch):
+    """Software devices record frames together too."""
+    monkeypatch.setattr(pica.Renderer, "_merges_views", True)
+
+
+def steps_of(renderer):
+    """How many of the newest frames' nodes are dispatched for all views."""
+    return sum(entry.step is not None for entry in renderer._merged._entries)
+
+
+@pytest.mark.parametrize(
+    ("settings", "least"), [pytest.param(PIPELINES, 30, id="rays"), pytest.param(RASTER, 20, id="raster")]
+)
+def test_each_view_equals_a_renderer_of_its_own(device, merged, settings, least):
+    scene = room()
+    with pica.Renderer(scene, size=SIZE, device=device, settings=settings, views=VIEWS) as renderer:
+        together = batches(renderer, steps=4)
+        assert steps_of(renderer) >= least
+    for number in range(VIEWS):
+        own = settings.with_values({"seed": str(number)})
+        with pica.Renderer(scene, size=SIZE, device=device, settings=own) as alone:
+            for step, batch in enumerate(together):
+                assert_same(batch[number], alone.render(2 if step == 0 else 1, camera=cameras(step)[number]))
+
+
+@pytest.fixture(scope="module")
+def raster(device):
+    """Renderers of a scene, of whose views the first's are recorded together, and the second's apart."""
+    scene = room()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pica.Renderer, "_merges_views", True)
+        together = pica.Renderer(scene, size=SIZE, device=device, settings=RASTER, views=VIEWS)
+    with together, pica.Renderer(scene, size=SIZE, device=device, settings=RASTER, views=VIEWS) as apart:
+        yield scene, together, apart
+
+
+def both(raster, steps=2, first=0, **arguments):
+    """Batches of both renderers, which are equal."""
+    _, *renderers = raster
+    for step in range(first, first + steps):
+        found, expected = (renderer.render(1, camera=cameras(step), **arguments) for renderer in renderers)
+        assert_same(found, expected)
+
+
+def test_of_changes(raster):
+    scene, *renderers = raster
+    both(raster)
+    for renderer in renderers:
+        renderer.reset()
+    both(raster)
+    for renderer in renderers:
+        renderer.resize((24, 40))
+    both(raster)
+    for renderer in renderers:
+        renderer.resize(SIZE)
+        renderer.configure(RASTER.with_values({"post.exposure": "1", "antialiasing.mode": "accumulate"}))
+    both(raster)
+    cube = next(node for node in scene.nodes() if node.name == "cube")
+    cube.transform = move(-0.4, 0.35, 0.1)
+    both(raster)
+    for renderer in renderers:
+        renderer.configure(RASTER)
+    both(raster, first=2)
+
+
+def test_of_labels(raster):
+    _, together, apart = raster
+    found, expected = (renderer.labels(camera=cameras()) for renderer in (together, apart))
+    for name in expected.aov_names:
+        np.testing.assert_array_equal(found.aov(name), expected.aov(name), err_msg=name)
+
+
+def test_of_what_faces_each_camera(raster):
+    """Views see different geometry while it is there, and their frames are recorded one by one."""
+    scene, together, _ = raster
+    both(raster)
+    sprites = Sprites(2, lambert(0.2, 0.7, 0.2))
+    sprites.particles = Particles(np.array([[0, 1, 0], [0.4, 1.2, 0.2]]), sizes=[0.2, 0.3])
+    scene.add(sprites.node)
+    both(raster)
+    assert not together._merged.has([view.plan._plan for view in together._views])
+    scene.remove(sprites.node)
+    both(raster)
+    assert together._merged.has([view.plan._plan for view in together._views])
+
+
+def test_of_a_pass_of_the_user(raster):
+    _, *renderers = raster
+    shown = []
+
+    def declare(graph, signals):
+        graph.record("note", lambda frame: shown.append(frame.camera.transform[0, 3]))
+
+    insertions = [renderer.insert(declare, "composite", name="note") for renderer in renderers]
+    both(raster)
+    for insertion in insertions:
+        insertion.remove()
+    both(raster)
+    assert len(shown) == 2 * 2 * VIEWS
+
+
+def test_pictures_are_read_at_once(raster, monkeypatch):
+    """All views' pictures are in the same memory, and equal those of the frames."""
+    _, together, _ = raster
+    batch = together.render(1, camera=cameras(), aovs=())
+    color, display = batch.color, batch.display
+    assert color.shape == (VIEWS, *SIZE[::-1], 3) and color.base is not None
+    for number, frame in enumerate(batch):
+        np.testing.assert_array_equal(color[number], frame.color)
+        np.testing.assert_array_equal(display[number], frame.display)
