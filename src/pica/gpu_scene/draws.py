@@ -77,8 +77,8 @@ class DrawList:
     count: int
     arguments: spy.Buffer
     counts: spy.Buffer
-    """`count` on the device. lavapipe gives draws without such a buffer the one of counted draws before them in the same
-    recording, such as those of shadow maps of another view."""
+    """`count` on the device. Draws without such a buffer have that of earlier ones in the same recording on lavapipe, such
+    as of another view's shadow maps."""
 
 
 # Properties of a section that determine its draws.
