@@ -108,6 +108,8 @@ def at_size(size: Size, aovs: Mapping[str, Callable[[], Array]]) -> dict[str, Ca
     def resized(name: str, fetch: Callable[[], Array]) -> Array:
         array = fetch()
         width, height = size
+        if array.shape[:2] == (height, width):
+            return array
         rows, columns = (
             (2 * np.arange(target) + 1) * source // (2 * target)  # the pixel that the centre of each lies in
             for target, source in zip((height, width), array.shape, strict=False)

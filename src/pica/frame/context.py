@@ -3,8 +3,7 @@
 import time
 from collections import deque
 from dataclasses import dataclass
-from functools import reduce
-from operator import mul
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -223,6 +222,7 @@ class FrameSequence:
             self._device.submissions.wait(self._in_flight.popleft())
 
 
+@lru_cache(maxsize=64)
 def radical_inverse(base: int, index: int) -> float:
     """Van der Corput's sequence, shifted so that index 0 gives 0 and all values lie in -0.5 to 0.5."""
     value, scale = 0.0, 1.0
@@ -283,19 +283,21 @@ def camera_constants(camera: Camera, size: Size, aspect: float | None = None, st
     half = camera.half_height
     # From the view axis to the picture's middle, in halves of its width and height.
     aside, above = 1 - 2 * camera.principal_point[0], 2 * camera.principal_point[1] - 1
-    rows: list[list[float]] = camera.transform.tolist()  # numbers: arrays of three are slower
+    # Numbers: NumPy's arrays of three are slower.
+    (right0, up0, back0, x), (right1, up1, back1, y), (right2, up2, back2, z), _ = camera.transform.tolist()
+    width_over_height, pixel_aspect = aspect or width / height, camera.pixel_aspect
 
-    def column(number: int, *factors: float) -> spy.float3:
-        return spy.float3(*(reduce(mul, factors, row[number]) for row in rows[:3]))
+    def wide(component: float) -> float:
+        return component * half * width_over_height * pixel_aspect * across
 
     return {
-        "position": column(3),
+        "position": spy.float3(x, y, z),
         "nearPlane": camera.near,
-        "forward": column(2, -1),
+        "forward": spy.float3(-back0, -back1, -back2),
         "farPlane": camera.far,
-        "right": column(0, half, aspect or width / height, camera.pixel_aspect, across),
+        "right": spy.float3(wide(right0), wide(right1), wide(right2)),
         "orthographic": int(orthographic),
-        "up": column(1, half, down),
+        "up": spy.float3(up0 * half * down, up1 * half * down, up2 * half * down),
         "pixelSize": step * pixel_size(camera, height),
         "shift": spy.float2(1 - (1 - aside) / across, (1 + above) / down - 1),
     }

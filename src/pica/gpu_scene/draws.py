@@ -77,7 +77,7 @@ class DrawList:
     count: int
     arguments: spy.Buffer
     counts: spy.Buffer
-    """`count` on the device. Draws without such a buffer have that of earlier ones in the same recording on lavapipe, such
+    """`count` on the device. On lavapipe, draws without such a buffer have that of earlier ones in the same recording, such
     as of another view's shadow maps."""
 
 

@@ -1,6 +1,7 @@
 """What one call of `Renderer.render` gathers over its frames."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 from numpy.typing import NDArray
@@ -47,11 +48,11 @@ class Gathered:
         """Whether it is the last, whose picture is shown."""
         return number == self.numbers[-1]
 
-    def add(self, number: int, captured: Mapping[str, Capture], view: SceneView) -> None:
-        """The captures of a frame that has been recorded."""
+    def add(self, number: int, captured: Mapping[str, Capture], names: "Names") -> None:
+        """The captures of a frame that has been recorded. `names`: of its scene."""
         self.captures |= captured
         if self.is_first(number):
-            self._labels = labels_of(self.captures, view)
+            self._labels = names.of(self.captures)
 
     def frame(self, device: Device, size: Size, timings: Mapping[str, float], watch: Watch) -> Frame:
         """All of it, as pictures of `size`. `watch`: as BlackPictures.watched, of AOVs by their names. Raises PicaError
@@ -80,9 +81,25 @@ def whole_picture(gathered: Sequence[Gathered], name: str) -> NDArray[Any] | Non
     return None if "depth" in gathered[0].captures and seem_black(name, texels).any() else texels
 
 
-def labels_of(captured: Collection[str], view: SceneView) -> Labels | None:
-    """The names behind the numbers in these captures, as they are now."""
-    return None if NUMBERED.isdisjoint(captured) else view.name_labels()
+class Names:
+    """The names behind the numbers of a scene, as they are when they are first asked for."""
+
+    def __init__(self, view: SceneView) -> None:
+        self._view = view
+
+    def of(self, captured: Collection[str]) -> Labels | None:
+        """Those in these captures."""
+        return None if NUMBERED.isdisjoint(captured) else self._names
+
+    @cached_property
+    def _names(self) -> Labels:
+        return self._view.name_labels()
+
+
+def names_of(views: Sequence[SceneView]) -> list[Names]:
+    """Of each view's scene."""
+    by_scene = {id(view.scene): Names(view) for view in views}
+    return [by_scene[id(view.scene)] for view in views]
 
 
 def labels_frame(

@@ -16,7 +16,7 @@ from pica.images.output import Frame
 from pica.light_map.light_map import LightMap
 from pica.many_views.merged_plans import MergedFrames
 from pica.programs.preparation import expect as expect_programs
-from pica.renderer.gathered import Gathered, labels_frame, labels_of, whole_picture
+from pica.renderer.gathered import Gathered, labels_frame, names_of, whole_picture
 from pica.renderer.picking import Picked, Picker
 from pica.renderer.renderer_frames import RendererFrames
 from pica.renderer.together import begin_together, replay_together
@@ -328,8 +328,9 @@ class Renderer(RendererFrames):
                 last, continues = gathered[0].is_last(done), not gathered[0].is_first(done)
                 select = [partial(each.names, number=done) for each in gathered]
                 captured = self._advance(cameras, True, True, denoisers, last, continues, elapsed, select)
-                for each, captures, view in zip(gathered, captured, views, strict=True):
-                    each.add(done, captures, view.scene)
+                names = names_of([view.scene for view in views])
+                for each, captures, of_scene in zip(gathered, captured, names, strict=True):
+                    each.add(done, captures, of_scene)
                 if last:
                     timings = self.device.profiler.flush()
                     if denoise:
@@ -377,8 +378,8 @@ class Renderer(RendererFrames):
                 view.drop_histories()
             timings = self.device.profiler.flush()
             made = partial(labels_frame, self.device, self.size, timings)
-            labelled = zip(captured, self._views, strict=True)
-            return self._result([partial(made, each, labels_of(each, view.scene)) for each, view in labelled])
+            labelled = zip(captured, names_of([view.scene for view in self._views]), strict=True)
+            return self._result([partial(made, each, names.of(each)) for each, names in labelled])
 
     @synchronized
     def pick(self, x: int, y: int, *, through_glass: bool = False) -> Picked | None:
