@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import pica
+from pica.rendering.tensors import cuda_tensor_of_all, decoded, follow
 from pica.scene.particles import Particles, Sprites
 from pica.scenes.placing import move
 from tests.building import lambert
@@ -124,3 +125,20 @@ def test_pictures_are_read_at_once(raster, monkeypatch):
     for number, frame in enumerate(batch):
         np.testing.assert_array_equal(color[number], frame.color)
         np.testing.assert_array_equal(display[number], frame.display)
+
+
+def test_tensors_of_all_views_are_decoded_at_once(raster):
+    """Each as the frame's array has it."""
+    _, together, _ = raster
+    batch = together.render(1, camera=cameras())
+    captured = batch._whole_tensor.args[2]
+    for name in ("color", "depth", "normal", "instance", "motion"):
+        captures = [of_view[name] for of_view in captured]
+        assert all(follow([capture.parts[part] for capture in captures]) for part in range(len(captures[0].parts)))
+        loan, dtype, shape = decoded(together.device, SIZE, captures[0], VIEWS)
+        assert shape[0] == VIEWS
+        values = loan.buffer.to_numpy().view(np.uint8).view(dtype).reshape(shape)
+        expected = batch.color if name == "color" else batch.aov(name)
+        values = values[..., : captures[0].read.channels].reshape(expected.shape)
+        np.testing.assert_allclose(values, expected, rtol=2e-6, atol=2e-6, err_msg=name)
+    assert cuda_tensor_of_all(together.device, SIZE, captures) is None

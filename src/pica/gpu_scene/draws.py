@@ -77,8 +77,8 @@ class DrawList:
     count: int
     arguments: spy.Buffer
     counts: spy.Buffer
-    """`count` on the device. On lavapipe, draws without such a buffer have that of earlier ones in the same recording, such
-    as of another view's shadow maps."""
+    """`count` on the device: on lavapipe, draws without such a buffer have that of earlier draws in the same recording,
+    such as those of another view's shadow maps."""
 
 
 # Properties of a section that determine its draws.

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 
 Whole = Callable[[str], "NDArray[Any] | None"]
+WholeTensor = Callable[[str], "Tensor | None"]
 
 
 class FrameBatch(Sequence[Frame]):
@@ -29,10 +30,16 @@ class FrameBatch(Sequence[Frame]):
     (views, height, width, channels). They are made at each access; a single view's are fetched by `batch[i]` alone.
     """
 
-    def __init__(self, frames: Sequence[Callable[[], Frame]], whole: Whole | None = None) -> None:
+    def __init__(
+        self,
+        frames: Sequence[Callable[[], Frame]],
+        whole: Whole | None = None,
+        whole_tensor: WholeTensor | None = None,
+    ) -> None:
         """Functions that make the frames of the same renderer and call, at least one. `whole`: returns "color" or
-        "display" of all views at once, or None where only frames have it."""
-        self._makers, self._whole = frames, whole
+        "display" of all views at once, or None where only frames have it; `whole_tensor`: any buffer's tensor on a
+        card, likewise."""
+        self._makers, self._whole, self._whole_tensor = frames, whole, whole_tensor
         self._made: dict[int, Frame] = {}
         first = self[0]
         self.size = first.size
@@ -101,6 +108,9 @@ class FrameBatch(Sequence[Frame]):
 
     def torch(self, name: str = "color") -> "Tensor":
         """A buffer of all views as a new PyTorch tensor, on the card where those of Frame.torch are."""
+        whole = None if self._whole_tensor is None else self._whole_tensor(name)
+        if whole is not None:
+            return whole
         tensors = [frame.torch(name) for frame in self]
         from torch import stack  # there, as the frames have made tensors
 

@@ -14,7 +14,7 @@ from pica.images.labels import NUMBERED, Labels
 from pica.images.output import Frame, Lazy
 from pica.rendering.arguments import checked_aovs
 from pica.rendering.black_pictures import seem_black
-from pica.rendering.tensors import cuda_tensors
+from pica.rendering.tensors import cuda_tensor_of_all, cuda_tensors, follow
 from pica.rhi.device import Device
 
 Watch = Callable[[Mapping[str, Lazy]], tuple[Lazy, Lazy]]
@@ -73,12 +73,18 @@ def whole_picture(gathered: Sequence[Gathered], name: str) -> NDArray[Any] | Non
     captures = [each.captures[name] for each in gathered]
     parts = [capture.parts[0] for capture in captures]
     first = parts[0]
-    follow = [part.first for part in parts] == list(range(0, len(parts) * first.size, first.size))
-    if not follow or any(part.memory is not first.memory for part in parts):
+    if not follow(parts):
         return None
     captures[0]()  # fetches the memory
     texels = first.memory.content().view(first.dtype).reshape(len(parts), *first.shape[1:])[..., :3]
     return None if "depth" in gathered[0].captures and seem_black(name, texels).any() else texels
+
+
+def whole_tensor(device: Device, size: Size, captured: Sequence[Mapping[str, Capture]], name: str) -> Any:
+    """As Frame.torch of several calls, with these in front; None if there is no such tensor."""
+    if not isinstance(name, str) or any(name not in captures for captures in captured):
+        return None
+    return cuda_tensor_of_all(device, size, [captures[name] for captures in captured])
 
 
 class Names:

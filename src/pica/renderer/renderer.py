@@ -1,6 +1,6 @@
 """The hybrid renderer, as users have it."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from typing import Any, overload
 
@@ -16,7 +16,7 @@ from pica.images.output import Frame
 from pica.light_map.light_map import LightMap
 from pica.many_views.merged_plans import MergedFrames
 from pica.programs.preparation import expect as expect_programs
-from pica.renderer.gathered import Gathered, labels_frame, names_of, whole_picture
+from pica.renderer.gathered import Gathered, labels_frame, names_of, whole_picture, whole_tensor
 from pica.renderer.picking import Picked, Picker
 from pica.renderer.renderer_frames import RendererFrames
 from pica.renderer.together import begin_together, replay_together
@@ -343,7 +343,7 @@ class Renderer(RendererFrames):
             partial(each.frame, self.device, self.size, timings, partial(watch, scene=view.scene.source))
             for each, view in zip(gathered, views, strict=True)
         ]
-        return self._result(makers, partial(whole_picture, gathered))
+        return self._result(makers, [each.captures for each in gathered], partial(whole_picture, gathered))
 
     @overload
     @synchronized
@@ -379,7 +379,7 @@ class Renderer(RendererFrames):
             timings = self.device.profiler.flush()
             made = partial(labels_frame, self.device, self.size, timings)
             labelled = zip(captured, names_of([view.scene for view in self._views]), strict=True)
-            return self._result([partial(made, each, names.of(each)) for each, names in labelled])
+            return self._result([partial(made, each, names.of(each)) for each, names in labelled], captured)
 
     @synchronized
     def pick(self, x: int, y: int, *, through_glass: bool = False) -> Picked | None:
@@ -425,9 +425,16 @@ class Renderer(RendererFrames):
         if self._makes_batches:
             raise PicaError(f"{caller}: this renderer has views={self.views}, whose cameras render and labels take")
 
-    def _result(self, frames: Sequence[Callable[[], Frame]], whole: Whole | None = None) -> Frame | FrameBatch:
-        """`frames`, `whole`: as FrameBatch."""
-        return FrameBatch(frames, whole) if self._makes_batches else frames[0]()
+    def _result(
+        self,
+        frames: Sequence[Callable[[], Frame]],
+        captured: Sequence[Mapping[str, Capture]],
+        whole: Whole | None = None,
+    ) -> Frame | FrameBatch:
+        """`captured`: of each view. `frames`, `whole`: as FrameBatch."""
+        if not self._makes_batches:
+            return frames[0]()
+        return FrameBatch(frames, whole, partial(whole_tensor, self.device, self.size, captured))
 
     def _runnable(self, settings: Settings) -> Settings:
         """As they run on the devices. Raises SettingsError for a scheduler that several cannot have."""

@@ -1,6 +1,6 @@
 """AOVs as CUDA tensors, decoded on the device: nothing passes through the host's memory."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -10,6 +10,7 @@ import slangpy as spy
 from pica.frame.context import Size
 from pica.graph.offers import Decoder
 from pica.graph.plan import Capture
+from pica.graph.snapshot import Snapshot
 from pica.rhi.cuda import Loan, SharedBuffers
 from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass
@@ -27,10 +28,46 @@ def cuda_tensors(device: Device, size: Size, captures: Mapping[str, Capture]) ->
     }
 
 
-def decoded(device: Device, size: Size, capture: Capture) -> tuple[Loan, np.dtype[Any], tuple[int, ...]]:
+def cuda_tensor_of_all(device: Device, size: Size, captures: Sequence[Capture]) -> Any:
+    """One tensor of an AOV of several views, (views, ...), made at once; None where it must be made view by view."""
+    first = captures[0]
+    alike = all(_are_alike(first, capture) for capture in captures)
+    if not (device.handle.supports_cuda_interop and isinstance(first.read, Decoder) and alike):
+        return None
+    for number in range(len(first.parts)):
+        parts = [capture.parts[number] for capture in captures]
+        if not follow(parts):
+            return None
+    return _tensor(device, size, first, len(captures))
+
+
+def follow(parts: Sequence[Snapshot]) -> bool:
+    """Whether snapshots lie one after the other in the same memory, from its beginning."""
+    starts = range(0, len(parts) * parts[0].size, parts[0].size)
+    return all(
+        part.memory is parts[0].memory and part.first == start for part, start in zip(parts, starts, strict=True)
+    )
+
+
+def _are_alike(first: Capture, other: Capture) -> bool:
+    """Whether both are decoded in the same way."""
+    a, b = first.read, other.read
+    if (
+        not (isinstance(a, Decoder) and isinstance(b, Decoder))
+        or a.kind != b.kind
+        or a.values.keys() != b.values.keys()
+    ):
+        return False
+    return all(np.array_equal(value, b.values[name]) for name, value in a.values.items())
+
+
+def decoded(
+    device: Device, size: Size, capture: Capture, views: int = 1
+) -> tuple[Loan, np.dtype[Any], tuple[int, ...]]:
     """A capture decoded by its `Decoder` into a buffer of its own, with the type and the shape of its content.
 
-    Channels that the buffer has beyond those of the AOV are not part of it. Waits for the device.
+    Channels that the buffer has beyond those of the AOV are not part of it. `views`: how many that follow it in memory
+    are decoded with it, itself included; they are in front of the shape if they are several. Waits for the device.
     """
     read = capture.read
     assert isinstance(read, Decoder)
@@ -40,13 +77,13 @@ def decoded(device: Device, size: Size, capture: Capture) -> tuple[Loan, np.dtyp
     stays = read.kind == 0
     dtype = source.dtype if stays else np.dtype(np.uint32 if "table" in read.values else np.float32)
     stored = words if stays else read.channels
-    label, length = f"a tensor of {size[0]}x{size[1]} pixels", 4 * stored * size[0] * size[1]
+    label, length = f"a tensor of {size[0]}x{size[1]} pixels", 4 * stored * size[0] * size[1] * views
     loan = device.shared(SharedBuffers).lend(label, length)
     table = np.ascontiguousarray(read.values.get("table", ()), np.uint32).reshape(-1, 1)
     with device.record() as recording:
         device.shared(_decode)(
             recording,
-            (*size, 1),
+            (size[0], size[1] * views, 1),
             source=source.buffer,
             records=records.buffer,
             firsts=(source.first, records.first),
@@ -54,8 +91,8 @@ def decoded(device: Device, size: Size, capture: Capture) -> tuple[Loan, np.dtyp
             result=loan.buffer,
             kind=int(read.kind),
             which=read.values.get("which", 0),
-            sourceSize=(width, height),
-            resultSize=size,
+            sourceSize=(width, height * views),  # pictures one below the other
+            resultSize=(size[0], size[1] * views),
             words=words,
             channels=stored,
             near=read.values.get("near", 0.0),
@@ -63,13 +100,14 @@ def decoded(device: Device, size: Size, capture: Capture) -> tuple[Loan, np.dtyp
         )
     with device.lock:
         device.handle.wait_for_idle()
-    return loan, dtype, (size[1], size[0], channels if stays else read.channels)
+    shape = size[1], size[0], channels if stays else read.channels
+    return loan, dtype, shape if views == 1 else (views, *shape)
 
 
-def _tensor(device: Device, size: Size, capture: Capture) -> Any:
+def _tensor(device: Device, size: Size, capture: Capture, views: int = 1) -> Any:
     import torch
 
-    loan, dtype, shape = decoded(device, size, capture)
+    loan, dtype, shape = decoded(device, size, capture, views)
     assert isinstance(capture.read, Decoder)
     tensor: Any = torch.as_tensor(loan, device="cuda").view(getattr(torch, dtype.name)).reshape(shape)
     return tensor[..., : capture.read.channels] if capture.read.channels > 1 else tensor[..., 0]
