@@ -28,14 +28,18 @@ class Run:
     frames: list[Any]
 
     @cached_property
-    def changes(self) -> list[dict[str, Any]]:
-        """Of each view, arguments that may be others in each frame; empty if there are none."""
+    def changes(self) -> list[list[Any]]:
+        """Of each view, arguments that may be others in each frame, by Node.functions; empty if there are none."""
         if not any(node.functions for node in self.nodes):
             return []
         return [
-            {name: find(frame) for name, find in node.functions}
-            for node, frame in zip(self.nodes, self.frames, strict=True)
+            [find(frame) for _, find in node.functions] for node, frame in zip(self.nodes, self.frames, strict=True)
         ]
+
+    def changed(self, number: int) -> dict[str, Any]:
+        """The same of a view, counted from the first, by their names."""
+        names = (name for name, _ in self.nodes[number].functions)
+        return dict(zip(names, self.changes[number], strict=True))
 
     def all_of(self, number: int) -> dict[str, Any]:
         """All arguments of a view, counted from the first."""
@@ -124,8 +128,9 @@ class RowProgram:
                 if more:
                     table.set(view, more[view])
                 table.check(view)
-        elif run.changes:
-            table.follow(run.first, run.changes)
+        else:
+            for number in table.others(run.first, run.changes):
+                table.set(run.first + number, run.changed(number))
         table.upload(recording.encoder)
         tables = self._tables_of(run)
         for rows in tables.values():

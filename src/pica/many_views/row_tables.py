@@ -73,7 +73,7 @@ class RowTable:
         self._rows = bytearray(max(views * layout.stride, 16))
         self._bytes = np.frombuffer(self._rows, np.uint8)
         self._values: list[dict[str, Any]] = [{} for _ in range(views)]
-        self._changes: dict[int, list[dict[str, Any]]] = {}
+        self._changes: dict[int, list[list[Any]]] = {}
         self._complete = set[int]()
         """Views whose rows have all arguments."""
         self._changed = True
@@ -97,15 +97,16 @@ class RowTable:
                 textures = value if isinstance(value, tuple) else (value,)
                 self._textures += [(each, place.state) for each in textures if isinstance(each, spy.Texture)]
 
-    def follow(self, first: int, changes: list[dict[str, Any]]) -> None:
-        """The same of the views from `first` on, and of arguments that are always the same ones."""
+    def others(self, first: int, changes: list[list[Any]]) -> list[int]:
+        """Which of the views from `first` on have other values than when this was asked before, counted from the first.
+        `changes`: always of the same arguments."""
         before = self._changes.get(first)
         if changes == before:
-            return
+            return []
         self._changes[first] = changes
-        for number, of_view in enumerate(changes):
-            if before is None or number >= len(before) or of_view != before[number]:
-                self.set(first + number, of_view)
+        if before is None or len(before) != len(changes):
+            return list(range(len(changes)))
+        return [number for number, (now, last) in enumerate(zip(changes, before, strict=True)) if now != last]
 
     def lacks(self, first: int, count: int) -> bool:
         """Whether arguments of some of `count` views from `first` on were never set."""
