@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pica
-from pica.rendering.tensors import cuda_tensor_of_all, decoded, follow
+from pica.rendering.tensors import are_decoded_at_once, cuda_tensor_of_all, decoded_array
 from pica.scene.particles import Particles, Sprites
 from pica.scenes.placing import move
 from tests.building import lambert
@@ -127,18 +127,16 @@ def test_pictures_are_read_at_once(raster, monkeypatch):
         np.testing.assert_array_equal(display[number], frame.display)
 
 
-def test_tensors_of_all_views_are_decoded_at_once(raster):
+def test_the_device_decodes_all_views_at_once(raster):
     """Each as the frame's array has it."""
     _, together, _ = raster
     batch = together.render(1, camera=cameras())
     captured = batch._whole_tensor.args[2]
     for name in ("color", "depth", "normal", "instance", "motion"):
         captures = [of_view[name] for of_view in captured]
-        assert all(follow([capture.parts[part] for capture in captures]) for part in range(len(captures[0].parts)))
-        loan, dtype, shape = decoded(together.device, SIZE, captures[0], VIEWS)
-        assert shape[0] == VIEWS
-        values = loan.buffer.to_numpy().view(np.uint8).view(dtype).reshape(shape)
+        assert are_decoded_at_once(captures) and not are_decoded_at_once(captures[1:])
+        values = decoded_array(together.device, SIZE, captures[0], VIEWS)
         expected = batch.color if name == "color" else batch.aov(name)
-        values = values[..., : captures[0].read.channels].reshape(expected.shape)
+        assert values.shape == expected.shape and values.dtype == expected.dtype
         np.testing.assert_allclose(values, expected, rtol=2e-6, atol=2e-6, err_msg=name)
     assert cuda_tensor_of_all(together.device, SIZE, captures) is None

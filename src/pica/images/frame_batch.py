@@ -36,9 +36,9 @@ class FrameBatch(Sequence[Frame]):
         whole: Whole | None = None,
         whole_tensor: WholeTensor | None = None,
     ) -> None:
-        """Functions that make the frames of the same renderer and call, at least one. `whole`: returns "color" or
-        "display" of all views at once, or None where only frames have it; `whole_tensor`: any buffer's tensor on a
-        card, likewise."""
+        """Functions that make the frames of the same renderer and call, at least one. `whole`: returns a
+        buffer of all views at once, or None where only frames have it; `whole_tensor`: its tensor on a card,
+        likewise."""
         self._makers, self._whole, self._whole_tensor = frames, whole, whole_tensor
         self._made: dict[int, Frame] = {}
         first = self[0]
@@ -89,7 +89,7 @@ class FrameBatch(Sequence[Frame]):
 
     def aov(self, name: str) -> NDArray[Any]:
         """One buffer of all views; raises PicaError as Frame.aov."""
-        return self._stacked(lambda frame: frame.aov(name))
+        return self._at_once(name, lambda frame: frame.aov(name))
 
     def aov_info(self, name: str) -> AovInfo:
         """As Frame.aov_info."""

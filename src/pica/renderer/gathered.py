@@ -1,20 +1,27 @@
 """What one call of `Renderer.render` gathers over its frames."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from numpy.typing import NDArray
 
-from pica.frame.aovs import at_size
+from pica.frame.aovs import AovKind, at_size
 from pica.frame.context import Size
 from pica.gpu_scene.view import SceneView
+from pica.graph.offers import Decoder
 from pica.graph.plan import Capture, Plan
 from pica.images.labels import NUMBERED, Labels
 from pica.images.output import Frame, Lazy
 from pica.rendering.arguments import checked_aovs
 from pica.rendering.black_pictures import seem_black
-from pica.rendering.tensors import cuda_tensor_of_all, cuda_tensors, follow
+from pica.rendering.tensors import (
+    are_decoded_at_once,
+    cuda_tensor_of_all,
+    cuda_tensors,
+    decoded_array,
+    follow,
+)
 from pica.rhi.device import Device
 
 Watch = Callable[[Mapping[str, Lazy]], tuple[Lazy, Lazy]]
@@ -62,22 +69,29 @@ class Gathered:
         color: Lazy = captures.pop("color")
         display: Lazy = captures.pop("display")
         checked_aovs("render", self._requested, captures)
-        pixels = at_size(size, captures)
+        pixels = _arrays(device, size, captures)
         color, display = watch({"color": color, "display": display, **pixels})
         return Frame(size, color, display, pixels, timings, self._labels, device.name, tensors)
 
 
-def whole_picture(gathered: Sequence[Gathered], name: str) -> NDArray[Any] | None:
-    """The pictures of several calls, (calls, height, width, 3), if they are in the same memory, and none is a black one
-    that should be reported; else None. `name`: "color" or "display"."""
-    captures = [each.captures[name] for each in gathered]
+def whole_array(
+    device: Device, size: Size, captured: Sequence[Mapping[str, Capture]], name: str
+) -> NDArray[Any] | None:
+    """A buffer of several calls, (calls, height, width[, channels]), if they are in the same memory and, of "color" and
+    "display", none is a black picture that should be reported; else None."""
+    if not isinstance(name, str) or any(name not in captures for captures in captured):
+        return None
+    captures = [of_call[name] for of_call in captured]
+    if name not in ("color", "display"):
+        at_once = not device.is_software and are_decoded_at_once(captures)
+        return decoded_array(device, size, captures[0], len(captures)) if at_once else None
     parts = [capture.parts[0] for capture in captures]
-    first = parts[0]
     if not follow(parts):
         return None
     captures[0]()  # fetches the memory
+    first = parts[0]
     texels = first.memory.content().view(first.dtype).reshape(len(parts), *first.shape[1:])[..., :3]
-    return None if "depth" in gathered[0].captures and seem_black(name, texels).any() else texels
+    return None if "depth" in captured[0] and seem_black(name, texels).any() else texels
 
 
 def whole_tensor(device: Device, size: Size, captured: Sequence[Mapping[str, Capture]], name: str) -> Any:
@@ -113,4 +127,14 @@ def labels_frame(
 ) -> Frame:
     """The captures of a G-buffer alone. `labels`: the names behind its numbers."""
     tensors = cuda_tensors(device, size, captured)
-    return Frame(size, None, None, at_size(size, captured), timings, labels, device.name, tensors)
+    return Frame(size, None, None, _arrays(device, size, captured), timings, labels, device.name, tensors)
+
+
+def _arrays(device: Device, size: Size, captures: Mapping[str, Capture]) -> dict[str, Lazy]:
+    """Functions that fetch AOVs as pictures of `size`; decoded by the device if that is a graphics card."""
+    arrays: dict[str, Lazy] = at_size(size, captures)
+    if not device.is_software:
+        for name, capture in captures.items():
+            if isinstance(capture.read, Decoder) and capture.read.kind != AovKind.TEXELS:
+                arrays[name] = partial(decoded_array, device, size, capture)
+    return arrays

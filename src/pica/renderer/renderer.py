@@ -10,13 +10,13 @@ from pica.denoising.denoiser import Denoise, Denoiser, denoiser_of
 from pica.errors import DeviceError, PicaError, SettingsError
 from pica.frame.context import Size
 from pica.graph.plan import Capture, Plan
-from pica.images.frame_batch import FrameBatch, Whole
+from pica.images.frame_batch import FrameBatch
 from pica.images.lut import Lut
 from pica.images.output import Frame
 from pica.light_map.light_map import LightMap
 from pica.many_views.merged_plans import MergedFrames
 from pica.programs.preparation import expect as expect_programs
-from pica.renderer.gathered import Gathered, labels_frame, names_of, whole_picture, whole_tensor
+from pica.renderer.gathered import Gathered, labels_frame, names_of, whole_array, whole_tensor
 from pica.renderer.picking import Picked, Picker
 from pica.renderer.renderer_frames import RendererFrames
 from pica.renderer.together import begin_together, replay_together
@@ -343,7 +343,7 @@ class Renderer(RendererFrames):
             partial(each.frame, self.device, self.size, timings, partial(watch, scene=view.scene.source))
             for each, view in zip(gathered, views, strict=True)
         ]
-        return self._result(makers, [each.captures for each in gathered], partial(whole_picture, gathered))
+        return self._result(makers, [each.captures for each in gathered])
 
     @overload
     @synchronized
@@ -426,15 +426,13 @@ class Renderer(RendererFrames):
             raise PicaError(f"{caller}: this renderer has views={self.views}, whose cameras render and labels take")
 
     def _result(
-        self,
-        frames: Sequence[Callable[[], Frame]],
-        captured: Sequence[Mapping[str, Capture]],
-        whole: Whole | None = None,
+        self, frames: Sequence[Callable[[], Frame]], captured: Sequence[Mapping[str, Capture]]
     ) -> Frame | FrameBatch:
-        """`captured`: of each view. `frames`, `whole`: as FrameBatch."""
+        """`frames`: as FrameBatch. `captured`: of each."""
         if not self._makes_batches:
             return frames[0]()
-        return FrameBatch(frames, whole, partial(whole_tensor, self.device, self.size, captured))
+        given = self.device, self.size, captured
+        return FrameBatch(frames, partial(whole_array, *given), partial(whole_tensor, *given))
 
     def _runnable(self, settings: Settings) -> Settings:
         """As they run on the devices. Raises SettingsError for a scheduler that several cannot have."""
