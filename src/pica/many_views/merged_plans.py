@@ -38,7 +38,8 @@ class _Entry:
         values = [value for node in self.nodes for value in node.values.values()]
         self.blocks = [value for value in values if isinstance(value, ParameterBlock)]
         """Those of nodes that are recorded alone."""
-        self._is_fixed = all(isinstance(node, PassNode) and not callable(node.threads) for node in self.nodes)
+        grids = {node.threads for node in self.nodes if isinstance(node, PassNode)}
+        self._is_fixed = len(grids) == 1 and not any(map(callable, grids))
         self._follow = self.views == list(range(self.views[0], self.views[0] + len(self.views)))
         count = len(first.states)
         self._histories = [[node.states[number] for node in self.nodes] for number in range(count)]

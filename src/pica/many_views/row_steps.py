@@ -150,32 +150,35 @@ class RowPaths(RowRays):
         self._parts, self._buffers = step.parts, step.buffers
         self._counts = device.buffer("path counts", data=np.zeros(views * step.counts, np.uint32), struct_size=4)
         self._of_view = 4 * step.counts
-        self._known: tuple[dict[str, spy.Buffer], list[list[dict[str, Any]]]] = {}, []
+        self._places: list[list[dict[str, Any]]] = []
+        """Arguments of each part and view, beside those of its node."""
+        self._placed: tuple[dict[str, spy.Buffer], tuple[int, ...]] = {}, ()
+        """The buffers and the grid that they are for."""
 
     def record(self, recording: Recording, run: Run) -> None:
         """As RowStep."""
         size = run.threads[0] * run.threads[1]
         buffers = self._buffers.for_rays(size * self._views)
-        if buffers is not self._known[0]:
+        if buffers is not self._placed[0] or run.threads != self._placed[1]:
             self.forget()
-            self._known = buffers, self._places(buffers, run.threads)
+            self._place(buffers, run.threads)
         recording.encoder.clear_buffer(self._counts)
-        for part, more in enumerate(self._known[1]):
+        for part, more in enumerate(self._places):
             self._trace(recording, run, (size, 1) if part else run.threads, more, part)
 
-    def _places(self, buffers: dict[str, spy.Buffer], threads: tuple[int, ...]) -> list[list[dict[str, Any]]]:
-        """Arguments of each part and view."""
+    def _place(self, buffers: dict[str, spy.Buffer], threads: tuple[int, ...]) -> None:
+        self._placed = buffers, threads
         size, grid = threads[0] * threads[1], spy.uint2(threads[0], threads[1])
-        places: list[list[dict[str, Any]]] = [[] for _ in self._parts]
+        self._places = [[] for _ in self._parts]
         for view in range(self._views):
+            # Other effects may have made these buffers, for rows of another size.
             own: dict[str, Any] = {
-                name: Part(buffer, view * size * buffer.struct_size) for name, buffer in buffers.items()
+                name: Part(buffers[name], view * size * stride) for name, stride in self._buffers.strides.items()
             }
             own |= {"counts": Part(self._counts, view * self._of_view), "grid": grid}
             for part, most in enumerate(self._parts):
-                places[part].append({**own, "part": part, "most": most})
+                self._places[part].append({**own, "part": part, "most": most})
                 own["queue"], own["next"] = own["next"], own["queue"]
-        return places
 
 
 def _user_of(step: Any) -> Any:

@@ -137,7 +137,7 @@ class BlockTable:
         self._label, self._views = f"{name} of views", views
         self.blocks: dict[int, ParameterBlock] = {}
         """By their views."""
-        self._state = 0
+        self._state = -1
         self._of_state: dict[int, RowTable] = {}
         self._seen: dict[tuple[int, int], int] = {}
         self._seen_of_all = -1

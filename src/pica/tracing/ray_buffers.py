@@ -208,7 +208,8 @@ class RayBuffers:
         the same buffers, which may be larger than needed. `more`: bytes per ray of further buffers."""
         strides = _strides(device, source)
         self._device, self._name = device, name
-        self._strides = strides | {"queue": strides["next"]} | more
+        self.strides = strides | {"queue": strides["next"]} | more
+        """Bytes of a ray's part of each."""
         self._scratch = _shared_scratch(device) if shared else Scratch(device)
         self._count = 0
         self._buffers: dict[str, spy.Buffer] = {}
@@ -217,7 +218,7 @@ class RayBuffers:
         """The buffers, with room for just so many rays unless they are shared."""
         if count != self._count or self._buffers != self._scratch.buffers:
             self._count = count
-            for name, stride in self._strides.items():
+            for name, stride in self.strides.items():
                 self._scratch.make_room(f"{self._name} {name}", name, count * stride, stride)
             self._buffers = dict(self._scratch.buffers)
         return self._buffers
