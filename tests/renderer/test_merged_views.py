@@ -1,9 +1,14 @@
 """Views whose frames are recorded together, by programs with rows of arguments: what each shows stays as it was."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import pica
+from pica.errors import DeviceError
+from pica.many_views.merged_plans import _handles
+from pica.many_views.row_tables import _read_handle
 from pica.rendering.tensors import are_decoded_at_once, cuda_tensor_of_all, decoded_array
 from pica.scene.particles import Particles, Sprites
 from pica.scenes.placing import move
@@ -95,10 +100,10 @@ def test_of_what_faces_each_camera(raster):
     sprites.particles = Particles(np.array([[0, 1, 0], [0.4, 1.2, 0.2]]), sizes=[0.2, 0.3])
     scene.add(sprites.node)
     both(raster)
-    assert not together._merged.has([view.plan._plan for view in together._views])
+    assert together._merged._plans == ()
     scene.remove(sprites.node)
     both(raster)
-    assert together._merged.has([view.plan._plan for view in together._views])
+    assert len(together._merged._plans) == VIEWS
 
 
 def test_of_a_pass_of_the_user(raster):
@@ -140,3 +145,23 @@ def test_the_device_decodes_all_views_at_once(raster):
         assert values.shape == expected.shape and values.dtype == expected.dtype
         np.testing.assert_allclose(values, expected, rtol=2e-6, atol=2e-6, err_msg=name)
     assert cuda_tensor_of_all(together.device, SIZE, captures) is None
+
+
+def test_without_handles_for_all_views_they_are_recorded_one_by_one(device, merged, monkeypatch):
+    """Their pictures are those of before: a handle too many would be read as black."""
+    scene = room()
+    with pica.Renderer(scene, size=SIZE, device=device, settings=RASTER, views=VIEWS) as renderer:
+        expected = renderer.render(1, camera=cameras())
+        assert len(renderer._merged._plans) == VIEWS
+        needed = sum(_handles(plan) for plan in renderer._merged._plans)
+    assert 100 < needed < device.handles
+    monkeypatch.setattr(device, "handles", needed)
+    with pica.Renderer(scene, size=SIZE, device=device, settings=RASTER, views=VIEWS) as renderer:
+        assert_same(renderer.render(1, camera=cameras()), expected)
+        assert renderer._merged._plans == ()
+
+
+def test_a_handle_that_is_none_is_an_error():
+    texture = SimpleNamespace(descriptor_handle_ro=0)
+    with pytest.raises(DeviceError, match="fewer views"):
+        _read_handle(texture)

@@ -7,6 +7,7 @@ from typing import Any
 
 from pica.graph.nodes import BlockNode, Node, PassNode
 from pica.graph.plan import Capture, Plan, PlanPart
+from pica.graph.resources import Texture
 from pica.graph.snapshot import SnapshotMemory
 from pica.many_views.row_program import BlockTables, Run
 from pica.many_views.row_steps import RowSteps
@@ -14,6 +15,8 @@ from pica.rhi.binding import ParameterBlock
 from pica.rhi.device import Device
 from pica.rhi.passes import Recording
 
+_SHARE = 0.75
+"""Of all handles; the rest is for other renderers."""
 _DISPATCHES = 12
 """In a submission: the device works while the rest is recorded."""
 
@@ -127,14 +130,18 @@ class MergedFrames:
     """Records frames of several views together."""
 
     def __init__(self, device: Device, views: int) -> None:
-        self._device = device
+        self._device, self._views = device, views
         self._steps = RowSteps(device, views)
         self._plans: tuple[Plan, ...] = ()
         self._entries: list[_Entry] = []
 
-    def has(self, plans: Sequence[Plan]) -> bool:
-        """Whether the newest frames were of these plans."""
-        return self._plans == tuple(plans)
+    def takes(self, plans: Sequence[Plan]) -> bool:
+        """Whether frames of these plans can be recorded together: no node waits for the device, and this has handles
+        for the textures of as many views."""
+        if self._plans == tuple(plans):
+            return True
+        handles = sum(map(_handles, plans)) * self._views // len(plans)
+        return handles <= _SHARE * self._device.handles and not any(map(_waits, plans))
 
     def expect(self, plan: Plan) -> None:
         """Programs with rows are made for its nodes, in place of their own."""
@@ -145,7 +152,7 @@ class MergedFrames:
     def replay(self, plans: Sequence[Plan], frames: Sequence[Any], only: str | None = None) -> list[dict[str, Capture]]:
         """Record a frame of each view; all have the same recording. Returns what each has captured. `only`: as
         Plan.replay."""
-        if not self.has(plans):
+        if self._plans != tuple(plans):
             self._merge(plans)
         captured: list[dict[str, Capture]] = [{} for _ in frames]
         wanted = self._wanted(frames)
@@ -208,10 +215,15 @@ class MergedFrames:
                 captured[view][name] = self._plans[view].capture(frames[view], name, memory)
 
 
-def are_mergeable(plans: Sequence[Plan]) -> bool:
-    """Whether no node waits for the device."""
-    steps = (node.step for plan in plans for node in plan.nodes if isinstance(node, PassNode))
-    return not any(hasattr(step, "record_in_parts") for step in steps)
+def _waits(plan: Plan) -> bool:
+    """Whether some node waits for the device."""
+    return any(hasattr(node.step, "record_in_parts") for node in plan.nodes if isinstance(node, PassNode))
+
+
+def _handles(plan: Plan) -> int:
+    """How many its textures need at most: to read and to write, and histories twice."""
+    textures = [resource for resource in plan.resources if isinstance(resource, Texture)]
+    return 2 * sum(1 if texture.history is None else 2 for texture in textures)
 
 
 def _finished(recording: Recording, waits: bool) -> bool:

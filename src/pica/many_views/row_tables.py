@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import slangpy as spy
 
-from pica.errors import BindingError
+from pica.errors import BindingError, DeviceError
 from pica.many_views.argument_rows import OF_FILE, READ, WRITTEN
 from pica.rhi.binding import ParameterBlock
 from pica.rhi.device import Device
@@ -188,11 +188,18 @@ def _named(name: str, layout: Any) -> tuple[str, Writer, spy.ResourceState | Non
 
 
 def _read_handle(value: Any) -> int:
-    return int(value.descriptor_handle_ro.value)
+    return _valid(value.descriptor_handle_ro)
 
 
 def _write_handle(value: Any) -> int:
-    return int(value.descriptor_handle_rw.value)
+    return _valid(value.descriptor_handle_rw)
+
+
+def _valid(handle: spy.DescriptorHandle) -> int:
+    """Its number. Raises DeviceError if the device had none left."""
+    if not handle:
+        raise DeviceError("no handles are left for the textures of views; make renderers of fewer views")
+    return int(handle.value)
 
 
 _HANDLES = {

@@ -12,7 +12,7 @@ from pica.graph.description import GraphDescription, describe
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
 from pica.graph.plan import Plan, part_of
-from pica.many_views.merged_plans import MergedFrames, are_mergeable
+from pica.many_views.merged_plans import MergedFrames
 from pica.programs.scene_features import COATS, LOBES, supported_features
 from pica.renderer.frame import Signals, declare
 from pica.renderer.insertion import Insertion
@@ -63,7 +63,7 @@ class FramePlan:
                 self._plan = self._declare(stages, frames, view, denoiser, last)
                 self._structure = structure
                 self._labels = self._label_memory = None
-                if self._merged is not None and are_mergeable([self._plan]):
+                if self._merged is not None and self._merged.takes([self._plan]):
                     self._merged.expect(self._plan)
                 view.make_programs()  # which may find some that are made for more features
                 continue

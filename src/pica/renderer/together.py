@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from pica.frame.context import Batch, FrameContext
 from pica.graph.plan import Capture, Plan, Replay
-from pica.many_views.merged_plans import MergedFrames, are_mergeable
+from pica.many_views.merged_plans import MergedFrames
 from pica.renderer.view import View
 from pica.rhi.device import Device, DeviceRecording
 from pica.scene.camera import Camera
@@ -75,7 +75,7 @@ def replay_together(
     submitted. In between, some are submitted while others are recorded, or traced by the processor.
     """
     if merged is not None:
-        if (merged.has(plans) or are_mergeable(plans)) and all(_share_scene(views[0], view) for view in views):
+        if merged.takes(plans) and all(_share_scene(views[0], view) for view in views):
             return merged.replay(plans, frames, only)
         _bind(views)
         merged.stop()

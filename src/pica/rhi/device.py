@@ -23,6 +23,7 @@ from pica.rhi import cuda, forked, validation
 from pica.rhi.adapters import HELP, TRACES, DeviceInfo, adapter_of, choose, describe
 from pica.rhi.binding import ParameterBlock, word_of_rows
 from pica.rhi.fair_lock import FairLock
+from pica.rhi.handles import most_handles
 from pica.rhi.memory_use import MemoryUse
 from pica.rhi.passes import ComputePass, RasterPass, RasterState, Recording
 from pica.rhi.profiler import Profiler
@@ -71,6 +72,8 @@ class Device:
         adapter = choose(name) if existing is None else adapter_of(existing)
         self._longest_file = longest_file()
         self.handle = existing or _opened(adapter, cache, cuda.is_wanted(adapter))
+        self.handles = most_handles(adapter, existing is not None)
+        """Of textures, at most."""
         self.session = self.handle.slang_session if existing is None else _new_session(self.handle, cache)
         """Loads and links shaders."""
         forked.watch()
@@ -405,6 +408,7 @@ def _opened(adapter: spy.AdapterInfo, cache: Path | None, share: bool = False) -
             enable_rhi_validation=validation.asked(),
             enable_debug_layers=validation.asked(),
             enable_hot_reload=False,
+            bindless_options=spy.BindlessDesc(texture_count=most_handles(adapter, is_existing=False)),
             shader_cache_path=cache and cache / SHADERS,
             module_cache_path=cache and cache / MODULES,
         )
