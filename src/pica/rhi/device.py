@@ -422,9 +422,9 @@ def _opened(adapter: spy.AdapterInfo, cache: Path | None, share: bool = False) -
 
 def _new_session(handle: spy.Device, cache: Path | None, package: Path = PACKAGE) -> spy.SlangSession:
     """A session that has loaded nothing yet: each keeps what it has loaded, whatever becomes of the files."""
-    options: Any = {**_COMPILER, "include_paths": [package]}
+    options: Any = _COMPILER
     if package != PACKAGE:
-        options["disable_warnings"] = [_FILLED_LATER]
+        options = {**_COMPILER, "include_paths": [package], "disable_warnings": [_FILLED_LATER]}
     return handle.create_slang_session(compiler_options=options, cache_path=cache and cache / MODULES)
 
 
