@@ -1,5 +1,6 @@
 """Views whose frames are recorded together, by programs with rows of arguments: what each shows stays as it was."""
 
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -165,3 +166,11 @@ def test_a_handle_that_is_none_is_an_error():
     texture = SimpleNamespace(descriptor_handle_ro=0)
     with pytest.raises(DeviceError, match="fewer views"):
         _read_handle(texture)
+
+
+def test_batches_are_pickled_with_all_their_buffers(raster):
+    _, together, _ = raster
+    batch = together.render(1, camera=cameras(), aovs=("depth", "instance"))
+    copy = pickle.loads(pickle.dumps(batch))
+    assert_same(copy, batch)
+    assert copy.timings == batch.timings and len(copy) == VIEWS
