@@ -10,7 +10,8 @@ OPEN = """
 import numpy as np
 import slangpy as spy
 import pica
-from pica.rhi.device import PACKAGE, open_device
+from pica.rhi.device import open_device
+from pica.rhi.slang_sessions import PACKAGE
 
 scene = pica.scenes.cornell()
 settings = pica.Settings.preset("raster")

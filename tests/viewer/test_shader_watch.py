@@ -7,7 +7,7 @@ import pytest
 
 import pica
 from pica.errors import MaterialTypeError, ShaderError
-from pica.rhi import device as devices
+from pica.rhi import slang_sessions
 from pica.rhi.slang_files import compiler_faults
 from pica.scene import material_registry
 from pica.viewer import shader_watch
@@ -119,7 +119,7 @@ def test_a_fault_before_the_first_picture_is_mended(viewer, colors):
 
 
 def test_renewed_programs_are_those_of_the_files_and_the_old_ones_stay(device, package, monkeypatch):
-    monkeypatch.setitem(devices._COMPILER, "include_paths", [package, devices.PACKAGE])
+    monkeypatch.setitem(slang_sessions.COMPILER, "include_paths", [package, slang_sessions.PACKAGE])
 
     def result_of(step):
         result = device.buffer("result", size=4, struct_size=4)

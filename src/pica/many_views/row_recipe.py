@@ -10,9 +10,10 @@ from typing import Any
 
 from pica.many_views.argument_rows import entry_with_rows, package_with_rows
 from pica.programs.recipes import ForTypesRecipe
-from pica.rhi.device import PACKAGE, Device
+from pica.rhi.device import Device
 from pica.rhi.recipes import ComputeRecipe
 from pica.rhi.slang_files import SlangFile, digest, stem
+from pica.rhi.slang_sessions import PACKAGE
 from pica.tracing.ray_pipeline import RayRecipe
 
 PlainRecipe = ComputeRecipe | ForTypesRecipe | RayRecipe

@@ -14,10 +14,11 @@ from pica.programs.material_types import STANDARD_ONLY, Feature, MaterialTypes, 
 from pica.programs.recipes import ForTypes, ForTypesRecipe, MaterialPass
 from pica.programs.scene_features import supported_features
 from pica.programs.shape_types import ShapeTypes
-from pica.rhi.device import PACKAGE, Device
+from pica.rhi.device import Device
 from pica.rhi.passes import ComputePass, RasterPass, RasterState
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe
 from pica.rhi.slang_files import Source, stem
+from pica.rhi.slang_sessions import PACKAGE
 
 
 class ProgramLibrary:

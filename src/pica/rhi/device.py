@@ -30,15 +30,12 @@ from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
 from pica.rhi.shader_blocks import content_of, forget_files
 from pica.rhi.slang_files import Source, stem
+from pica.rhi.slang_sessions import COMPILER, PACKAGE, new_session
 from pica.rhi.submissions import Submissions
 from pica.text import first_line
 
 T = TypeVar("T")
 P = TypeVar("P", ComputePass, RasterPass)
-PACKAGE = Path(__file__).resolve().parents[1]
-_COMPILER: Any = {"include_paths": [PACKAGE], "warnings_as_errors": []}
-_FILLED_LATER = "41017"
-"""Slang's warning of a static variable that nothing has initialized."""
 _READ_WRITE = spy.BufferUsage.shader_resource | spy.BufferUsage.unordered_access
 _BUILD_INPUT = spy.BufferUsage.acceleration_structure_build_input
 _SHARE_OF_FILE = 0.4
@@ -74,7 +71,7 @@ class Device:
         self.handle = existing or _opened(adapter, cache, cuda.is_wanted(adapter))
         self.handles = most_handles(adapter, existing is not None)
         """Of textures, at most."""
-        self.session = self.handle.slang_session if existing is None else _new_session(self.handle, cache)
+        self.session = self.handle.slang_session if existing is None else new_session(self.handle, cache)
         """Loads and links shaders."""
         forked.watch()
         self.lock = FairLock(self._check)
@@ -207,7 +204,7 @@ class Device:
         are now. What was made before keeps its own."""
         renewed = self.memory_scope()
         renewed._opened, renewed._root = self._opened or self._root or self, None
-        renewed.session = _new_session(self.handle, self.cache, package)
+        renewed.session = new_session(self.handle, self.cache, package)
         renewed._products, renewed._linked, renewed._shared = {}, {}, {}
         renewed._plans = WeakKeyDictionary()
         forget_files()
@@ -404,7 +401,7 @@ def _opened(adapter: spy.AdapterInfo, cache: Path | None, share: bool = False) -
             type=spy.DeviceType.vulkan,
             adapter_luid=adapter.luid,
             enable_cuda_interop=share,
-            compiler_options=_COMPILER,
+            compiler_options=COMPILER,
             enable_rhi_validation=validation.asked(),
             enable_debug_layers=validation.asked(),
             enable_hot_reload=False,
@@ -418,14 +415,6 @@ def _opened(adapter: spy.AdapterInfo, cache: Path | None, share: bool = False) -
             return _opened(adapter, cache)
         fault = f"cannot be opened: {str(error).splitlines()[0]}"
         raise DeviceError(f"device {adapter.name!r} {fault}; {HELP}") from None
-
-
-def _new_session(handle: spy.Device, cache: Path | None, package: Path = PACKAGE) -> spy.SlangSession:
-    """A session that has loaded nothing yet: each keeps what it has loaded, whatever becomes of the files."""
-    options: Any = _COMPILER
-    if package != PACKAGE:
-        options = {**_COMPILER, "include_paths": [package], "disable_warnings": [_FILLED_LATER]}
-    return handle.create_slang_session(compiler_options=options, cache_path=cache and cache / MODULES)
 
 
 def _key_of(adapter: spy.AdapterInfo, existing: spy.Device | None) -> bytes:

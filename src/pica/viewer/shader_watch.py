@@ -4,7 +4,7 @@ import os
 import time
 from itertools import chain
 
-from pica.rhi.device import PACKAGE
+from pica.rhi.slang_sessions import PACKAGE
 from pica.scene.shape_registry import registered_sources
 
 _EVERY = 0.5

@@ -3,7 +3,8 @@
 import numpy as np
 import slangpy as spy
 
-from pica.rhi.device import PACKAGE, Device
+from pica.rhi.device import Device
+from pica.rhi.slang_sessions import PACKAGE
 
 TABLE = PACKAGE / "effects" / "lighting" / "ltc_ggx.npy"
 """(roughness, view, 6) float16: four entries of the inverse matrix, two albedos."""
