@@ -379,7 +379,8 @@ class GpuScene:
         """A table of all lights; emissive triangles of one view come after those of all views."""
         triangles = [self.records.emissive] if own is None else [self.records.emissive, own]
         low, high = self.bounds
-        radius = float(np.linalg.norm(high - low)) / 2
+        # In steps: what moves a little leaves the selection of lights as it is.
+        radius = 2 ** (round(4 * np.log2(max(float(np.linalg.norm(high - low)), 1e-30))) / 4) / 2
         return LightTable(self._device, self.placed_lights, triangles, self.environment, radius)
 
     def _lights_source(self) -> tuple[int, int, int]:

@@ -28,7 +28,7 @@ from pica.scene.changes import ChangeSet
 from pica.scene.coat import MAX_COATS, baked
 from pica.scene.illumination import average_emission
 from pica.scene.material import AlphaMode, Image, Material, Texture
-from pica.scene.material_registry import MaterialSource, material_source
+from pica.scene.material_registry import STANDARD, MaterialSource, material_source
 from pica.scene.shape_registry import shape_source
 
 # gpu_scene/table_rows.slang: TextureRow, CoatRow, Material and MaterialRows
@@ -106,7 +106,7 @@ MATERIAL = np.dtype(
     ],
     align=True,
 )
-_MASK, _BLEND, _DOUBLE_SIDED, _UNLIT, _THIN_WALLED = 1, 2, 4, 8, 16
+_MASK, _BLEND, _DOUBLE_SIDED, _UNLIT, _THIN_WALLED, _EVEN_EMISSION = 1, 2, 4, 8, 16, 32
 
 
 @dataclass
@@ -326,6 +326,7 @@ class MaterialTable:
             | _DOUBLE_SIDED * material.double_sided
             | _UNLIT * material.unlit
             | _THIN_WALLED * material.thin_walled
+            | _EVEN_EMISSION * (material.type == STANDARD and material.emissive_texture is None)
         )
         source = next((kind for kind in plain(self._types).values() if kind.name == material.type), None)
         if source is None:

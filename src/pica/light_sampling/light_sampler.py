@@ -19,6 +19,14 @@ _PRESAMPLED = 1 << 14
 """Points of lights that are drawn ahead for all pixels, 32 bytes each."""
 _PRESAMPLED_AT_HITS = 1 << 12
 """The same for hits of rays."""
+_CLUSTERS, _SLOTS, _TILE = 128, 256, 16
+"""As in light_clusters.slang."""
+_TILE_THREADS = 8
+"""For each tile, in tile_lights.slang."""
+_CLUSTER = 48
+"""Bytes of a LightCluster."""
+_CORNER = 36
+"""Bytes of a TriangleCorner (shaders/spherical_triangle.slang)."""
 _LEAST_ROUGHNESS = 0.3
 """For hits of rays, lit by punctual lights: narrower highlights are rare spikes (light_at_hits.slang)."""
 
@@ -55,6 +63,8 @@ class LightSampler:
         self._device = device
         self._motions = LightMotions(device)
         self._presample = [programs(device).compute("light_sampling/presample_lights.slang") for _ in range(2)]
+        self._cluster = programs(device).compute("light_sampling/cluster_lights.slang")
+        self._choose = programs(device).compute("light_sampling/tile_lights.slang")
         self._sample: dict[bool, MaterialPass] = {}
 
     def __call__(self, graph: FrameGraph, slots: LightSlots, at_hits: bool) -> LightSamples:
@@ -88,14 +98,30 @@ class LightSampler:
     def _shared_pool(self, graph: FrameGraph, slots: LightSlots) -> dict[str, Any]:
         """Arguments of the pass that draws a pixel's samples: points on the emitters that share a slot."""
         if not slots.has_shared:
-            return {"pool": graph.buffer("no lights", 32, struct_size=16), "entries": 0}
+            return {
+                "pool": graph.buffer("no lights", 32, struct_size=16),
+                "corners": graph.buffer("no triangles", _CORNER, struct_size=_CORNER),
+                "entries": 0,
+                "tiles": graph.buffer("no tiles", 4),
+            }
         pool = graph.buffer("presampled lights", 32 * _PRESAMPLED, struct_size=16)
-        self._draw(graph, 0, _PRESAMPLED, pool, lambda: slots.shared_lights)
-        return {"pool": pool, "entries": _PRESAMPLED}
+        corners = graph.buffer("presampled triangles", _CORNER * _PRESAMPLED, struct_size=_CORNER)
+        self._draw(graph, 0, _PRESAMPLED, pool, corners, lambda: slots.shared_lights)
+        return {"pool": pool, "corners": corners, "entries": _PRESAMPLED, "tiles": self._tiles(graph, pool)}
+
+    def _tiles(self, graph: FrameGraph, pool: Buffer) -> Buffer:
+        """Which parts of the pool matter in each tile of pixels."""
+        clusters = graph.buffer("light clusters", _CLUSTER * _CLUSTERS, struct_size=_CLUSTER)
+        graph.add(self._cluster, (_CLUSTERS, 1, 1), pool=pool, entries=_PRESAMPLED, clusters=write(clusters))
+        across, down = (-(-length // _TILE) for length in graph.size)
+        tiles = graph.buffer("light tiles", 4 * _SLOTS * across * down)
+        graph.add(self._choose, (_TILE_THREADS, across * down, 1), clusters=clusters, tiles=write(tiles))
+        return tiles
 
     def _pool_at_hits(self, graph: FrameGraph, slots: LightSlots) -> Buffer:
         pool = graph.buffer("presampled lights at hits", 32 * _PRESAMPLED_AT_HITS, struct_size=16)
-        self._draw(graph, 1, _PRESAMPLED_AT_HITS, pool, lambda: range(slots.every))
+        corners = graph.buffer("triangles at hits", _CORNER * _PRESAMPLED_AT_HITS, struct_size=_CORNER)
+        self._draw(graph, 1, _PRESAMPLED_AT_HITS, pool, corners, lambda: range(slots.every))
         return pool
 
     def _draw(
@@ -104,6 +130,7 @@ class LightSampler:
         number: int,
         entries: int,
         pool: Buffer,
+        corners: Buffer,
         lights: Callable[[], range],
     ) -> None:
         """Draw this frame's points (presampled_lights.slang) from these entries of the light table."""
@@ -112,6 +139,7 @@ class LightSampler:
             (entries, 1, 1),
             when=lambda frame: len(lights()) > 0,
             pool=write(pool),
+            corners=write(corners),
             entries=entries,
             range=lambda frame: spy.uint2(lights().start, len(lights())),
         )

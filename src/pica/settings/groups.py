@@ -240,11 +240,11 @@ class LightingSettings(Group):
 
     levels: ClassVar = {
         "low": Level(
-            "A quarter of the candidates: many lights, emissive triangles and the environment are noisier.",
+            "A third of the candidates: many lights, emissive triangles and the environment are noisier.",
             {"candidates": 4},
         ),
-        "medium": Level("16 candidates, after which noise falls slowly."),
-        "high": Level("Twice the candidates.", {"candidates": 32}),
+        "medium": Level("12 candidates, after which noise falls slowly."),
+        "high": Level("Twice the candidates.", {"candidates": 24}),
     }
 
     environment: Literal["sampled", "prefiltered", "off"] = choice(
@@ -255,7 +255,7 @@ class LightingSettings(Group):
         off="None.",
     )
     candidates: int = number(
-        16,
+        12,
         range=(1, 64),
         unit="samples",
         text="Among these the shared ray chooses, by the light that they would bring without shadows; no bias with any."

@@ -9,6 +9,7 @@ their boxes over the area of the whole mesh's box is the surface area heuristic'
 import numpy as np
 from numpy.typing import NDArray
 
+from pica.gpu_scene.morton import morton_codes
 from pica.scene.model import Node, Section
 from pica.scene.skin import deformed_positions
 
@@ -35,7 +36,7 @@ class RefitQuality:
 
     def _sampled(self, section: Section) -> Section:
         positions = deformed_positions(section, self._node)
-        order = np.argsort(_morton(positions[section.indices].mean(1)), kind="stable")
+        order = np.argsort(morton_codes(positions[section.indices].mean(1)), kind="stable")
         runs = max(len(order) // _TRIANGLES_PER_RUN, 1)
         chosen = np.unique(np.linspace(0, runs - 1, _RUNS).astype(np.intp))
         picked = order[np.minimum(chosen[:, None] * _TRIANGLES_PER_RUN + np.arange(_TRIANGLES_PER_RUN), len(order) - 1)]
@@ -56,14 +57,3 @@ def _area(extent: NDArray[np.float64]) -> NDArray[np.float64]:
     """Half the surface of boxes of (..., 3) extent."""
     x, y, z = extent[..., 0], extent[..., 1], extent[..., 2]
     return np.asarray(x * y + y * z + z * x)
-
-
-def _morton(points: NDArray[np.float64]) -> NDArray[np.uint32]:
-    """(n,) places along a Z-order curve through the points' box, 10 bits an axis."""
-    low, high = points.min(0), points.max(0)
-    cells = ((points - low) / np.maximum(high - low, 1e-30) * 1023).astype(np.uint32)
-    code = np.zeros(len(points), np.uint32)
-    for bit in range(10):
-        for axis in range(3):
-            code |= (cells[:, axis] >> np.uint32(bit) & np.uint32(1)) << np.uint32(3 * bit + axis)
-    return code

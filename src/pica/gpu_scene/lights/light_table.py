@@ -33,34 +33,32 @@ class LightTable:
         radius: float,
     ) -> None:
         """`radius`: metres, of the scene (light_rows.scene_radius)."""
-        self._slots, self.nodes, strengths = lights.strongest_first(radius)
+        self._slots, self.nodes, powers = lights.strongest_first(radius)
+        self._radius = radius
         """`nodes`: of the lights with a shape of their own, by place in the table."""
         self.light_count = len(self.nodes)
         self.names = [node.light.name or node.name for node in self.nodes if node.light]
         """The lights' names, in the order of their rows."""
-        powers, markers = strengths.tolist(), list[NDArray[np.void]]()
+        markers, self._others = list[NDArray[np.void]](), list[float]()
         emissive, emissive_power = emissive_table(triangles)
         self.emissive_light = self.light_count if len(emissive) else None
         if len(emissive):
             markers.append(_marker("emissive_triangles"))
-            powers.append(emissive_power)
+            self._others.append(emissive_power)
         lit = environment.is_lit
         self.environment_light = self.light_count + len(markers) if lit else None
         if lit:
             markers.append(_marker("environment"))
-            powers.append(environment.power(radius))
+            self._others.append(environment.power(radius))
 
         table = np.append(lights.rows(self._slots), np.array(markers, LIGHT_DTYPE))
-        shares = selection_probabilities(powers) * (1 - _EVEN_SHARE) + _EVEN_SHARE / max(len(table), 1)
-        table["selectionProbability"] = shares
         self._table = table
+        cumulative = self._select(powers)
         self._buffer = device.structured("lights", table)
-        cumulative = np.cumsum(shares.astype(np.float64)).astype(np.float32)
-        if len(cumulative):
-            cumulative[-1] = 1.0
+        self._cumulative = device.structured("light cumulative", cumulative)
         self.parameters: dict[str, Any] = {
             "lights": self._buffer,
-            "lightCumulative": device.structured("light cumulative", cumulative),
+            "lightCumulative": self._cumulative,
             "emissiveTriangles": device.structured("emissive triangles", emissive),
             "lightCount": len(table),
             "emissiveCount": len(emissive),
@@ -78,12 +76,22 @@ class LightTable:
         return [value for value in self.parameters.values() if isinstance(value, spy.Buffer)]
 
     def update(self, encoder: spy.CommandEncoder, lights: PlacedLights) -> None:
-        """Upload the rows after lights moved or were set. Selection probabilities stay."""
-        shares = self._table["selectionProbability"].copy()
+        """Upload the rows after lights moved or were set. Their order stays."""
+        if self.light_count == 0:
+            return
         self._table[: self.light_count] = lights.rows(self._slots)
+        cumulative = self._select(lights.powers(self._slots, self._radius))
+        encoder.upload_buffer_data(self._buffer, 0, self._table.view(np.uint8))
+        encoder.upload_buffer_data(self._cumulative, 0, cumulative)
+
+    def _select(self, powers: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Set the rows' selection probabilities from the powers of the lights; returns their sums up to each row."""
+        shares = selection_probabilities([*powers, *self._others])
+        shares = shares * (1 - _EVEN_SHARE) + _EVEN_SHARE / max(len(shares), 1)
         self._table["selectionProbability"] = shares
-        if len(self._table):
-            encoder.upload_buffer_data(self._buffer, 0, self._table.view(np.uint8))
+        cumulative = np.cumsum(shares.astype(np.float64)).astype(np.float32)
+        cumulative[-1:] = 1.0
+        return cumulative
 
 
 def _marker(kind: str) -> NDArray[np.void]:

@@ -4,11 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pica.gpu_scene.lights.light_rows import LIGHT_DTYPE, light_power, pack_light
+from pica.gpu_scene.morton import morton_codes
 from pica.rhi.tables import Runs
 from pica.scene.light import DirectionalLight
 from pica.scene.model import Node
 
 _PLACED = np.dtype([("row", LIGHT_DTYPE), ("power", "f8"), ("power_by_area", "f8"), ("arrival", "i8")])
+_RANKED = 32
+"""Strongest lights: more than can have a slot of their own (settings shadows.max_lights, shadow_maps.max_lights)."""
 
 
 class PlacedLights:
@@ -54,18 +57,27 @@ class PlacedLights:
         """(n,) LIGHT_DTYPE rows as they are now, selection probability 0."""
         return self._placed["row"][slots]
 
+    def powers(self, slots: NDArray[np.int64], radius: float) -> NDArray[np.float64]:
+        """(n,) lumen, as they are now, in a scene of `radius` metres."""
+        placed = self._placed[slots]
+        return np.asarray(placed["power"] + placed["power_by_area"] * radius**2)
+
     def strongest_first(self, radius: float) -> tuple[NDArray[np.int64], list[Node], NDArray[np.float64]]:
         """Slots, nodes and powers in lumen, in a scene of `radius` metres; equal ones in order of addition.
 
-        The strongest directional light comes first: its shadow covers the most pixels.
+        The strongest directional light comes first: its shadow covers the most pixels. Lights beyond the _RANKED
+        strongest follow a curve through space, so that lights side by side in the table are neighbours, and clusters
+        of them small (light_sampling/light_clusters.slang).
         """
         slots = np.fromiter(self._slots.values(), np.int64, len(self._slots))
-        placed = self._placed[slots]
-        powers = placed["power"] + placed["power_by_area"] * radius**2
+        placed, powers = self._placed[slots], self.powers(slots, radius)
         order = np.lexsort((placed["arrival"], -powers))
         suns = np.flatnonzero(placed["power_by_area"][order] > 0)
         if len(suns):
             order = np.append(order[suns[0]], np.delete(order, suns[0]))
+        weaker = order[_RANKED:]
+        if len(weaker):
+            order[_RANKED:] = weaker[np.argsort(morton_codes(placed["row"]["position"][weaker]), kind="stable")]
         slots = slots[order]
         nodes = [node for slot in slots.tolist() if (node := self._nodes[slot]) is not None]
         return slots, nodes, powers[order]
