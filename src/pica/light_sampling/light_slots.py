@@ -14,6 +14,8 @@ from pica.settings import Settings
 _NO_SLOT = 0xFFFFFFFF
 MOST_SHAPES = 32
 """Lights up to which reflections meet their shapes, since each of their rays tests all lights."""
+_OF_SHAPE = 4
+"""Candidates for a light with an extent: narrow lobes show a part of it."""
 _UNTRACED = 8
 """Lights with a slot of their own, where that costs no ray."""
 
@@ -89,7 +91,6 @@ class LightSlots:
         self.single_lights = [lights.names[light] for light in order]
         ranges = [(light, 1) for light in order]
         triangles = lights.parameters["emissiveCount"]
-        sources = lights.light_count - single + triangles
         has_environment = lights.environment_light is not None
         environment = has_environment and self._settings.lighting.environment == "sampled"
         # The triangles' one entry and that of the environment follow the lights.
@@ -105,7 +106,6 @@ class LightSlots:
         self.noisy = self.count - steady if self._settings.debug.filters else 0
         by_rays = self._settings.shadows.mode != "off" and self._settings.shadows.method == "rays"
         self.first_sampled = 0 if by_rays else len(denoised)
-        candidates = self._settings.lighting.candidates
         by_reflection_rays = self._settings.reflections.mode == "ray_traced"
         ratio = bool(denoised) and self.by_ratio
         shapes = self._met_shapes(lights)
@@ -122,13 +122,24 @@ class LightSlots:
             needMaterial=int(self.has_shared or ratio or (shapes > 0 and self.count > len(denoised))),
             ratio=int(ratio),
             shared=shared,
-            candidates=candidates if environment else min(candidates, sources),
+            candidates=self._candidates(lights.nodes[single:], triangles, environment),
             byBrdf=int(environment),
             reflections=int(self._settings.reflections.mode != "off"),
             shapes=shapes,
+            triangles=int(by_reflection_rays and self._settings.reflections.reconstruction != "mirror_rays"),
             single=single,
             surroundings=int(by_reflection_rays and self._settings.lighting.environment != "off"),
         )
+
+    def _candidates(self, nodes: list[Node], triangles: int, environment: bool) -> int:
+        """Of the shared slot: no more than tell its emitters, or points on them, apart."""
+        most = self._settings.lighting.candidates
+        if environment:
+            return most
+        count = _OF_SHAPE * triangles
+        for node in nodes[:most]:
+            count += _OF_SHAPE if node.light and _has_penumbra(node.light) else 1
+        return min(count, most)
 
     def _met_shapes(self, lights: LightTable) -> int:
         """light_slots.slang: `shapes`."""
