@@ -7,7 +7,7 @@ import pica
 from pica.scene.camera import Camera
 from pica.scene.light import RectangleLight
 from pica.scene.material import Material
-from pica.scenes.basic_meshes import plane, sphere
+from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
 from tests.building import lambert, placed, scene_of, shining
 
@@ -51,3 +51,12 @@ def test_a_reflection_follows_what_moves(device):
     floor = Material(base_color=(0.9, 0.9, 0.9, 1), metallic=1.0, roughness=0.15)
     light, expected = columns_of_moved(device, ball, floor, np.eye(4), {})
     assert center(light) == pytest.approx(center(expected), abs=1.2)
+
+
+@pytest.mark.parametrize("roughness", [0.13, 0.25])
+def test_a_floor_mirrors_thin_lamps_with_all_of_their_light(device, roughness):
+    """A neon tube of triangles over a polished floor: few rays of its lobe meet the tube, light samples find it."""
+    tube = placed(box((2.0, 0.03, 0.03), lambert(0, emission=(30.0, 20.0, 10.0))))
+    floor = Material(base_color=(0.02, 0.02, 0.02, 1), metallic=0.0, roughness=roughness)
+    light, expected = columns_of_moved(device, tube, floor, np.eye(4), {})
+    assert light.sum() == pytest.approx(expected.sum(), rel=0.3)

