@@ -126,6 +126,26 @@ def metal() -> Scene:
     return _seen(scene, Camera.look_at((0.3, 1.4, 2.2), (0, 0.5, -1.0), vertical_fov=math.radians(70)))
 
 
+def mirrored_panel() -> Scene:
+    """A wall of light, mirrored by six floors."""
+    panel = box((3.6, 1.0, 0.05), _matte(0.0, 0.0, 0.0, emission=(3.0, 2.0, 1.0)))
+    return _mirrored("mirrored panel", [(panel, (0.0, 1.0, -2.8))])
+
+
+def mirrored_tubes() -> Scene:
+    """Six neon tubes of 2 centimetres, mirrored by six floors."""
+    colors = (30.0, 3.0, 10.0), (3.0, 20.0, 30.0), (20.0, 20.0, 3.0)
+    tubes = [box((0.5, 0.02, 0.02), _matte(0.0, 0.0, 0.0, emission=color)) for color in colors]
+    return _mirrored("mirrored tubes", [(tubes[k % 3], (-2 + 0.8 * k, 0.5 + 0.2 * (k % 2), -2.5)) for k in range(6)])
+
+
+def mirrored_bulbs() -> Scene:
+    """Twelve bulbs of 8 centimetres, mirrored by six floors."""
+    colors = (60.0, 30.0, 10.0), (10.0, 40.0, 60.0), (50.0, 50.0, 13.0)
+    bulbs = [sphere(0.04, _matte(0.0, 0.0, 0.0, emission=color), 16) for color in colors]
+    return _mirrored("mirrored bulbs", [(bulbs[k % 3], (-2.2 + 0.4 * k, 0.4 + 0.3 * (k % 3), -2.4)) for k in range(12)])
+
+
 def ring() -> Scene:
     """An upright ring with a tube of 3 centimetres, before a smooth sky."""
     sky = gradient_sky(zenith=(0.25, 0.4, 0.8), horizon=(0.8, 0.85, 0.9), nadir=(0.3, 0.28, 0.25))
@@ -140,6 +160,21 @@ def ring() -> Scene:
 def ball(scene: Scene, radius: float) -> Node:
     """A white ball in a scene."""
     return place(scene.add(Node("ball")), "sphere", mesh("ball", [sphere(radius, _matte(0.8, 0.8, 0.8))]))
+
+
+def _mirrored(name: str, lamps: list[tuple[Section, tuple[float, float, float]]]) -> Scene:
+    """Lamps before a wall, over dull floors of roughness .05, .12 and .25 and metal ones of .12, .25 and .4."""
+    scene = Scene(name)
+    room = scene.add(Node("room"))
+    dark = 0.05, 0.05, 0.06, 1.0
+    floors = [Material(base_color=dark, metallic=0.0, roughness=roughness) for roughness in (0.05, 0.12, 0.25)]
+    floors += [_metal(0.8, roughness) for roughness in (0.12, 0.25, 0.4)]
+    for number, floor in enumerate(floors):
+        _put(room, f"floor {number}", plane(0.8, 5, floor), move(-2 + 0.8 * number, 0, -0.5))
+    _put(room, "wall", box((8, 3, 0.1), _matte(0.5, 0.48, 0.45)), move(0, 1.5, -3))
+    for lamp, at in lamps:
+        _put(room, "lamp", lamp, move(*at))
+    return _seen(scene, Camera.look_at((0, 1.5, 2), (0, 0.5, -1.5), vertical_fov=math.radians(58)))
 
 
 def _of_boxes(name: str, *boxes: tuple[Iterable[float], tuple[float, float, float], Material]) -> Scene:

@@ -259,7 +259,8 @@ class LightingSettings(Group):
         range=(1, 64),
         unit="samples",
         text="Among these the shared ray chooses, by the light that they would bring without shadows; no bias with any."
-        " Without an environment never more than there are such lights and emissive triangles.",
+        " Without an environment no more than there are such lights, and four for each with an extent and each emissive"
+        " triangle.",
         higher="less noise",
         lower="less time",
     )
