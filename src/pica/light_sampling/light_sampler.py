@@ -120,8 +120,8 @@ class LightSampler:
 
     def _pool_at_hits(self, graph: FrameGraph, slots: LightSlots) -> Buffer:
         pool = graph.buffer("presampled lights at hits", 32 * _PRESAMPLED_AT_HITS, struct_size=16)
-        corners = graph.buffer("triangles at hits", _CORNER * _PRESAMPLED_AT_HITS, struct_size=_CORNER)
-        self._draw(graph, 1, _PRESAMPLED_AT_HITS, pool, corners, lambda: range(slots.every))
+        unused = graph.buffer("no triangles at hits", _CORNER, struct_size=_CORNER)
+        self._draw(graph, 1, _PRESAMPLED_AT_HITS, pool, unused, lambda: range(slots.every))
         return pool
 
     def _draw(
@@ -140,6 +140,7 @@ class LightSampler:
             when=lambda frame: len(lights()) > 0,
             pool=write(pool),
             corners=write(corners),
+            keepsCorners=int(corners.bytes > _CORNER),
             entries=entries,
             range=lambda frame: spy.uint2(lights().start, len(lights())),
         )

@@ -34,8 +34,8 @@ class LightTable:
     ) -> None:
         """`radius`: metres, of the scene (light_rows.scene_radius)."""
         self._slots, self.nodes, powers = lights.strongest_first(radius)
-        self._radius = radius
         """`nodes`: of the lights with a shape of their own, by place in the table."""
+        self._radius = radius
         self.light_count = len(self.nodes)
         self.names = [node.light.name or node.name for node in self.nodes if node.light]
         """The lights' names, in the order of their rows."""
