@@ -45,7 +45,15 @@ AOVS = _table(
     AovInfo("diffuse_direct", "light of emitters that surfaces reflect diffusely, linear Rec. 709", "nits", 3, 0),
     AovInfo("glossy_direct", "the same by their specular part, but for what is in `reflections`", "nits", 3, 0),
     AovInfo("diffuse_indirect", "light that surfaces reflect diffusely of others, linear Rec. 709", "nits", 3, 0),
+    AovInfo("subsurface", "light that surfaces let through, linear Rec. 709", "nits", 3, 0),
     AovInfo("reflections", "light that surfaces mirror, of emitters too, linear Rec. 709", "nits", 3, 0),
+    AovInfo(
+        "transmission",
+        "what transmissive and blended surfaces change: light through and off them, less that of what they hide",
+        "nits",
+        3,
+        None,
+    ),
     AovInfo(
         "combined", "the last frame's picture before antialiasing, linear Rec. 709", "nits", 3, None, on_request=True
     ),
