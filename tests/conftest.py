@@ -1,5 +1,6 @@
 """One graphics device for all tests that render, and which tests those are."""
 
+import gc
 import os
 from collections.abc import Iterator
 
@@ -43,6 +44,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         known = item.get_closest_marker("gpu_differs")
         if known is not None and config.getoption("graphics_card"):
             item.add_marker(pytest.mark.xfail(reason=known.args[0], strict=False))
+
+
+def pytest_collection_finish() -> None:
+    """Imports and thousands of tests stay: otherwise each full collection, as after a dropped scene, visits them."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

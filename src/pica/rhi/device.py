@@ -291,12 +291,14 @@ class Device:
         size: tuple[int, int],
         usage: spy.TextureUsage = _TEXTURE,
         layers: int | None = None,
+        mips: int = 1,
     ) -> spy.Texture:
         """A texture of (width, height) texels without content; an array of textures if `layers` is given."""
         with self.allocating(f"{label}, {size[0]}x{size[1]} texels"):
             texture = self.handle.create_texture(
                 type=spy.TextureType.texture_2d if layers is None else spy.TextureType.texture_2d_array,
                 array_length=layers or 1,
+                mip_count=mips,
                 format=texture_format,
                 width=size[0],
                 height=size[1],
