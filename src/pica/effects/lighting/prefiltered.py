@@ -9,7 +9,7 @@ from pica.rhi.device import Device
 
 LEVELS = 8  # prefiltered.slang: levelCount
 NARROW = 3  # prefiltered.slang: narrowCount
-_SIZE = (128, 64)
+_SIZE = (128, 64)  # prefiltered.slang: narrowRows
 _SAMPLES = 128
 _SAMPLE = 28
 """Bytes of an EnvironmentSample."""
