@@ -173,6 +173,26 @@ def test_highlights_of_mirrors_stay_where_they_are_seen(device):
     assert quality.compare(reference, picture.color).flip < 0.14
 
 
+def test_highlights_leave_a_plate_that_tilts(device):
+    """The camera rests: a flat plate of satin metal shows a lamp, and turns away from it."""
+    satin = Material(base_color=(0.9, 0.9, 0.9, 1), metallic=1.0, roughness=0.15)
+    plate = placed(plane(1, 1, satin))
+    lamp = lambert(0.5, emission=(60.0, 60.0, 60.0))
+    scene = scene_of(plate, placed(plane(0.4, 0.4, lamp), move(0, 2, -1.2) @ rotate("x", 149)))
+    camera = Camera.look_at((0, 2, 1.2), (0, 0, 0), vertical_fov=np.radians(25))
+
+    def glossy(frames, renderer, degrees):
+        plate.transform = rotate("x", degrees)
+        return renderer.render(frames, camera=camera).aov("glossy_direct")[20:28, 24:40].mean()
+
+    with pica.Renderer(scene, size=SIZE, settings=settings(), device=device) as renderer:
+        moving = [glossy(1, renderer, 1.5 * frame) for frame in range(13)]
+        renderer.reset()
+        bright, away = (glossy(32, renderer, degrees) for degrees in (0, 18))
+    assert moving[0] > 0.5 * bright
+    assert moving[-1] - away < 0.003 * bright
+
+
 def test_only_noisy_light_is_filtered(device):
     def passes(scene, filters=True):
         return set(renderer_of(device, scene, filters=filters).render(1, camera=VIEW).timings)
