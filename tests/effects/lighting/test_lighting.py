@@ -375,6 +375,17 @@ def test_prefiltered_sky_is_close_to_the_sampled_one_on_diffuse_surfaces(device,
     assert np.abs(relative - 1).mean() < 2 * tolerance
 
 
+def test_floors_take_prefiltered_light_from_above(device):
+    """A sky that is bright on one side, whose light on a level floor is that of its mean: a tilted floor has more."""
+    polar, azimuth = np.meshgrid(
+        (np.arange(64) + 0.5) * math.pi / 64, (np.arange(128) - 63.5) * math.pi / 64, indexing="ij"
+    )
+    radiance = np.repeat((1 + np.sin(polar) * np.cos(azimuth))[..., None], 3, 2)
+    scene = scene_of(placed(plane(9, 9, lambert(0.5))), environment=Environment(radiance.astype(np.float32)))
+    frame = render(device, scene, 1, ABOVE, SIZE, {"lighting.environment": "prefiltered"})
+    np.testing.assert_allclose(frame.color.mean(), 0.5, rtol=0.01)
+
+
 def test_prefiltered_sky_reflects_by_roughness(device):
     """A mirror ball in a uniform sky shows the sky's radiance at every roughness."""
     for roughness in (0.1, 0.5, 1.0):
