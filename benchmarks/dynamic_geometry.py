@@ -7,7 +7,8 @@ import numpy as np
 
 import pica
 from pica.gpu_scene.view import SceneView
-from pica.rhi.device import Device, DeviceRecording
+from pica.rhi.device import Device
+from pica.rhi.passes import DeviceRecording
 from pica.scene.emitter import Emitter
 from pica.scene.landscape import Landscape
 from pica.scene.material import Material

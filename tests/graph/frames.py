@@ -10,7 +10,8 @@ import slangpy as spy
 from pica.graph.graph import FrameGraph
 from pica.graph.memory import Memory
 from pica.graph.plan import Plan
-from pica.rhi.device import Device, DeviceRecording
+from pica.rhi.device import Device
+from pica.rhi.passes import DeviceRecording
 
 SIZE = (6, 4)
 WORD = spy.Format.r32_uint

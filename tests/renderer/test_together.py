@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from pica.renderer.together import replay_together
-from pica.rhi.device import DeviceRecording
+from pica.rhi.passes import DeviceRecording
 
 _WAIT = 0.02
 

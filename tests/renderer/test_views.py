@@ -11,7 +11,7 @@ import pytest
 import pica
 from pica.errors import PicaError, SceneError
 from pica.quality.metrics import flip
-from pica.rhi.device import DeviceRecording
+from pica.rhi.passes import DeviceRecording
 from pica.scene.light import PointLight
 from pica.scene.material import Material
 from pica.scene.model import Node

@@ -10,7 +10,8 @@ import numpy as np
 import slangpy as spy
 
 from pica.rhi.binding import ParameterBlock
-from pica.rhi.device import Device, DeviceRecording
+from pica.rhi.device import Device
+from pica.rhi.passes import DeviceRecording
 from pica.rhi.profiler import FRAMES_IN_FLIGHT, Profiler
 from pica.scene.camera import Camera
 

@@ -8,7 +8,8 @@ from pica.frame.context import Batch, FrameContext
 from pica.graph.plan import Capture, Plan, Replay
 from pica.many_views.merged_plans import MergedFrames
 from pica.renderer.view import View
-from pica.rhi.device import Device, DeviceRecording
+from pica.rhi.device import Device
+from pica.rhi.passes import DeviceRecording
 from pica.scene.camera import Camera
 
 _GROUP = 8

@@ -6,7 +6,6 @@ import warnings
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from copy import copy
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from threading import Lock
@@ -25,7 +24,7 @@ from pica.rhi.binding import ParameterBlock, word_of_rows
 from pica.rhi.fair_lock import FairLock
 from pica.rhi.handles import most_handles
 from pica.rhi.memory_use import MemoryUse
-from pica.rhi.passes import ComputePass, RasterPass, RasterState, Recording
+from pica.rhi.passes import ComputePass, DeviceRecording, RasterPass, RasterState, Recording
 from pica.rhi.profiler import Profiler
 from pica.rhi.recipes import ComputeRecipe, RasterRecipe, Recipe, linked
 from pica.rhi.shader_blocks import content_of, forget_files
@@ -41,15 +40,6 @@ _BUILD_INPUT = spy.BufferUsage.acceleration_structure_build_input
 _SHARE_OF_FILE = 0.4
 """The rest is for staging copies, and for allocations of drivers and Slang-RHI."""
 _TEXTURE = spy.TextureUsage.shader_resource | spy.TextureUsage.unordered_access
-
-
-@dataclass
-class DeviceRecording:
-    """A recording outside of any frame."""
-
-    encoder: spy.CommandEncoder
-    profiler: Profiler
-    variant: int = 0
 
 
 class Device:
@@ -293,7 +283,9 @@ class Device:
         layers: int | None = None,
         mips: int = 1,
     ) -> spy.Texture:
-        """A texture of (width, height) texels without content; an array of textures if `layers` is given."""
+        """A texture of (width, height) texels without content; an array of textures if `layers` is given.
+
+        `mips`: number of mip levels."""
         with self.allocating(f"{label}, {size[0]}x{size[1]} texels"):
             texture = self.handle.create_texture(
                 type=spy.TextureType.texture_2d if layers is None else spy.TextureType.texture_2d_array,

@@ -30,6 +30,15 @@ class Recording(Protocol):
         """Times the passes."""
 
 
+@dataclass
+class DeviceRecording:
+    """A recording outside of any frame."""
+
+    encoder: spy.CommandEncoder
+    profiler: Profiler
+    variant: int = 0
+
+
 class _Pass(Generic[Pipeline]):
     """A program with its pipeline and parameters, made at first use or before by programs/preparation.py."""
 

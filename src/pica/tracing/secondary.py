@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from pica.errors import DeviceError
 from pica.gpu_scene.view import SceneView
 from pica.graph.plan import PlanPart
-from pica.rhi.device import Device, DeviceRecording
+from pica.rhi.device import Device
 from pica.rhi.host_memory import Readback
-from pica.rhi.passes import Recording
+from pica.rhi.passes import DeviceRecording, Recording
 from pica.scene.camera import Camera
 from pica.scene.model import Scene
 from pica.settings import RaysSettings, Settings
