@@ -12,6 +12,8 @@ from pica.settings import ShadowsSettings
 from tests.building import CAMERA, lambert, placed, scene_of, shining
 from tests.wrong_values import VALUES, fault_of
 
+pytestmark = pytest.mark.device  # what is left out is the default, and so the device is opened first
+
 KINDS = [pica.Renderer, pica.PathTracer]
 TAKEN = {"settings": {"None"}, "device": {"None", "empty text"}, "max_depth": {"None", "true", "one"}}
 
@@ -72,7 +74,6 @@ def test_depths_that_no_path_has(depth):
         pica.PathTracer(scene_of(), size=(8, 8), max_depth=depth)
 
 
-@pytest.mark.device
 @pytest.mark.parametrize("kind", KINDS)
 def test_denoise_is_yes_or_no(device, kind):
     renderer = kind(scene_of(), size=(8, 8), device=device)
