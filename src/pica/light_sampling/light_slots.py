@@ -126,7 +126,7 @@ class LightSlots:
             byBrdf=int(environment),
             reflections=int(self._settings.reflections.mode != "off"),
             shapes=shapes,
-            triangles=int(by_reflection_rays and self._settings.reflections.reconstruction != "mirror_rays"),
+            sharesEmitters=int(by_reflection_rays and self._settings.reflections.reconstruction != "mirror_rays"),
             single=single,
             surroundings=int(by_reflection_rays and self._settings.lighting.environment != "off"),
         )
