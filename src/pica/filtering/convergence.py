@@ -11,8 +11,8 @@ AT_REST_AFTER_RELIT = 24
 """Frames after a change of lights until a picture may come to rest: indirect light follows until then."""
 CORRECTION_FROM = 32
 """Frames after which reflections converge to the mean of each pixel's own rays."""
-UNFILTERED_FROM = 56
-"""Frames after which no pixel shows filtered stochastic light: past UNFILTERED_BY of convergence.slang, with a margin
-for pixels whose history began later."""
+UNFILTERED_FROM = 256
+"""Frames after which no pixel shows filtered stochastic light, and its histories stay as they are: past
+UNFILTERED_AT_LAST of convergence.slang, with a margin for pixels whose history began later."""
 COMPLETE_FROM = 128
-"""Frames after which histories of stochastic light, and surfels, have converged and stay as they are."""
+"""Frames after which surfels and translucency have converged and stay as they are."""

@@ -133,7 +133,7 @@ def test_light_that_went_is_gone_soon_and_leaves_no_trail(device):
 def test_a_picture_at_rest_leaves_its_history_as_it_is_until_something_moves(device):
     scene = things(*many_lights(20))
     renderer = renderer_of(device, scene, (32, 24))
-    for _ in range(130):
+    for _ in range(258):
         renderer.advance(VIEW)
     resting = renderer.render(1, camera=VIEW)
     assert "stochastic_light_history" not in resting.timings and "stochastic_light_modulate" in resting.timings
@@ -245,3 +245,23 @@ def test_a_first_frame_is_filtered_by_what_neighbours_tell(device):
     lit = raw > 0
     across = [np.abs(np.diff(values, axis=1))[lit[:, 1:] & lit[:, :-1]].mean() for values in (raw, filtered)]
     assert across[1] < 0.7 * across[0]
+
+
+def test_light_through_a_window_is_smooth_at_rest(device):
+    """Most samples of the sky point to a sun that the walls hide: the filter stays until the rare others suffice."""
+    slabs = {  # size, middle; the last two leave a slit
+        (0.1, 3, 4): (-2, 1.5, 0),
+        (4, 3, 0.1): (0, 1.5, -2),
+        (4.0, 3, 0.11): (0, 1.5, 2),
+        (4, 0.1, 4): (0, 3, 0),
+        (0.1, 1.2, 4): (2, 0.6, 0),
+        (0.1, 1, 4): (2, 2.5, 0),
+    }
+    walls = [placed(box(size, lambert(0.7)), move(*middle)) for size, middle in slabs.items()]
+    scene = scene_of(placed(plane(4, 4, lambert(0.5))), *walls, environment=sky())
+    camera = Camera.look_at((1.2, 1.5, 1.5), (-0.6, 1.3, -2), vertical_fov=1.0)
+    with pica.Renderer(scene, size=SIZE, device=device) as renderer:
+        light = renderer.render(48, camera=camera).color.mean(-1)
+    expected = converged(device, scene, 256, camera, SIZE).mean(-1)
+    assert light.mean() == pytest.approx(expected.mean(), rel=0.03)
+    assert np.median(np.abs(np.diff(light, axis=1))) < 0.05 * light.mean()  # .1 if it fades with time alone

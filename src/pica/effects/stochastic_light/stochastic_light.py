@@ -4,7 +4,7 @@ import slangpy as spy
 
 from pica.effects.stochastic_light.debug_aovs import offer_stochastic_light_aovs
 from pica.filtering.accumulation import accumulate_grid
-from pica.filtering.convergence import COMPLETE_FROM, UNFILTERED_FROM
+from pica.filtering.convergence import UNFILTERED_FROM
 from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
@@ -59,7 +59,7 @@ class StochasticLightDenoiser(Effect):
 
             def decide(frame: FrameContext) -> None:
                 unchanged = reprojection.unchanged
-                self._remembers = unchanged < COMPLETE_FROM or not state.stays(frame, COMPLETE_FROM)
+                self._remembers = unchanged < UNFILTERED_FROM or not state.stays(frame, UNFILTERED_FROM)
                 self._smooths = unchanged < UNFILTERED_FROM
 
             graph.record("decide", decide)
