@@ -22,8 +22,9 @@ def tables(device, scene):
     """(DOWN, ACROSS, _SLOTS) cluster, part and count of each slot, and the density of the clusters' entries."""
     with pica.Renderer(scene, size=SIZE, settings=settings(), device=device) as renderer:
         renderer.render(1, camera=ABOVE)
-        bits = held(renderer, "light_sampling", "light tiles").to_numpy().view(np.uint32).reshape(DOWN, ACROSS, _SLOTS)
-    return bits & 127, bits >> 7 & 511, bits >> 16
+        bits = held(renderer, "light_sampling", "light tiles").to_numpy().view(np.uint32)
+    bits = bits.reshape(DOWN, ACROSS, _SLOTS + 1)[..., :_SLOTS]
+    return bits & 127, bits >> 7 & 511, bits >> 16 & 511
 
 
 def row_of_lights():

@@ -7,7 +7,7 @@ from typing import Any
 import slangpy as spy
 
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Buffer, Texture, write
+from pica.graph.resources import Buffer, Texture, update, write
 from pica.light_sampling.light_motions import LightMotions
 from pica.light_sampling.light_slots import LightSlots
 from pica.programs.library import programs
@@ -23,6 +23,8 @@ _CLUSTERS, _SLOTS, _TILE = 128, 256, 16
 """As in light_clusters.slang."""
 _TILE_THREADS = 8
 """For each tile, in tile_lights.slang."""
+_TEXELS = 16, 9
+"""Of a tile's visibility counts: as in cluster_visibility.slang."""
 _CLUSTER = 48
 """Bytes of a LightCluster."""
 _CORNER = 36
@@ -44,6 +46,10 @@ class LightSamples:
     """Points on all emitters, for the hits of rays; None if no pass reads them."""
     motions: LightMotions
     """Of the first lights of the table."""
+    sources: Texture | None = None
+    """(width, height, r8_uint) what the shared slot's samples are of (cluster_visibility.slang); None without one."""
+    counts: Texture | None = None
+    """Of visible samples (cluster_visibility.slang), for `count_visibility`; None without a shared slot."""
 
     def at_hits(self, regularized: bool) -> dict[str, Any]:
         """Arguments of ray effects that light their hits. `regularized`: with highlights wider than surfaces have."""
@@ -65,6 +71,7 @@ class LightSampler:
         self._presample = [programs(device).compute("light_sampling/presample_lights.slang") for _ in range(2)]
         self._cluster = programs(device).compute("light_sampling/cluster_lights.slang")
         self._choose = programs(device).compute("light_sampling/tile_lights.slang")
+        self._count = programs(device).compute("light_sampling/count_visibility.slang")
         self._sample: dict[bool, MaterialPass] = {}
 
     def __call__(self, graph: FrameGraph, slots: LightSlots, at_hits: bool) -> LightSamples:
@@ -79,14 +86,32 @@ class LightSampler:
             samples = graph.texture("samples", spy.Format.rgba32_uint, layers=layers)
             size = graph.size if denoised else (1, 1)
             weights = graph.texture("weights", spy.Format.r16_float, size, layers=max(denoised, 1))
+            sources = graph.texture("sources", spy.Format.r8_uint, graph.size if slots.has_shared else (1, 1))
+            shared, counts = self._shared_pool(graph, slots)
             graph.add(
                 self._sample_pass(slots.by_ratio),
                 graph.grid,
-                **self._shared_pool(graph, slots),
+                **shared,
+                sources=write(sources),
                 lightSamples=write(samples),
                 weights=write(weights),
             )
-        return LightSamples(slots, samples, weights, pool, self._motions)
+        return LightSamples(slots, samples, weights, pool, self._motions, sources, counts)
+
+    def count_visibility(self, graph: FrameGraph, light: LightSamples, bits: Texture) -> None:
+        """Keep for later frames which samples of the shared slot are visible, as `bits` (ShadowTextures) tells. Not
+        without filters, when a frame depends on no other."""
+        if light.counts is None or light.sources is None or not light.slots.noisy:
+            return
+        with graph.scope("light_sampling"):
+            across, down = self._tile_grid(graph)
+            graph.add(
+                self._count,
+                (_TILE * across, _TILE * down, 1),
+                sources=light.sources,
+                visibility=bits,
+                visibilityCounts=update(light.counts),
+            )
 
     def _sample_pass(self, by_ratio: bool) -> MaterialPass:
         if by_ratio not in self._sample:
@@ -95,28 +120,44 @@ class LightSampler:
             self._sample[by_ratio] = step
         return self._sample[by_ratio]
 
-    def _shared_pool(self, graph: FrameGraph, slots: LightSlots) -> dict[str, Any]:
-        """Arguments of the pass that draws a pixel's samples: points on the emitters that share a slot."""
+    def _shared_pool(self, graph: FrameGraph, slots: LightSlots) -> tuple[dict[str, Any], Texture | None]:
+        """Arguments of the pass that draws a pixel's samples: points on the emitters that share a slot. And
+        `LightSamples.counts`."""
         if not slots.has_shared:
             return {
                 "pool": graph.buffer("no lights", 32, struct_size=16),
                 "corners": graph.buffer("no triangles", _CORNER, struct_size=_CORNER),
                 "entries": 0,
                 "tiles": graph.buffer("no tiles", 4),
-            }
+            }, None
         pool = graph.buffer("presampled lights", 32 * _PRESAMPLED, struct_size=16)
         corners = graph.buffer("presampled triangles", _CORNER * _PRESAMPLED, struct_size=_CORNER)
         self._draw(graph, 0, _PRESAMPLED, pool, corners, lambda: slots.shared_lights)
-        return {"pool": pool, "corners": corners, "entries": _PRESAMPLED, "tiles": self._tiles(graph, pool)}
+        tiles, counts = self._tiles(graph, pool)
+        return {"pool": pool, "corners": corners, "entries": _PRESAMPLED, "tiles": tiles}, counts
 
-    def _tiles(self, graph: FrameGraph, pool: Buffer) -> Buffer:
-        """Which parts of the pool matter in each tile of pixels."""
+    def _tiles(self, graph: FrameGraph, pool: Buffer) -> tuple[Buffer, Texture]:
+        """Which parts of the pool matter in each tile of pixels, and LightSamples.counts."""
         clusters = graph.buffer("light clusters", _CLUSTER * _CLUSTERS, struct_size=_CLUSTER)
         graph.add(self._cluster, (_CLUSTERS, 1, 1), pool=pool, entries=_PRESAMPLED, clusters=write(clusters))
-        across, down = (-(-length // _TILE) for length in graph.size)
-        tiles = graph.buffer("light tiles", 4 * _SLOTS * across * down)
-        graph.add(self._choose, (_TILE_THREADS, across * down, 1), clusters=clusters, tiles=write(tiles))
-        return tiles
+        across, down = self._tile_grid(graph)
+        tiles = graph.buffer("light tiles", 4 * (_SLOTS + 1) * across * down)
+        counts = {"visibilityCounts": spy.Format.rg16_float}
+        history = graph.history("visibility", counts, (_TEXELS[0] * across, _TEXELS[1] * down))
+        graph.add(
+            self._choose,
+            (_TILE_THREADS, across * down, 1),
+            clusters=clusters,
+            tiles=write(tiles),
+            known=history.known,
+            **history.swap(),
+        )
+        return tiles, history["visibilityCounts"]
+
+    @staticmethod
+    def _tile_grid(graph: FrameGraph) -> tuple[int, int]:
+        width, height = graph.size
+        return -(-width // _TILE), -(-height // _TILE)
 
     def _pool_at_hits(self, graph: FrameGraph, slots: LightSlots) -> Buffer:
         pool = graph.buffer("presampled lights at hits", 32 * _PRESAMPLED_AT_HITS, struct_size=16)

@@ -84,6 +84,8 @@ def declare(
     s.light = stages.light_sampler(graph, s.slots, stages.lights_hits)
     if stages.shadows is not None:
         s.shadows = stages.shadows(graph, s.scene, s.light)
+        if s.shadows.maps is None:
+            stages.light_sampler.count_visibility(graph, s.light, s.shadows.bits)
     yield "shadows"
     if stages.ambient_occlusion is not None:
         s.occlusion = stages.ambient_occlusion(graph, s.gbuffer)
