@@ -12,7 +12,11 @@ AT_REST_AFTER_RELIT = 24
 CORRECTION_FROM = 32
 """Frames after which reflections converge to the mean of each pixel's own rays."""
 UNFILTERED_FROM = 256
-"""Frames after which no pixel shows filtered stochastic light, and its histories stay as they are: past
-UNFILTERED_AT_LAST of convergence.slang, with a margin for pixels whose history began later."""
+"""Frames after which no pixel shows filtered stochastic light: past UNFILTERED_AT_LAST of convergence.slang, with a
+margin for pixels whose history began later."""
+QUIET_FROM = 56
+"""The same in pictures with few noisy pixels, past UNFILTERED_BY of convergence.slang."""
+NOISY_PICTURE = 0.05
+"""Fraction of pixels with noisy light above which a picture waits for UNFILTERED_FROM."""
 COMPLETE_FROM = 128
-"""Frames after which surfels and translucency have converged and stay as they are."""
+"""Frames after which surfels, translucency and histories of stochastic light have converged and stay as they are."""

@@ -130,10 +130,16 @@ def test_light_that_went_is_gone_soon_and_leaves_no_trail(device):
     assert left[3] < 0.1 and left[7] < 0.03, left
 
 
+def test_a_picture_with_little_noise_is_soon_without_filter(device):
+    renderer = renderer_of(device, things(*many_lights(20)), (32, 24))
+    assert "stochastic_light_filter" in renderer.render(50, camera=VIEW).timings
+    assert "stochastic_light_filter" not in renderer.render(10, camera=VIEW).timings
+
+
 def test_a_picture_at_rest_leaves_its_history_as_it_is_until_something_moves(device):
     scene = things(*many_lights(20))
     renderer = renderer_of(device, scene, (32, 24))
-    for _ in range(258):
+    for _ in range(130):
         renderer.advance(VIEW)
     resting = renderer.render(1, camera=VIEW)
     assert "stochastic_light_history" not in resting.timings and "stochastic_light_modulate" in resting.timings
@@ -262,6 +268,7 @@ def test_light_through_a_window_is_smooth_at_rest(device):
     camera = Camera.look_at((1.2, 1.5, 1.5), (-0.6, 1.3, -2), vertical_fov=1.0)
     with pica.Renderer(scene, size=SIZE, device=device) as renderer:
         light = renderer.render(48, camera=camera).color.mean(-1)
+        assert "stochastic_light_filter" in renderer.render(32, camera=camera).timings
     expected = converged(device, scene, 256, camera, SIZE).mean(-1)
     assert light.mean() == pytest.approx(expected.mean(), rel=0.03)
     assert np.median(np.abs(np.diff(light, axis=1))) < 0.05 * light.mean()  # .1 if it fades with time alone

@@ -1,10 +1,11 @@
 """Light of slots shared by many sources, from one noisy sample a pixel and frame."""
 
+import numpy as np
 import slangpy as spy
 
 from pica.effects.stochastic_light.debug_aovs import offer_stochastic_light_aovs
 from pica.filtering.accumulation import accumulate_grid
-from pica.filtering.convergence import UNFILTERED_FROM
+from pica.filtering.convergence import COMPLETE_FROM, NOISY_PICTURE, QUIET_FROM, UNFILTERED_FROM
 from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
@@ -34,6 +35,7 @@ class StochasticLightDenoiser(Effect):
         self._passes = [device.compute(f"{_FOLDER}/stochastic_light_filter.slang") for _ in _STEPS]
         self._modulate = programs(device).compute(f"{_FOLDER}/stochastic_light_modulate.slang")
         self._remembers = self._smooths = True
+        self._unfiltered_from = QUIET_FROM
 
     def samples(self, graph: FrameGraph) -> Texture:
         """(width, height, 2, rgba32_float) for others to fill: reflected light over albedo, diffuse and specular;
@@ -56,11 +58,20 @@ class StochasticLightDenoiser(Effect):
                 graph.texture(f"filtered {i}", spy.Format.rgba32_uint, layers=_PARTS, scratch=True) for i in range(2)
             ]
             lobes = graph.texture("mirror lobes", spy.Format.rgba32_uint, scratch=True)
+            width, height = graph.size
+            noisy = graph.buffer("noisy pixels", data=np.zeros(1, np.uint32))
 
             def decide(frame: FrameContext) -> None:
                 unchanged = reprojection.unchanged
-                self._remembers = unchanged < UNFILTERED_FROM or not state.stays(frame, UNFILTERED_FROM)
-                self._smooths = unchanged < UNFILTERED_FROM
+                if unchanged == QUIET_FROM:
+                    # This waits for the frame before, once.
+                    is_noisy = noisy.physical.to_numpy().view(np.uint32)[0] > NOISY_PICTURE * width * height
+                    self._unfiltered_from = UNFILTERED_FROM if is_noisy else QUIET_FROM
+                elif unchanged < QUIET_FROM:
+                    self._unfiltered_from = QUIET_FROM
+                complete = max(self._unfiltered_from, COMPLETE_FROM)
+                self._remembers = unchanged < complete or not state.stays(frame, complete)
+                self._smooths = unchanged < self._unfiltered_from
 
             graph.record("decide", decide)
             graph.add(
@@ -94,6 +105,8 @@ class StochasticLightDenoiser(Effect):
                 samples=samples,
                 history=history["history"],
                 smoothed=lambda frame: int(self._smooths),
+                noisy=update(noisy),
+                counting=lambda frame: {QUIET_FROM - 2: 1, QUIET_FROM - 1: 2}.get(reprojection.unchanged, 0),
                 shared=write(shared),
             )
             offer_stochastic_light_aovs(graph, samples, result, history["history"])
