@@ -55,6 +55,19 @@ def test_a_slab_absorbs_by_its_thickness(device, tracer):
     np.testing.assert_allclose(picture.mean((0, 1)), expected, rtol=0.01)
 
 
+@pytest.mark.parametrize("is_pane", [True, False])
+def test_near_parallel_faces_have_no_noise(device, is_pane):
+    """What the second one mirrors is what the first one does, and no choice: a slab, and two clear panes, seen at 60
+    degrees."""
+    material = glass((0.9, 0.8, 0.6), thin_walled=is_pane, ior=1.9, absorption=(0, 2, 6))
+    scene = scene_of(placed(box((4, 0.04, 4), material)), environment=directions())
+    camera = orthographic((3 * math.sqrt(3), 3, 0), (0, 0, 0), 0.2)
+    picture = render(device, scene, 1, camera, (16, 16)).color
+    truth = trace(device, scene, 512, camera, (16, 16)).color.mean((0, 1))
+    np.testing.assert_allclose(picture.mean((0, 1)), truth, rtol=0.005)
+    assert (np.abs(picture / truth - 1) > 0.02).mean() < 0.02  # a few rays draw the tail of the polished lobe
+
+
 @BOTH
 @pytest.mark.parametrize("has_top", [True, False])
 def test_meshes_that_are_not_closed_absorb_up_to_the_next_surface(device, tracer, has_top):
