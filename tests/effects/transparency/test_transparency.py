@@ -70,6 +70,19 @@ def test_near_parallel_faces_have_no_noise(device, is_pane, heights):
     assert (np.abs(picture / truth - 1) > 0.02).mean() < 0.02  # a few rays draw the tail of the polished lobe
 
 
+def test_clear_panes_far_apart_have_little_noise(device):
+    """A show case: what lies behind is no choice, so that no pixel of a bright thing is black."""
+    wall = placed(plane(8, 8, lambert(0, emission=(2, 2, 2))), move(0, 0, -2) @ rotate("x", 90))
+    panes = [placed(plane(4, 4, glass(thin_walled=True)), move(0, 0, z) @ rotate("x", 90)) for z in (0, 0.8)]
+    camera = Camera.look_at((0, 0, 3), (0, 0, 0), vertical_fov=math.radians(20))
+    with pica.Renderer(scene_of(wall, *panes), size=(64, 36), device=device) as renderer:
+        first = renderer.render(1, camera=camera).color
+        many = renderer.render(64, camera=camera).color
+    assert first.min() > 0.9 * many.mean()
+    assert first.mean() == pytest.approx(many.mean(), rel=0.01)
+    assert many.mean() == pytest.approx(2 * 0.9216**2, rel=0.02)  # Schlick at normal incidence, four interfaces
+
+
 @BOTH
 @pytest.mark.parametrize("has_top", [True, False])
 def test_meshes_that_are_not_closed_absorb_up_to_the_next_surface(device, tracer, has_top):
