@@ -284,7 +284,8 @@ def test_edges_of_glass_leave_no_copies_when_the_camera_orbits(device, is_pane, 
 
 def test_a_moving_window_leaves_the_picture_behind_it_at_its_place(device):
     """A thick one too: light leaves it as it came."""
-    bars = [placed(box((0.15, 2, 0.1), lambert(0, emission=(1, 1, 1))), move(x, 0.5, -1)) for x in np.arange(-2, 2, 0.4)]
+    bar = box((0.15, 2, 0.1), lambert(0, emission=(1, 1, 1)))
+    bars = [placed(bar, move(x, 0.5, -1)) for x in np.arange(-2, 2, 0.4)]
     panel = placed(box((1.6, 1, 0.03), glass()), move(0, 0.5, 0), "window")
     scene = scene_of(*bars, panel, environment=uniform(0.1, 0.1, 0.1))
     camera = Camera.look_at((1.0, 0.7, 2), (0, 0.5, 0), vertical_fov=math.radians(20))
