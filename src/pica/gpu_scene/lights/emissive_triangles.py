@@ -85,12 +85,16 @@ class EmissiveTriangles:
 
 
 def emissive_table(parts: Sequence[EmissiveTriangles]) -> tuple[NDArray[np.void], float]:
-    """(n,) EMISSIVE_TRIANGLE of all tables, one after the other, and their total power in lumen."""
+    """(n,) EMISSIVE_TRIANGLE of all tables, one after the other, and their total power in lumen.
+
+    Half of the selection is by power, half by object: a lamp is not starved by large lights that shine elsewhere."""
     if not any(parts):
         return np.zeros(0, EMISSIVE_TRIANGLE), 0.0
     rows, powers = (np.concatenate(values) for values in zip(*((p.rows, p.powers) for p in parts), strict=True))
     total = float(powers.sum())
-    rows["cumulative"] = np.cumsum(powers) / max(total, 1e-300)
+    of_object = np.bincount(rows["record"], powers)
+    by_object = powers / np.maximum(of_object[rows["record"]], 1e-300) / max(np.count_nonzero(of_object), 1)
+    rows["cumulative"] = np.cumsum(powers / max(total, 1e-300) + by_object) / 2
     bright = np.flatnonzero(powers)
     rows["cumulative"][bright[-1] if len(bright) else -1 :] = 1.0
     return rows, total
