@@ -11,7 +11,7 @@ from pica.tracing.ray_buffers import RayQueue
 from pica.tracing.tracers import PipelineTracer
 
 CAMERA, SURFACE, SHADOW = range(3)
-"""RayType of tracing/ray_effect.slang."""
+"""RayType of tracing/ray.slang."""
 FRONT = Camera.look_at((0, 0, 10), (0, 0, 0))
 MASKS = (1, 2, 0xFC)
 """What rays of each type meet unless they say more."""

@@ -17,7 +17,7 @@ ROWS = 22
 _VALID, _RAY, _NEAR, _TIME, _FAR, _MASK, _ID, _FLAGS = 0, 1, 4, 8, 9, 10, 11, 12
 _U, _V, _PRIMITIVE, _GEOMETRY, _INSTANCE = 16, 17, 18, 19, 20
 _NONE = 0xFFFFFFFF
-# Columns of the shaders' Ray (tracing/ray_effect.slang): origin 0-2, minimum 3, direction 4-6, maximum 7, type and
+# Columns of the shaders' Ray (tracing/ray.slang): origin 0-2, minimum 3, direction 4-6, maximum 7, type and
 # mask 8, seed 9, cone 10. Of Hit: distance, record, primitive, barycentrics.
 RAY_COLUMNS, HIT_COLUMNS = 11, 5
 _MINIMUM, _MAXIMUM, _TYPE_AND_MASK = 3, 7, 8

@@ -24,7 +24,7 @@ _LINE = 64
 _WORD = 16
 """Bytes by which states are read and written (ray_effect.slang: storeState)."""
 RAY, HIT = 44, 20
-"""Bytes of a Ray and of a Hit (ray_effect.slang)."""
+"""Bytes of a Ray and of a Hit (ray.slang)."""
 _ENTRIES = """
 import rhi.rows;
 import tracing.ray_effect;
@@ -67,7 +67,7 @@ class RayQueue:
     """Queues of rays: those for a nearest surface first in `places`, shadow rays from its end."""
 
     rays: spy.Buffer
-    """44 bytes each (Ray in ray_effect.slang)."""
+    """44 bytes each (Ray in ray.slang)."""
     hits: spy.Buffer
     """20 bytes each (Hit), at the ray's place."""
     places: spy.Buffer

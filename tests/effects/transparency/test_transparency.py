@@ -59,9 +59,11 @@ def test_a_slab_absorbs_by_its_thickness(device, tracer):
 @pytest.mark.parametrize("heights", [(0,), (0, 0.05)])
 def test_near_parallel_faces_have_no_noise(device, is_pane, heights):
     """What further ones mirror is what the first one does, and no choice: slabs, and boxes of clear panes, seen at 60
-    degrees."""
-    material = glass((0.9, 0.8, 0.6), thin_walled=is_pane, ior=1.9, absorption=(0, 2, 6))
-    boxes = [placed(box((4, 0.03, 4), material), move(0, height, 0)) for height in heights]
+    degrees. Each box has a material of its own."""
+    boxes = []
+    for height in heights:
+        material = glass((0.9, 0.8, 0.6), thin_walled=is_pane, ior=1.9, absorption=(0, 2, 6))
+        boxes.append(placed(box((4, 0.03, 4), material), move(0, height, 0)))
     scene = scene_of(*boxes, environment=directions())
     camera = orthographic((3 * math.sqrt(3), 3, 0), (0, 0, 0), 0.2)
     picture = render(device, scene, 1, camera, (16, 16)).color
