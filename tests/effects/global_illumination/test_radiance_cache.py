@@ -145,6 +145,26 @@ def test_a_mirror_shows_no_cells(device):
     assert np.abs(4 * floor[1:-1, 1:-1] - around).mean() < 0.075 * floor.mean()
 
 
+def test_mirrors_show_walls_beside_the_camera_as_free_of_noise_as_far_ones(device):
+    """Cells there are small for the camera; over the mirror they are seen from afar, and single ones had few samples."""
+    mirror = Material(base_color=(0.95, 0.95, 0.95, 1), metallic=1.0, roughness=0.0)
+    small = shining(RectangleLight(radiance=400, width=0.2, height=0.2), move(0, 2.4, 1.5) @ rotate("y", -90))
+    screen = ((1.5, 2.5, 0.1), (0.3, 1.25, -1)), ((0.1, 2.5, 1.8), (-0.2, 1.25, 1.1))
+    scene = scene_of(*slabs(0.7, *screen), small, placed(box((0.02, 1.6, 3.8), mirror), move(3.9, 1.25, 0)))
+    pictures = []
+    for seed in range(3):
+        renderer = renderer_of(device, scene, {**WITH_REFLECTIONS, "seed": seed}, LARGER)
+        for frame in range(24):
+            away = np.radians((frame - 23) / 2)
+            at = -3.6 + 7.6 * np.cos(away), 1.2, 0.3 + 7.6 * np.sin(away)
+            camera = pica.Camera.look_at((-3.6, 1.6, 0.3), at, vertical_fov=0.5)
+            light = renderer.render(1, camera=camera, aovs=["reflections"]).aov("reflections").mean(axis=-1)
+        pictures.append(light)
+    mean = np.mean(pictures, 0)
+    shown = mean > 0.3 * mean.max()
+    assert (np.std(pictures, 0, ddof=1)[shown] / mean[shown]).mean() < 0.1
+
+
 def test_same_frames_have_the_same_bits(device):
     """On all threads: sums do not depend on their order."""
     first, second = (renderer_of(device, white_room(), WITH_REFLECTIONS) for _ in range(2))
