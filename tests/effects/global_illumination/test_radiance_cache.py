@@ -146,7 +146,7 @@ def test_a_mirror_shows_no_cells(device):
 
 
 def test_mirrors_show_walls_beside_the_camera_as_free_of_noise_as_far_ones(device):
-    """Cells there are small for the camera; over the mirror they are seen from afar, and single ones had few samples."""
+    """Cells there are small for the camera; over the mirror they are seen from afar, and had few samples each."""
     mirror = Material(base_color=(0.95, 0.95, 0.95, 1), metallic=1.0, roughness=0.0)
     small = shining(RectangleLight(radiance=400, width=0.2, height=0.2), move(0, 2.4, 1.5) @ rotate("y", -90))
     screen = ((1.5, 2.5, 0.1), (0.3, 1.25, -1)), ((0.1, 2.5, 1.8), (-0.2, 1.25, 1.1))
