@@ -8,7 +8,7 @@ import pytest
 import pica
 from pica.quality.effects import compare_effect
 from pica.scene.camera import Camera
-from pica.scene.light import DirectionalLight, SphereLight
+from pica.scene.light import DirectionalLight, RectangleLight, SphereLight
 from pica.scene.material import Image, Material, Sampler, Texture
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import aim, move, rotate
@@ -76,21 +76,20 @@ def test_three_panes_give_the_product_of_their_colours_and_interfaces(device, va
 
 @pytest.mark.parametrize("tracer", [render, trace], ids=["hybrid", "path tracer"])
 def test_light_leaves_a_slab_at_the_angle_of_its_arrival(device, tracer):
-    """And loses what the slab absorbs on the straight way through it."""
+    """And loses what the slab absorbs on the refracted way through it."""
     color, absorption = np.array((0.9, 0.7, 0.5)), np.array((0.5, 2.0, 4.0))
     for tilt in (0, 35, 60):
         material = glass(color, thin_walled=False, absorption=tuple(absorption))
         slab = placed(box((3, 0.2, 3), material), move(0, 2, 0) @ rotate("x", tilt))
-        cosine = math.cos(math.radians(tilt))
-        expected = color**2 * (1 - schlick(cosine)) ** 2 * np.exp(-absorption * 0.2 / cosine)
+        cosine, inside = math.cos(math.radians(tilt)), math.asin(math.sin(math.radians(tilt)) / 1.5)
+        expected = color**2 * (1 - schlick(cosine)) ** 2 * np.exp(-absorption * 0.2 / math.cos(inside))
         found = arriving(device, slab, PIPELINE, tracer=tracer)
         np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=0.01)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("tilt", "absorption"), [(0, (0.5, 2.0, 4.0)), (60, (0.0, 0.0, 0.0))])
+@pytest.mark.parametrize(("tilt", "absorption"), [(0, (0.5, 2.0, 4.0)), (60, (0.5, 2.0, 4.0))])
 def test_light_through_a_slab_comes_near_that_of_refracted_paths(device, tilt, absorption):
-    """Which are longer or shorter in the solid, so a tilted one is clear here."""
     solid = glass(roughness=0.0, thin_walled=False, absorption=absorption)
     slab = placed(box((6, 0.2, 6), solid), move(0, 2, 0) @ rotate("x", tilt))
     lit = scene_of(floor(), slab, sun(0.3))
@@ -99,6 +98,40 @@ def test_light_through_a_slab_comes_near_that_of_refracted_paths(device, tilt, a
         for way in ("true", "false")
     )
     np.testing.assert_allclose(straight, refracted, rtol=0.1)
+
+
+@pytest.mark.parametrize("values", WAYS)
+def test_light_through_glass_is_coloured_in_mirrors_too(device, values):
+    """At hits of other rays, shadow rays return to the glass that they have passed. The wall is behind the camera."""
+    color = np.array((0.9, 0.5, 0.3))
+    mirror = Material(base_color=(1, 1, 1, 1), metallic=1.0, roughness=0.0)
+    wall = placed(box((3, 3, 0.1), lambert(0.6)), move(0, 0, 2.05))
+    light = shining(DirectionalLight(illuminance=2.0), aim((0, 2, -2), (0, 0, 0)))
+    stage = wall, light, placed(box((0.4, 0.4, 0.01), mirror), move(0, 0, -1))
+    pane = placed(box((1.5, 0.6, 0.01), glass(color, thin_walled=False)), move(0, 0.5, 1.5))
+    values = {"reflections.mode": "ray_traced", **values}
+    camera = orthographic((0, 0, 0), (0, 0, -1), 0.1)
+    bare, behind = (
+        render(device, scene_of(*stage, *more), 4, camera, (8, 8), values).color for more in ([], [pane])
+    )
+    assert bare.min() > 0.1
+    expected = color**2 * (1 - schlick(math.sqrt(0.5))) ** 2
+    np.testing.assert_allclose(behind / bare, np.broadcast_to(expected, bare.shape), rtol=0.02)
+
+
+def test_light_reaches_what_lies_under_water_at_any_angle(device):
+    """As much as refracted paths bring, although the straight ray leaves beyond the critical angle."""
+    water = glass(roughness=0.0, thin_walled=False, ior=1.33, absorption=(1.0, 0.3, 0.1))
+    away = 12 * np.array((math.sqrt(0.75), 0.5, 0))
+    lamp = shining(RectangleLight(radiance=50, width=3, height=3), aim(away, (0, 0, 0)))
+    bottom = placed(plane(60, 60, lambert(0.5)), move(0, -0.3, 0))
+    scene = scene_of(bottom, placed(box((40, 0.3, 40), water), move(0, -0.151, 0)), lamp)
+    straight, refracted = (
+        trace(device, scene, 1536, Camera.look_at((0, 3, 0.01), (0, -1, 0), vertical_fov=0.4), (16, 9), values=each)
+        for each in ({}, {"shadows.transparent": "false"})
+    )
+    means = [picture.color.mean((0, 1)) for picture in (straight, refracted)]
+    np.testing.assert_allclose(means[0], means[1], rtol=0.03)
 
 
 def test_metal_and_other_opaque_things_behind_glass_hide_the_light(device):
