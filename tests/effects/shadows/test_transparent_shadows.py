@@ -111,9 +111,7 @@ def test_light_through_glass_is_coloured_in_mirrors_too(device, values):
     pane = placed(box((1.5, 0.6, 0.01), glass(color, thin_walled=False)), move(0, 0.5, 1.5))
     values = {"reflections.mode": "ray_traced", **values}
     camera = orthographic((0, 0, 0), (0, 0, -1), 0.1)
-    bare, behind = (
-        render(device, scene_of(*stage, *more), 4, camera, (8, 8), values).color for more in ([], [pane])
-    )
+    bare, behind = (render(device, scene_of(*stage, *more), 4, camera, (8, 8), values).color for more in ([], [pane]))
     assert bare.min() > 0.1
     expected = color**2 * (1 - schlick(math.sqrt(0.5))) ** 2
     np.testing.assert_allclose(behind / bare, np.broadcast_to(expected, bare.shape), rtol=0.02)
