@@ -1,3 +1,4 @@
+import fcntl
 import os
 import signal
 import subprocess
@@ -84,6 +85,34 @@ def test_a_file_that_another_run_took_for_abandoned_is_made_anew(tmp_path, monke
     monkeypatch.setattr(os, "open", open_and_lose)
     write_whole(tmp_path / "out.png", text("whole"))
     assert taken and names(tmp_path) == ["out.png"] and (tmp_path / "out.png").read_text() == "whole"
+
+
+def test_a_file_that_another_run_is_about_to_remove_is_made_anew(tmp_path, monkeypatch):
+    """That run has the lock already, and the file is still there."""
+    opened, removers = os.open, []
+
+    def open_and_lock_elsewhere(path, flags, *mode):
+        file = opened(path, flags, *mode)
+        if flags & os.O_EXCL and not removers:
+            other = opened(path, os.O_WRONLY)
+            fcntl.flock(other, fcntl.LOCK_EX)
+
+            def remove():
+                os.unlink(path)
+                os.close(other)
+
+            removers.append(threading.Timer(0.2, remove))
+            removers[0].start()
+        return file
+
+    monkeypatch.setattr(os, "open", open_and_lock_elsewhere)
+
+    def write(temporary):
+        temporary.write_text("whole")
+        removers[0].join()
+
+    write_whole(tmp_path / "out.png", write)
+    assert names(tmp_path) == ["out.png"] and (tmp_path / "out.png").read_text() == "whole"
 
 
 def test_what_a_live_run_writes_is_left_alone(tmp_path, writer):

@@ -64,8 +64,8 @@ def _beside(target: Path) -> Iterator[Path]:
         temporary = target.with_name(f".{target.stem}.pica-{uuid4().hex[:8]}{target.suffix}")
         file = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         try:
-            with _locked(file):
-                if temporary.exists():  # otherwise another process removed it as abandoned before it was locked
+            with _locked(file, wait=True):  # for whoever holds it, to remove it as abandoned
+                if temporary.exists():  # it was not removed before it was locked
                     yield temporary
                     return
         finally:
@@ -86,7 +86,7 @@ def _remove_abandoned(folder: Path) -> None:
 if sys.platform == "win32":
 
     @contextmanager
-    def _locked(file: int) -> Iterator[bool]:
+    def _locked(file: int, wait: bool = False) -> Iterator[bool]:
         """Close the file, because Windows cannot rename open ones; without a lock, other processes are unknown."""
         os.close(file)
         yield False
@@ -95,13 +95,14 @@ else:
     import fcntl
 
     @contextmanager
-    def _locked(file: int) -> Iterator[bool]:
-        """Lock an open file for this process, then close it; False if another process has it or there are no locks.
+    def _locked(file: int, wait: bool = False) -> Iterator[bool]:
+        """Lock an open file, then close it; False if another process or thread has it, or there are no locks.
 
-        The system releases locks however a process ends, and they work across containers, unlike process ids in names.
+        `wait`: until the other one is done. The system releases locks however a process ends, and they work across
+        containers, unlike process ids in names.
         """
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
             held = True
         except OSError:
             held = False
