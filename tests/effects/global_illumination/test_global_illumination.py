@@ -1,5 +1,7 @@
 """Diffuse global illumination against many paths, and how it follows what changes."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -178,6 +180,28 @@ def test_surfels_ride_what_moves(device):
     assert there.sum() > 20 and after.aov(coverage)[there].mean() > 0.5
     was = before.aov("instance") == number
     assert reflected(after)[there].mean() == pytest.approx(reflected(before)[was].mean(), rel=0.3)
+
+
+_RAILS = """
+import numpy as np, pica
+from pica.scenes.basic_meshes import cylinder
+from pica.scenes.placing import move, rotate
+from tests.building import lambert, placed, scene_of, settings, uniform
+
+rails = [placed(cylinder(0.025, 40, lambert()), move(x, 1, -14) @ rotate("x", 90)) for x in np.arange(-3.4, -1.4, 0.1)]
+scene = scene_of(*rails, environment=uniform(1, 1, 1))
+camera = pica.Camera.look_at((-1.2, 1.5, 3.5), (-1.8, 1, -6), vertical_fov=np.radians(45))
+with pica.Renderer(scene, size=(96, 64), settings=settings({"global_illumination.mode": "surfels"})) as renderer:
+    renderer.debug = True
+    seen = renderer.render(16, camera=camera)
+print((seen.aov("debug.global_illumination.discs") > 0).sum() / (seen.aov("instance") > 0).sum())
+"""
+
+
+def test_surfels_lie_on_long_thin_triangles(device):
+    """By itself, since a surfel that was infinitely far away would be put into cells for ever."""
+    run = subprocess.run([sys.executable, "-c", _RAILS], capture_output=True, text=True, timeout=120)
+    assert float(run.stdout) > 0.9, run.stderr
 
 
 def test_the_pool_of_surfels_never_runs_over(device):
