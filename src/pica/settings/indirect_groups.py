@@ -31,7 +31,8 @@ class ReflectionsSettings(Group):
         range=(1, 4),
         unit="surfaces",
         text="That a reflection shows lit: with 2, lit surfaces are seen in mirrors that are seen in mirrors. Only from"
-        " what mirrors well rays go on, and one looks for what shines beyond the last.",
+        " what mirrors well rays go on, and one looks for what shines beyond the last. Up to 8 more where the radiance"
+        " cache does not know the light yet, as after a cut.",
         higher="mirrors in mirrors, more rays",
         lower="less time",
     )

@@ -203,6 +203,18 @@ def test_mirrors_in_mirrors_are_not_black(device):
     assert color.mean() == pytest.approx(expected.mean(), rel=0.08)
 
 
+def test_mirrors_in_mirrors_are_not_black_in_the_first_frame(device):
+    """Where the cache knows no light yet, paths of more than `reflections.bounces` surfaces go on."""
+    board = placed(plane(4, 4, metal(0.0)))
+    wall = placed(plane(4, 4, metal(0.0)), move(0, 2, -2) @ rotate("x", 90))
+    other = placed(plane(4, 4, metal(0.0)), move(0, 2, 2) @ rotate("x", -90))
+    scene = scene_of(board, wall, other, environment=uniform(1, 1, 1))
+    camera = Camera.look_at((0.3, 1.2, 1.9), (0, 1.0, -2), vertical_fov=np.radians(50))
+    with pica.Renderer(scene, size=(48, 27), device=device) as renderer:
+        color = luminance(renderer.render(1, camera=camera).color)
+    assert (color < 0.2).mean() < 0.02
+
+
 def test_views_show_where_the_past_was_looked_for(device):
     """What a mirror shows moves otherwise than the mirror, and stays where both stand still."""
     renderer = pica.Renderer(
