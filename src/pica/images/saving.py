@@ -64,7 +64,7 @@ def _beside(target: Path) -> Iterator[Path]:
         temporary = target.with_name(f".{target.stem}.pica-{uuid4().hex[:8]}{target.suffix}")
         file = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         try:
-            with _locked(file, wait=True):  # for whoever holds it, to remove it as abandoned
+            with _locked(file, wait=True):  # another run may hold it, about to remove the file as abandoned
                 if temporary.exists():  # it was not removed before it was locked
                     yield temporary
                     return
