@@ -42,8 +42,9 @@ class LightSamples:
     """(width, height, slots) light_samples.slang: the sample of each slot that needs one."""
     weights: Texture
     """(width, height, denoised slots, r16_float) their weights in the filtered visibility of their slot."""
-    pool: Buffer | None
-    """Points on all emitters, for the hits of rays; None if no pass reads them."""
+    at_hits_pool: tuple[Buffer, Buffer] | None
+    """Points on all emitters, for the hits of rays, and the triangles of those on triangles; None if no pass reads
+    them."""
     motions: LightMotions
     """Of the first lights of the table."""
     sources: Texture | None = None
@@ -53,10 +54,12 @@ class LightSamples:
 
     def at_hits(self, regularized: bool) -> dict[str, Any]:
         """Arguments of ray effects that light their hits. `regularized`: with highlights wider than surfaces have."""
-        assert self.pool is not None, "LightSampler was not asked for it"
+        assert self.at_hits_pool is not None, "LightSampler was not asked for it"
+        pool, corners = self.at_hits_pool
         slots = self.slots
         return {
-            "pool": self.pool,
+            "pool": pool,
+            "corners": corners,
             "entries": lambda frame: _PRESAMPLED_AT_HITS if slots.every else 0,
             "leastRoughness": _LEAST_ROUGHNESS if regularized else 0.0,
         }
@@ -159,11 +162,11 @@ class LightSampler:
         width, height = graph.size
         return -(-width // _TILE), -(-height // _TILE)
 
-    def _pool_at_hits(self, graph: FrameGraph, slots: LightSlots) -> Buffer:
+    def _pool_at_hits(self, graph: FrameGraph, slots: LightSlots) -> tuple[Buffer, Buffer]:
         pool = graph.buffer("presampled lights at hits", 32 * _PRESAMPLED_AT_HITS, struct_size=16)
-        unused = graph.buffer("no triangles at hits", _CORNER, struct_size=_CORNER)
-        self._draw(graph, 1, _PRESAMPLED_AT_HITS, pool, unused, lambda: range(slots.every))
-        return pool
+        corners = graph.buffer("presampled triangles at hits", _CORNER * _PRESAMPLED_AT_HITS, struct_size=_CORNER)
+        self._draw(graph, 1, _PRESAMPLED_AT_HITS, pool, corners, lambda: range(slots.every))
+        return pool, corners
 
     def _draw(
         self,
@@ -181,7 +184,6 @@ class LightSampler:
             when=lambda frame: len(lights()) > 0,
             pool=write(pool),
             corners=write(corners),
-            keepsCorners=int(corners.bytes > _CORNER),
             entries=entries,
             range=lambda frame: spy.uint2(lights().start, len(lights())),
         )
