@@ -12,8 +12,7 @@ class AntialiasingSettings(Group):
 
     mode: Literal["temporal", "accumulate"] = choice(
         "temporal",
-        "What a picture has of the frames before. What is still is the mean of its frames with both, the first of which"
-        " weigh less.",
+        "What a picture has of the frames before. What is still is the plain mean of its frames with both.",
         temporal="What moves takes its history along.",
         accumulate="All frames since anything changed, so that a picture in motion is the samples of one frame.",
     )

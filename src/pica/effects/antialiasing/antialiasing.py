@@ -16,7 +16,7 @@ from pica.settings import AntialiasingSettings
 
 
 class Antialiasing(Effect):
-    """The accumulated picture (width, height, rgba32_float): the mean at rest, otherwise a reprojected
+    """The accumulated picture (width, height, rgba32_float): the plain mean at rest, otherwise a reprojected
     history (RTG 25, 25.1, last step). Alpha likewise, if the background is transparent."""
 
     name = "antialiasing"
