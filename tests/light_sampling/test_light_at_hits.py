@@ -25,7 +25,7 @@ def room_below_a_tube():
 
 
 def test_rays_that_hit_a_surface_beside_a_lamp_are_no_fireflies(device):
-    """Points on the lamp that are drawn by area bring light over distance squared: a hundred times the lamp's own."""
+    """Points on the lamp that are drawn by area bring light over distance squared: twenty times the lamp's own."""
     camera = Camera.look_at((0, 1, 1.9), (0, 0.9, -2), vertical_fov=np.radians(60))
     settings = pica.Settings().with_values({"debug.filters": False})  # without a cache of the light
     with pica.Renderer(room_below_a_tube(), size=(128, 72), settings=settings, device=device) as renderer:
