@@ -38,8 +38,8 @@ def floor():
 @pytest.mark.parametrize("upscale", ["1", "1.5"])
 @pytest.mark.parametrize(
     ("behind", "height", "size", "degrees"),
-    [((), 0.6, (120, 68), 1.5), ((floor(),), 3, (240, 136), 3)],
-    ids=["sky", "floor"],
+    [((), 0.6, (120, 68), 1.5), ((), 0.6, (120, 68), -1.5), ((floor(),), 3, (240, 136), 3)],
+    ids=["sky", "sky, the other way", "floor"],
 )
 def test_no_copies_of_a_thin_ring_are_left_on_what_is_behind(device, behind, height, size, degrees, upscale):
     """`degrees`: of the camera, a frame; `height`: of the camera, in metres."""
