@@ -1,0 +1,64 @@
+"""A dark room whose light all comes from a small spot on its floor, thousands of times as bright as the walls."""
+
+import numpy as np
+import pytest
+
+import pica
+from pica.scene.camera import Camera
+from pica.scene.light import SpotLight
+from pica.scene.material import Material
+from pica.scenes.basic_meshes import box
+from pica.scenes.placing import aim, move
+from tests.building import converged, lambert, placed, scene_of, shining
+
+SIZE = (96, 54)
+CEILING = np.s_[2:11, 24:72]
+CAMERA = Camera.look_at((0.4, 1.2, 3.5), (-0.1, 1.6, -3), vertical_fov=np.radians(65))
+
+
+def room(floor):
+    rock = lambert(0.3, 0.25, 0.2)
+    scene = scene_of(
+        placed(box((8, 0.2, 8), floor), move(0, -0.1, 0)),
+        placed(box((8, 0.2, 8), rock), move(0, 3.1, 0)),
+        placed(box((8, 3, 0.2), rock), move(0, 1.5, -4.1)),
+        placed(box((8, 3, 0.2), rock), move(0, 1.5, 4.1)),
+        placed(box((0.2, 3, 8), rock), move(-4.1, 1.5, 0)),
+        placed(box((0.2, 3, 8), rock), move(4.1, 1.5, 0)),
+    )
+    spot = SpotLight(intensity=2500.0, radius=0.3, inner_cone_angle=0.1, outer_cone_angle=0.14)
+    scene.add(shining(spot)).transform = aim((1.2, 2.8, -1.5), (0.2, 0, -0.7))
+    return scene
+
+
+FLOORS = {
+    "diffuse": lambert(0.12, 0.1, 0.09),
+    "glossy": Material(base_color=(0.12, 0.1, 0.09, 1.0), metallic=0.0, roughness=0.3),
+}
+
+
+def ceiling_of(device, scene, values):
+    """Mean of 32 frames, of noise in which single rays carry most of the light."""
+    settings = pica.Settings().with_values(values)
+    with pica.Renderer(scene, size=SIZE, settings=settings, device=device) as renderer:
+        renderer.render(16, camera=CAMERA)
+        return np.mean([renderer.render(camera=CAMERA).color[CEILING].mean() for _ in range(32)])
+
+
+@pytest.mark.parametrize(("floor", "tolerance"), [("diffuse", 0.12), ("glossy", 0.25)])
+def test_a_spot_lights_a_room(device, floor, tolerance):
+    """The radiance cache held at most 256 times display white: the ceiling had .05 of its light. With its diffuse
+    light alone it had half above the glossy floor, whose highlight lights it. Larger pictures have finer cells, and are
+    nearer to the path tracer."""
+    scene = room(FLOORS[floor])
+    expected = converged(device, scene, 512, CAMERA, SIZE)[CEILING].mean()
+    assert ceiling_of(device, scene, {}) == pytest.approx(expected, rel=tolerance)
+
+
+def test_filters_conserve_rare_bright_rays(device):
+    """Of one bounce. Filters that weighted each ray by its own noise lost 14 % of the light."""
+    scene = room(FLOORS["diffuse"])
+    with pica.PathTracer(scene, size=SIZE, max_depth=3, device=device) as tracer:
+        expected = tracer.render(512, camera=CAMERA).color[CEILING].mean()
+    found = ceiling_of(device, scene, {"global_illumination.bounces": "1"})
+    assert found == pytest.approx(expected, rel=0.08)
