@@ -34,6 +34,7 @@ def room(floor):
 FLOORS = {
     "diffuse": lambert(0.12, 0.1, 0.09),
     "glossy": Material(base_color=(0.12, 0.1, 0.09, 1.0), metallic=0.0, roughness=0.3),
+    "polished": Material(base_color=(0.3, 0.25, 0.2, 1.0), metallic=0.0, roughness=0.15),
 }
 
 
@@ -45,10 +46,10 @@ def ceiling_of(device, scene, values):
         return np.mean([renderer.render(camera=CAMERA).color[CEILING].mean() for _ in range(32)])
 
 
-@pytest.mark.parametrize(("floor", "tolerance"), [("diffuse", 0.12), ("glossy", 0.25)])
+@pytest.mark.parametrize(("floor", "tolerance"), [("diffuse", 0.12), ("glossy", 0.25), ("polished", 0.3)])
 def test_a_spot_lights_a_room(device, floor, tolerance):
     """The radiance cache held at most 256 times display white: the ceiling had .05 of its light. With its diffuse
-    light alone it had half above the glossy floor, whose highlight lights it. Larger pictures have finer cells, and are
+    light alone it had half above the floors whose highlight lights it. Larger pictures have finer cells, and are
     nearer to the path tracer."""
     scene = room(FLOORS[floor])
     expected = converged(device, scene, 512, CAMERA, SIZE)[CEILING].mean()
