@@ -23,7 +23,7 @@ def tables(device, scene):
     with pica.Renderer(scene, size=SIZE, settings=settings(), device=device) as renderer:
         renderer.render(1, camera=ABOVE)
         bits = held(renderer, "light_sampling", "light tiles").to_numpy().view(np.uint32)
-    bits = bits.reshape(DOWN, ACROSS, _SLOTS + 1)[..., :_SLOTS]
+    bits = bits.reshape(DOWN, ACROSS, _SLOTS + 1 + _CLUSTERS)[..., :_SLOTS]
     return bits & 127, bits >> 7 & 511, bits >> 16 & 511
 
 
@@ -60,11 +60,11 @@ def test_tiles_prefer_the_lights_beside_them(device):
     assert chosen.max() > 4 * np.median(chosen)
 
 
-def noise(device, scene, **values):
+def noise(device, scene, camera=ABOVE, **values):
     """Of a frame without filters, over the mean of many; where a lamp does not cover the floor."""
     values = {"debug.filters": "false", **values}
-    mean = render(device, scene, 256, ABOVE, SIZE, values).color
-    single = render(device, scene, 1, ABOVE, SIZE, values).color
+    mean = render(device, scene, 256, camera, SIZE, values).color
+    single = render(device, scene, 1, camera, SIZE, values).color
     dark = (mean < 4.9).all(-1)
     return np.abs(single - mean)[dark].mean() / mean[dark].mean()
 
@@ -82,6 +82,20 @@ def test_a_wall_behind_a_lamp_of_two_triangles_has_little_noise(device):
     """Points drawn by area bring the squared distance's peaks."""
     lamp = placed(box((2.0, 0.05, 0.05), Material(base_color=(0, 0, 0, 1), emission=(5, 5, 5))), move(0, 0.1, 0))
     assert noise(device, scene_of(floor(), lamp)) < 0.6
+
+
+def test_a_floor_beside_a_strip_of_light_has_little_noise_and_all_of_its_light(device):
+    """Most clusters are of the strip's upper face, which does not light the floor, and each triangle is in several."""
+    length, height, width = 16.0, 0.02, 0.14
+    strip = box((length, height, width), Material(base_color=(0, 0, 0, 1), emission=(5, 5, 5)))
+    scene = scene_of(floor(), placed(strip, move(0, height / 2, 0)))
+    near = orthographic((0, 4, 0), (0, 0, 0), 0.6)
+    seen = render(device, scene, 128, near, SIZE, {"debug.filters": "false"})
+    away = np.abs(seen.aov("position")[..., 2]) - width / 2
+    beside = away > 0.02
+    expected = 0.8 * 2.5 * (1 - away / np.hypot(away, height))[beside]
+    assert seen.color[..., 1][beside].mean() == pytest.approx(expected.mean(), rel=0.02)
+    assert noise(device, scene, near) < 0.6
 
 
 def test_a_triangle_does_not_light_itself(device):

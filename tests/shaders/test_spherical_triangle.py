@@ -28,6 +28,11 @@ def test_solid_angles(shader):
     assert shader.solidAngle(*OCTANT[::-1]) == pytest.approx(np.pi / 2, rel=1e-5), "the order of corners is free"
     flat = np.float32([(1, 0, 0), (-0.5, 0.9, 0), (-0.5, -0.9, 0)])
     assert shader.solidAngle(*flat + np.float32((0, 0, 1e-4))) == pytest.approx(2 * np.pi, rel=1e-3)
+    # A long strip seen from a millimetre before its plane, where rounding counts for much.
+    strip = np.float64([(-5.0, 0.001, 0.001), (6.0, 0.001, 0.001), (6.0, 0.021, 0.001)])
+    p, q, r = strip / np.linalg.norm(strip, axis=1, keepdims=True)
+    exact = 2 * np.arctan2(abs(p @ np.cross(q, r)), 1 + p @ q + q @ r + r @ p)
+    assert shader.solidAngle(*strip.astype(np.float32)) == pytest.approx(exact, rel=0.03)
     assert shader.solidAngle(*SMALL) == pytest.approx(0.06 * 0.06 / 2 / 1.03**3, rel=0.01)
 
 

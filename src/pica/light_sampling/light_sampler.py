@@ -25,10 +25,10 @@ _TILE_THREADS = 8
 """For each tile, in tile_lights.slang."""
 _TEXELS = 16, 9
 """Of a tile's visibility counts: as in cluster_visibility.slang."""
-_CLUSTER = 48
+_CLUSTER = 64
 """Bytes of a LightCluster."""
-_CORNER = 36
-"""Bytes of a TriangleCorner (shaders/spherical_triangle.slang)."""
+_TRIANGLE = 44
+"""Bytes of a PresampledTriangle (presampled_lights.slang)."""
 _LEAST_ROUGHNESS = 0.3
 """For hits of rays, lit by punctual lights: narrower highlights are rare spikes (light_at_hits.slang)."""
 
@@ -55,11 +55,11 @@ class LightSamples:
     def at_hits(self, regularized: bool) -> dict[str, Any]:
         """Arguments of ray effects that light their hits. `regularized`: with highlights wider than surfaces have."""
         assert self.at_hits_pool is not None, "LightSampler was not asked for it"
-        pool, corners = self.at_hits_pool
+        pool, triangles = self.at_hits_pool
         slots = self.slots
         return {
             "pool": pool,
-            "corners": corners,
+            "triangles": triangles,
             "entries": lambda frame: _PRESAMPLED_AT_HITS if slots.every else 0,
             "leastRoughness": _LEAST_ROUGHNESS if regularized else 0.0,
         }
@@ -129,22 +129,22 @@ class LightSampler:
         if not slots.has_shared:
             return {
                 "pool": graph.buffer("no lights", 32, struct_size=16),
-                "corners": graph.buffer("no triangles", _CORNER, struct_size=_CORNER),
+                "triangles": graph.buffer("no triangles", _TRIANGLE, struct_size=_TRIANGLE),
                 "entries": 0,
                 "tiles": graph.buffer("no tiles", 4),
             }, None
         pool = graph.buffer("presampled lights", 32 * _PRESAMPLED, struct_size=16)
-        corners = graph.buffer("presampled triangles", _CORNER * _PRESAMPLED, struct_size=_CORNER)
-        self._draw(graph, 0, _PRESAMPLED, pool, corners, lambda: slots.shared_lights)
+        triangles = graph.buffer("presampled triangles", _TRIANGLE * _PRESAMPLED, struct_size=_TRIANGLE)
+        self._draw(graph, 0, _PRESAMPLED, pool, triangles, lambda: slots.shared_lights)
         tiles, counts = self._tiles(graph, pool)
-        return {"pool": pool, "corners": corners, "entries": _PRESAMPLED, "tiles": tiles}, counts
+        return {"pool": pool, "triangles": triangles, "entries": _PRESAMPLED, "tiles": tiles}, counts
 
     def _tiles(self, graph: FrameGraph, pool: Buffer) -> tuple[Buffer, Texture]:
         """Which parts of the pool matter in each tile of pixels, and LightSamples.counts."""
         clusters = graph.buffer("light clusters", _CLUSTER * _CLUSTERS, struct_size=_CLUSTER)
         graph.add(self._cluster, (_CLUSTERS, 1, 1), pool=pool, entries=_PRESAMPLED, clusters=write(clusters))
         across, down = self._tile_grid(graph)
-        tiles = graph.buffer("light tiles", 4 * (_SLOTS + 1) * across * down)
+        tiles = graph.buffer("light tiles", 4 * (_SLOTS + 1 + _CLUSTERS) * across * down)
         counts = {"visibilityCounts": spy.Format.rg16_float}
         history = graph.history("visibility", counts, (_TEXELS[0] * across, _TEXELS[1] * down))
         graph.add(
@@ -164,9 +164,9 @@ class LightSampler:
 
     def _pool_at_hits(self, graph: FrameGraph, slots: LightSlots) -> tuple[Buffer, Buffer]:
         pool = graph.buffer("presampled lights at hits", 32 * _PRESAMPLED_AT_HITS, struct_size=16)
-        corners = graph.buffer("presampled triangles at hits", _CORNER * _PRESAMPLED_AT_HITS, struct_size=_CORNER)
-        self._draw(graph, 1, _PRESAMPLED_AT_HITS, pool, corners, lambda: range(slots.every))
-        return pool, corners
+        triangles = graph.buffer("presampled triangles at hits", _TRIANGLE * _PRESAMPLED_AT_HITS, struct_size=_TRIANGLE)
+        self._draw(graph, 1, _PRESAMPLED_AT_HITS, pool, triangles, lambda: range(slots.every))
+        return pool, triangles
 
     def _draw(
         self,
@@ -174,7 +174,7 @@ class LightSampler:
         number: int,
         entries: int,
         pool: Buffer,
-        corners: Buffer,
+        triangles: Buffer,
         lights: Callable[[], range],
     ) -> None:
         """Draw this frame's points (presampled_lights.slang) from these entries of the light table."""
@@ -183,7 +183,7 @@ class LightSampler:
             (entries, 1, 1),
             when=lambda frame: len(lights()) > 0,
             pool=write(pool),
-            corners=write(corners),
+            triangles=write(triangles),
             entries=entries,
             range=lambda frame: spy.uint2(lights().start, len(lights())),
         )
