@@ -82,6 +82,7 @@ def picture(viewer, view):
 
 def test_the_picture_follows_a_file_and_a_fault_leaves_it_as_it_was(viewer, colors):
     view = viewer.view(CANVAS, CAMERA)
+    view.resolution.seconds = 0.0  # in motion always smaller, so a whole picture begins without a history
     red = picture(viewer, view)
     renderer = viewer._renderer.newest
     assert not viewer.follow_shaders() and viewer._renderer.newest is renderer, "no file has changed"
