@@ -199,6 +199,24 @@ def test_highlights_leave_a_plate_that_tilts(device):
     assert moving[-1] - away < 0.003 * bright
 
 
+def test_highlights_leave_a_plate_that_the_camera_goes_round(device):
+    """A bright band of the surroundings, in a plate of satin metal, at a degree a frame."""
+    radiance = np.full((32, 64, 3), 0.2, np.float32)
+    radiance[:, 30:34] = 20.0
+    satin = Material(base_color=(0.9, 0.9, 0.9, 1), metallic=1.0, roughness=0.45)
+    scene = scene_of(placed(plane(2, 2, satin), rotate("x", 90)), environment=Environment(radiance))
+
+    def light(renderer, frames, degrees):
+        angle = np.radians(degrees)
+        camera = Camera.look_at((4 * np.sin(angle), 0, 4 * np.cos(angle)), (0, 0, 0), vertical_fov=np.radians(20))
+        return renderer.render(frames, camera=camera).color[12:36, 16:48].mean()
+
+    with pica.Renderer(scene, size=SIZE, settings=pica.Settings(), device=device) as renderer:
+        moving = [light(renderer, 1, degrees) for degrees in range(-63, -39)]
+        renderer.reset()
+        assert moving[-1] == pytest.approx(light(renderer, 48, -40), rel=0.09)
+
+
 def test_only_noisy_light_is_filtered(device):
     def passes(scene, filters=True):
         return set(renderer_of(device, scene, filters=filters).render(1, camera=VIEW).timings)
