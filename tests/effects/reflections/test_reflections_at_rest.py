@@ -6,6 +6,7 @@ import pytest
 import pica
 from pica.quality.effects import MeasuredEffect
 from pica.scene.camera import Camera
+from pica.scene.environment import Environment
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move
@@ -25,6 +26,20 @@ def test_a_still_picture_is_what_many_rays_find(device, roughness, tolerance):
     found, truth = measured.result()["reflections"], measured.reference(512)["reflections"]
     there = np.isfinite(truth)
     assert found[there].mean() == pytest.approx(truth[there].mean(), rel=tolerance)
+
+
+def test_a_small_ball_shows_a_band_as_wide_as_it_is(device):
+    """Neighbours' rays would bring tails of its lobe alone, and widen the band."""
+    radiance = np.full((32, 64, 3), 0.2, np.float32)
+    radiance[:, 30:34] = 20.0
+    satin = Material(base_color=(0.9, 0.9, 0.9, 1), metallic=1.0, roughness=0.15)
+    scene = scene_of(placed(sphere(1, satin, 48)), environment=Environment(radiance))
+    camera = Camera.look_at((1.37, 0, 3.76), (0, 0, 0), vertical_fov=np.radians(20))
+    with pica.Renderer(scene, size=SIZE, settings=pica.Settings(), device=device) as renderer:
+        found = renderer.render(32, camera=camera).color[12:36, 16:48]
+    with pica.PathTracer(scene, size=SIZE, device=device) as tracer:
+        truth = tracer.render(256, camera=camera).color[12:36, 16:48]
+    assert found.mean() == pytest.approx(truth.mean(), rel=0.12)
 
 
 def test_rare_finds_of_a_small_lamp_leave_no_blotches(device):
