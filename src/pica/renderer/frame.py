@@ -41,6 +41,8 @@ class Signals:
     slots: LightSlots
     exposure: Buffer = field(init=False)
     """Its first float is the factor from nits to the display; that of the frame before until "post"."""
+    past: History = field(init=False)
+    """`picture` of the frame before, and how many samples are in it (TemporalResolve.history)."""
     gbuffer: GBuffer = field(init=False)
     """As a parameter `gbuffer` of passes (frame/gbuffer.slang)."""
     reprojection: Reprojection = field(init=False)
@@ -50,6 +52,8 @@ class Signals:
     occlusion: Texture | None = None
     """Red: visibility of the surroundings. None if the effect is off."""
     indirect: IndirectResult | None = None
+    mirrored: Texture | None = None
+    """Where mirrors show something that moves (Reflections)."""
     parts: list[Texture] = field(default_factory=list)
     """Light towards the camera so far, a picture for each kind (frame/signals/light.py), without emission and
     surroundings."""
@@ -74,6 +78,7 @@ def declare(
     """Declare a frame; yields the name of each stage once it is declared. `last`: `denoiser` finishes the picture.
     `aperture`: the camera has one, so not all is in focus."""
     s.exposure = stages.post.exposure(graph)
+    s.past = stages.antialiasing.history(graph)
     s.gbuffer = stages.gbuffer(graph, s.scene)
     graph.provide(scene=s.scene, lightSlots=s.slots, gbuffer=s.gbuffer)
     if denoiser is not None:
@@ -94,7 +99,7 @@ def declare(
     surroundings = stages.reflections.surroundings(graph) if stages.reflections else None
     direct = [stages.lighting(graph, s.scene, s.light, s.shadows, s.occlusion, noisy, surroundings)]
     if noisy is not None:
-        direct.append(stages.stochastic_light(graph, noisy, s.reprojection, s.light.motions))
+        direct.append(stages.stochastic_light(graph, noisy, s.reprojection, s.light.motions, s.past))
     stages.lighting.offer(graph, *direct)
     s.parts += direct
     yield "lighting"
@@ -110,7 +115,8 @@ def declare(
         # Screen-space reflections read the picture before reflections are added.
         picture = stages.composite.so_far(graph, s.parts) if surroundings else None
         inputs = s.light, s.reprojection, s.indirect, surroundings, picture
-        s.parts.append(stages.reflections(graph, s.gbuffer, *inputs, mirrors=s.scene.mirrors))
+        reflected, s.mirrored = stages.reflections(graph, s.gbuffer, *inputs, mirrors=s.scene.mirrors)
+        s.parts.append(reflected)
     yield "reflections"
     s.radiance = stages.composite(graph, s.gbuffer, s.parts)
     yield "composite"
@@ -119,7 +125,8 @@ def declare(
         s.radiance, s.glass = stages.transparency(graph, s.scene, s.gbuffer, *lit)
     stages.composite.offer(graph, s.radiance)
     yield "transparency"
-    s.picture, s.alpha = stages.antialiasing(graph, s.radiance, s.exposure, s.glass)
+    shadows = s.shadows.followed if s.shadows else None
+    s.picture, s.alpha = stages.antialiasing(graph, s.past, s.radiance, s.exposure, s.glass, shadows, s.mirrored)
     if denoiser is not None and last:
         s.picture = denoiser.finish(graph, s.picture)
     yield "antialiasing"

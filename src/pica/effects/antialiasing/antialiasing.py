@@ -35,19 +35,32 @@ class Antialiasing(Effect):
         """Restart accumulation with the next frame; other histories stay."""
         self._restarted = True
 
+    def history(self, graph: FrameGraph) -> History:
+        """Of the picture: TemporalResolve.history."""
+        with graph.scope(self.name):
+            return self._resolve.history(graph)
+
     def __call__(
-        self, graph: FrameGraph, radiance: Texture, exposure: Buffer, glass: History | None
+        self,
+        graph: FrameGraph,
+        history: History,
+        radiance: Texture,
+        exposure: Buffer,
+        glass: History | None,
+        shadows: Texture | None,
+        mirrors: Texture | None,
     ) -> tuple[Texture, Texture | None]:
         """The picture with this frame's `radiance`, and its alpha in r, None where the background is not transparent.
 
-        `exposure`: of the frame before (Post.exposure). `glass`: Transparency's, if there is any.
+        `history`: what the function of this name gave. `exposure`: of the frame before (Post.exposure). `glass`,
+        `shadows`, `mirrors`: as TemporalResolve has them.
         """
         with graph.scope(self.name):
             graph.record("restarts", self._decide)
             alpha = None
             if self._coverage is not None:
                 alpha = self._coverage(graph, radiance, glass, self._restarts)
-            picture = self._resolve(graph, radiance, exposure, glass, self._restarts)
+            picture = self._resolve(graph, history, radiance, exposure, glass, shadows, mirrors, self._restarts)
             if self._settings.sharpness > 0:
                 picture = self._sharpened(graph, picture, exposure)
         return picture, alpha

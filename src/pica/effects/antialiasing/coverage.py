@@ -32,4 +32,4 @@ class Coverage:
         covered = graph.texture("covered", spy.Format.rgba16_float)
         graph.add(self._cover, graph.grid, radiance=radiance, covered=write(covered))
         one = graph.buffer("exposure of coverage", data=np.ones(1, np.float32))
-        return self._resolve(graph, covered, one, glass, restarts)
+        return self._resolve(graph, self._resolve.history(graph), covered, one, glass, restarts=restarts)

@@ -19,6 +19,7 @@ class TemporalResolve:
         edge = spy.TextureAddressingMode.clamp_to_edge
         self._linear = device.sampler(address_u=edge, address_v=edge)
         self._no_glass = device.texture("no glass", spy.Format.rgba32_uint, (1, 1))
+        self._nothing_moves = device.texture("nothing moves", spy.Format.r8_uint, (1, 1))
         self._pass = device.compute("effects/antialiasing/temporal_resolve.slang")
 
     def _glass_inputs(self, glass: History | None) -> dict[str, Any]:
@@ -33,19 +34,29 @@ class TemporalResolve:
         known = {"hasGlass": 1, "knownGlass": glass.known}
         return {"glassMotion": motion, "previousGlassMotion": motion.previous, **known}
 
+    def history(self, graph: FrameGraph) -> History:
+        """What `__call__` takes. `picture`: radiance, and in alpha the samples in the mean of a pixel at rest, negative
+        elsewhere."""
+        formats = {"picture": spy.Format.rgba32_float, "deviation": spy.Format.rgba16_float}
+        return graph.history(self._name, formats, graph.output_size)
+
     def __call__(
         self,
         graph: FrameGraph,
+        history: History,
         samples: Texture,
         exposure: Buffer,
         glass: History | None,
+        shadows: Texture | None = None,
+        mirrors: Texture | None = None,
         restarts: Callable[[Any], bool] | None = None,
     ) -> Texture:
-        """The picture with this frame's `samples` (render size). `exposure`: of the previous frame. `glass`:
-        Transparency's, if there is any. `restarts`: whether
-        accumulation restarts, as a function of the frame."""
-        formats = {"picture": spy.Format.rgba32_float, "deviation": spy.Format.rgba16_float}
-        history = graph.history(self._name, formats, graph.output_size)
+        """The picture with this frame's `samples` (render size).
+
+        `exposure`: of the previous frame. `glass`: Transparency's, if there is any. `shadows`, `mirrors`: where light
+        moves over surfaces at rest (ShadowTextures.followed, Reflections). `restarts`: whether accumulation restarts,
+        as a function of the frame.
+        """
         state = history.state
 
         def restart(frame: Any) -> None:
@@ -61,6 +72,10 @@ class TemporalResolve:
             radiance=samples,
             exposure=exposure,
             **self._glass_inputs(glass),
+            movingShadows=shadows or self._nothing_moves,
+            movingImages=mirrors or self._nothing_moves,
+            hasShadows=int(shadows is not None),
+            hasImages=int(mirrors is not None),
             linearSampler=self._linear,
             movingPicture=write(moving),
             known=history.known,

@@ -95,8 +95,9 @@ class Reflections(Effect):
         surroundings: Texture | None,
         picture: Texture | None,
         mirrors: bool,
-    ) -> Texture:
-        """The specular reflections of this frame's surfaces, as in frame/signals/light.py.
+    ) -> tuple[Texture, Texture | None]:
+        """The specular reflections of this frame's surfaces, as in frame/signals/light.py, and (width, height, r8_uint)
+        above 0 where mirrors show something that moves, or did a few frames ago; None without filters.
 
         `indirect`: indirect light at hits; None: none. `surroundings`: the texture of that function, filled;
         with it `picture`, the light of this frame towards the camera without reflections. `mirrors`: whether any
@@ -104,6 +105,7 @@ class Reflections(Effect):
         """
         with graph.scope(self.name):
             history = graph.history("history", {"history": _LIGHT}, layers=1)
+            followed = graph.history("followed", {"followed": spy.Format.r8_uint}) if self._filters else None
             # Screen-space rays read the reflections of the previous frame.
             lifetime = Lifetime.FRAME if self._screen is None else Lifetime.KEPT
             reflected = graph.texture("reflected", SIGNAL, lifetime=lifetime)
@@ -131,7 +133,7 @@ class Reflections(Effect):
                     light=write(ray_light),
                 )
             offer_ray_aovs(graph, single)
-            signal = self._rebuild(graph, history, hit_position_and_pdf, ray_light, hit_motion, dense)
+            signal = self._rebuild(graph, history, followed, hit_position_and_pdf, ray_light, hit_motion, dense)
             graph.add(
                 self._filter,
                 graph.grid,
@@ -141,12 +143,13 @@ class Reflections(Effect):
             if self._correction is not None:
                 self._correction(graph, reprojection, hit_position_and_pdf, single, reflected, dense)
             graph.offer("reflections", (reflected,), light_of)
-        return reflected
+        return reflected, None if followed is None else followed["followed"]
 
     def _rebuild(
         self,
         graph: FrameGraph,
         history: History,
+        followed: History | None,
         hit_position_and_pdf: Texture,
         light: Texture,
         hit_motion: Texture,
@@ -170,7 +173,7 @@ class Reflections(Effect):
             **({} if self._by_mirror_rays else {"filtered": int(self._filters)}),
         )
         offer_reflection_aovs(graph, reconstructed, distances)
-        if not self._filters:
+        if followed is None:
             return reconstructed
         signal = graph.texture("signal", _LIGHT)
         past = {"reconstructed": reconstructed, "distances": distances, "motions": motions, "moves": self._moves}
@@ -181,6 +184,7 @@ class Reflections(Effect):
             known=history.known,
             signal=write(signal),
             **history.swap(),
+            **followed.swap(),
             **past,
         )
         offer_history_aovs(graph, signal, history["history"])

@@ -57,12 +57,13 @@ class ShadowDenoiser:
         slots: LightSlots,
         samples: Texture,
         slopes: Texture,
+        followed: Texture,
         motions: LightMotions,
     ) -> dict[str, Texture]:
         """filtered: (width, height, denoised slots, rgba16_float) visibility of each slot's light; and
         the textures for debug_aovs.py.
 
-        `samples` and `slopes`: as written by shadow_rays.slang.
+        `samples`, `slopes` and `followed`: as written by shadow_rays.slang.
         """
         layers = len(slots.denoised)
         # A history with slots for more lights than there are stays valid when one is removed.
@@ -89,6 +90,7 @@ class ShadowDenoiser:
             samples=samples,
             deviation=write(deviation),
             footprints=footprints,
+            followed=followed,
             firstFootprint=slots.svgf,
             shifts=shifts,
             shadowsShift=motions.have_moved,

@@ -72,23 +72,27 @@ class Shadows(Effect):
             if denoised:
                 slopes = graph.texture("slopes", spy.Format.r16_float, layers=denoised)
                 outputs["slopes"] = write(slopes)
+            followed = graph.history("followed", {"followed": spy.Format.r8_uint})
             graph.add(
                 self._trace,
                 graph.size,
+                known=followed.known,
                 lightSamples=light.samples,
                 weights=light.weights,
-                **{"samples": samples, "slopes": slopes, **outputs},
+                moves=lambda frame: int(frame.changed_scene),
+                **{"samples": samples, "slopes": slopes, **outputs, **followed.swap()},
             )
             graph.offer("shadows", (bits,), lambda values: visibility_layers(values, slots.count))
             graph.offer("rays.shadow_rays", (bits,), _traced, on_request=True)
             filtered = samples
             if denoised:
-                textures = self._denoiser(graph, slots, samples, slopes, light.motions)
+                moving = followed["followed"]
+                textures = self._denoiser(graph, slots, samples, slopes, moving, light.motions)
                 filtered = textures["filtered"]
                 offer_shadow_aovs(graph, {"samples": samples, **textures}, slots.svgf)
             for slot in range(len(slots.single_lights)):
                 self._offer_result(graph, slot, bits, filtered, slot < denoised)
-        return ShadowTextures(bits, filtered, samples)
+        return ShadowTextures(bits, filtered, samples, followed["followed"])
 
     def _offer_result(self, graph: FrameGraph, slot: int, bits: Texture, filtered: Texture, is_filtered: bool) -> None:
         """(height, width) the fraction of a slot's light that arrives."""

@@ -11,7 +11,7 @@ from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
 from pica.frame.signals.light import BOTH_PARTS
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Texture, update, write
+from pica.graph.resources import History, Texture, update, write
 from pica.light_sampling.light_motions import LightMotions
 from pica.programs.library import programs
 from pica.rhi.device import Device
@@ -49,8 +49,12 @@ class StochasticLightDenoiser(Effect):
         samples: Texture,
         reprojection: Reprojection,
         motions: LightMotions,
+        picture: History,
     ) -> Texture:
-        """The light of `samples`, filtered, both parts as frame/signals/light.py has them."""
+        """The light of `samples`, filtered, both parts as frame/signals/light.py has them.
+
+        `picture`: Antialiasing.history's.
+        """
         with graph.scope(self.name):
             history = graph.history("history", {"history": spy.Format.rgba32_uint}, layers=_PARTS)
             state = history.state
@@ -104,6 +108,8 @@ class StochasticLightDenoiser(Effect):
                 filtered=result,
                 samples=samples,
                 history=history["history"],
+                previousPicture=picture.textures["picture"].previous,
+                pictureKnown=picture.known,
                 smoothed=lambda frame: int(self._smooths),
                 noisy=update(noisy),
                 counting=lambda frame: {QUIET_FROM - 2: 1, QUIET_FROM - 1: 2}.get(reprojection.unchanged, 0),

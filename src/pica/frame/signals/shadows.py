@@ -21,6 +21,9 @@ class ShadowTextures:
     samples: Texture | None
     """(width, height, slots, rgba16_float) the same of this frame's samples, weighted; in other than transparent scenes
     of the denoised slots alone. None where no rays are traced."""
+    followed: Texture | None = None
+    """(width, height, r8_uint) above 0 where something that moves casts a sharp shadow, or did a few frames ago. None
+    where no rays are traced."""
     maps: Mapping[str, Any] | None = None
     """The parameters of light_sampling/mapped_visibility.slang, where lights have shadow maps."""
 
