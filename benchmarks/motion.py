@@ -3,9 +3,9 @@
     PYTHONPATH=. python benchmarks/motion.py [SCENE ...] [--env FILE] [--parts camera,objects,flicker,ring]
         [--size 480x270] [--samples 1024] [--preset NAME] [--set GROUP.NAME=VALUE] [--references DIR] [--noise] [--json]
 
-SCENE is a name in pica.scenes or in motion_scenes.py: `door`, `metal`, or a file, below the environment --env. FLIP,
-and the mean luminance over the reference's, both clipped at display white as FLIP has them, so that a lamp's edge does
-not outweigh the room; of
+SCENE is a name in pica.scenes or in motion_scenes.py: `door`, `metal`, `yard`, or a file, below the environment --env.
+FLIP, and the mean luminance over the reference's, both clipped at display white as FLIP has them, so that a lamp's edge
+does not outweigh the room; of
 
 * camera: the 64th and the 2nd frame at rest, and the 24th of a camera that turns by a degree a frame: round what it
   looks at, or in closed rooms about itself. It comes to where the other two stand, all three have one reference;

@@ -1,17 +1,20 @@
-"""Scenes that are hard in motion: a room lit through its door alone, mirroring metal, a thin ring before the sky."""
+"""Scenes that are hard in motion: a room lit through its door alone, mirroring metal, a thin ring before the sky, a
+yard with moving shadows."""
 
 import math
 from collections.abc import Iterable
 from typing import Any
 
 import pica
+from pica.scene.animation import Animation
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.material import Material
 from pica.scene.mesh import Section
 from pica.scene.model import Node, Scene
 from pica.scenes.basic_meshes import box, plane, sphere, torus
-from pica.scenes.placing import Matrix, aim, mesh, move, place, rotate
+from pica.scenes.motion import spin
+from pica.scenes.placing import Matrix, aim, at, mesh, move, place, rotate
 from pica.scenes.sky import gradient_sky
 
 _WALL = 0.1
@@ -157,6 +160,29 @@ def ring() -> Scene:
     return _seen(scene, Camera.look_at((0, 0, 4), (0, 0, 0), vertical_fov=math.radians(45)))
 
 
+def yard() -> Scene:
+    """A ball on an arm, a board and a fan that turn in the sun before a mirror: shadows and images move."""
+    scene = Scene("yard", gradient_sky(zenith=(0.25, 0.45, 1.0), horizon=(0.9, 0.95, 1.0), nadir=(0.3, 0.28, 0.25)))
+    ground = scene.add(Node("ground"))
+    _put(ground, "floor", box((40, 0.2, 40), _matte(0.55, 0.53, 0.5)), move(0, -0.1, 0))
+    _put(ground, "wall", box((6, 3, 0.2), _matte(0.8, 0.75, 0.7)), move(0, 1.5, -3))
+    _put(ground, "mirror", box((2, 1.4, 0.05), _metal(0.95, 0.02)), move(1.8, 1.3, -2.85))
+    sun = scene.add(Node("sun", light=DirectionalLight(illuminance=6.0, angular_diameter=math.radians(0.53))))
+    sun.transform = aim((4, 6, 3), (0, 0, 0))
+    turning = {
+        "arm": ([at(sphere(0.25, _matte(0.9, 0.6, 0.1)), move(0.9, 0.4, 0))], move(-1.2, 0, 0.6), (0, 1, 0), 12),
+        "board": ([box((1, 1, 0.03), _matte(0.15, 0.4, 0.8))], move(2.0, 0.7, 0.4), (0, 1, 0), 10),
+        "fan": (
+            [at(box((1.4, 0.06, 0.02), _matte(0.9, 0.9, 0.9)), rotate("z", 60 * blade)) for blade in range(3)],
+            move(-2.2, 2.4, -1), (0, 0, 1), 14,
+        ),
+    }  # fmt: skip
+    for name, (sections, where, axis, turns) in turning.items():
+        node = place(ground, name, mesh(name, sections), where)
+        scene.animations = [*scene.animations, Animation(spin(node, axis, turns), name)]
+    return _seen(scene, Camera.look_at((0, 1.7, 4.6), (0, 0.9, -1.2), vertical_fov=math.radians(55)))
+
+
 def ball(scene: Scene, radius: float) -> Node:
     """A white ball in a scene."""
     return place(scene.add(Node("ball")), "sphere", mesh("ball", [sphere(radius, _matte(0.8, 0.8, 0.8))]))
@@ -172,8 +198,8 @@ def _mirrored(name: str, lamps: list[tuple[Section, tuple[float, float, float]]]
     for number, floor in enumerate(floors):
         _put(room, f"floor {number}", plane(0.8, 5, floor), move(-2 + 0.8 * number, 0, -0.5))
     _put(room, "wall", box((8, 3, 0.1), _matte(0.5, 0.48, 0.45)), move(0, 1.5, -3))
-    for lamp, at in lamps:
-        _put(room, "lamp", lamp, move(*at))
+    for lamp, place_of_lamp in lamps:
+        _put(room, "lamp", lamp, move(*place_of_lamp))
     return _seen(scene, Camera.look_at((0, 1.5, 2), (0, 0.5, -1.5), vertical_fov=math.radians(58)))
 
 
