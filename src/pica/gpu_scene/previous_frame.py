@@ -32,6 +32,11 @@ class PreviousPlaces:
         """PLACE rows, as the instances'."""
         return self._table.buffer
 
+    @property
+    def moved(self) -> NDArray[np.int64]:
+        """The instances that moved in the newest frame."""
+        return np.zeros(0, np.int64) if self._shown is None else self._shown[0]
+
     def note(self, moved: NDArray[np.int64], added: NDArray[np.int64]) -> None:
         """Mark instances with a new transform since the view's last frame, and added ones, which were not in it."""
         highest = int(max(moved.max(initial=0), added.max(initial=0)))

@@ -182,6 +182,14 @@ class SceneView:
         """Whether some of these are thin-walled."""
         return self._follows_diffuse and self.scene.materials.traits.any("sheet")
 
+    def moving_emitters(self) -> NDArray[np.int64]:
+        """Records of emissive meshes whose instances have moved since the view's previous frame."""
+        starts = [records for records, _ in self.scene.records.emissive.starts()]
+        if not starts or not len(self.places.moved):
+            return np.zeros(0, np.int64)
+        records = np.concatenate(starts)
+        return records[np.isin(self.records["instance"][records], self.places.moved)]
+
     def labels(self) -> NDArray[np.uint32]:
         """(records, 2) the node and the material of each record as they are now, both counted from 1."""
         records = self.records

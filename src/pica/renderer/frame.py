@@ -87,6 +87,7 @@ def declare(
     graph.provide(reprojection=s.reprojection)
     yield "gbuffer"
     s.light = stages.light_sampler(graph, s.slots, stages.lights_hits)
+    graph.provide(historyLimits=stages.history_limits(graph, s.scene, s.light.motions, s.past))
     if stages.shadows is not None:
         s.shadows = stages.shadows(graph, s.scene, s.light)
         if s.shadows.maps is None:
@@ -99,7 +100,7 @@ def declare(
     surroundings = stages.reflections.surroundings(graph) if stages.reflections else None
     direct = [stages.lighting(graph, s.scene, s.light, s.shadows, s.occlusion, noisy, surroundings)]
     if noisy is not None:
-        direct.append(stages.stochastic_light(graph, noisy, s.reprojection, s.light.motions, s.past))
+        direct.append(stages.stochastic_light(graph, noisy, s.reprojection, s.past))
     stages.lighting.offer(graph, *direct)
     s.parts += direct
     yield "lighting"

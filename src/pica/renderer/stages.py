@@ -23,6 +23,7 @@ from pica.frame.effect import Effect
 from pica.gpu_scene.view import SceneView
 from pica.images.lut import Lut
 from pica.light_map.light_map import LightMap
+from pica.light_sampling.history_limits import HistoryLimits
 from pica.light_sampling.light_sampler import LightSampler
 from pica.light_sampling.light_slots import LightSlots
 from pica.rhi.device import Device
@@ -65,6 +66,7 @@ class Stages:
         self._glass_layers = -1
         self.reprojection = Reprojection(device)
         self.light_sampler = LightSampler(device.memory_scope())
+        self.history_limits = HistoryLimits(device.memory_scope())
         self.stochastic_light = StochasticLightDenoiser(device)
         self.depth_of_field = DepthOfField(device)
         self.shadows: Shadows | ShadowMaps | None = None

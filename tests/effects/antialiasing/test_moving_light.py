@@ -52,3 +52,18 @@ def test_a_mirror_shows_what_moves_where_it_is(device):
     shown = instance == instance[SIZE[1] // 2, SIZE[0] // 2]
     off = np.abs(moving - still).max(-1) > 0.1
     assert off[shown].mean() < 0.015  # with the history of a mirror that nothing moves in, .020
+
+
+@pytest.mark.parametrize("roughness", [0.3, 1.0], ids=["polished", "matt"])
+def test_something_that_glows_takes_its_light_along(device, roughness):
+    """A ball over a floor, default settings: histories of a fixed length held 1.6 times the light where it has been."""
+    ball = placed(sphere(0.28, lambert(0, emission=(6.0, 1.0, 1.0))))
+    floor = Material(base_color=(0.4, 0.4, 0.4, 1), metallic=0.0, roughness=roughness)
+    scene = scene_of(placed(plane(20, 20, floor)), ball, environment=uniform(0.08, 0.08, 0.08))
+    camera = Camera.look_at((0, 1.7, 3.5), (0, 0.2, 0), vertical_fov=np.radians(45))
+    places = [(0.05 * (frame - FRAMES) + 0.5, 0.3, 0) for frame in range(FRAMES)]
+    moving, still, _ = after(device, scene, ball, places, camera)
+    glowing = np.argwhere(still.min(-1) > 0.9)
+    (_, left), (bottom, _) = glowing.min(0), glowing.max(0)
+    behind = np.s_[bottom - 6 : bottom + 4, left - 14 : left - 4]
+    assert moving[behind].mean() < 1.2 * still[behind].mean()

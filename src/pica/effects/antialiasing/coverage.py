@@ -17,7 +17,7 @@ class Coverage:
     "Compositing Digital Images", section 3)."""
 
     def __init__(self, device: Device) -> None:
-        self._resolve = TemporalResolve(device, "coverage")
+        self._resolve = TemporalResolve(device, "coverage", is_light=False)
         self._cover = device.compute("effects/antialiasing/coverage.slang")
 
     def __call__(

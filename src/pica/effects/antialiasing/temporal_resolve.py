@@ -14,8 +14,8 @@ from pica.rhi.device import Device
 class TemporalResolve:
     """The mean of all samples where nothing changes, a history that follows the motion elsewhere."""
 
-    def __init__(self, device: Device, name: str) -> None:
-        self._name = name
+    def __init__(self, device: Device, name: str, is_light: bool = True) -> None:
+        self._name, self._is_light = name, is_light
         edge = spy.TextureAddressingMode.clamp_to_edge
         self._linear = device.sampler(address_u=edge, address_v=edge)
         self._no_glass = device.texture("no glass", spy.Format.rgba32_uint, (1, 1))
@@ -76,6 +76,7 @@ class TemporalResolve:
             movingImages=mirrors or self._nothing_moves,
             hasShadows=int(shadows is not None),
             hasImages=int(mirrors is not None),
+            isLight=int(self._is_light),
             linearSampler=self._linear,
             movingPicture=write(moving),
             known=history.known,

@@ -12,7 +12,6 @@ from pica.frame.effect import Effect
 from pica.frame.signals.light import BOTH_PARTS
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Texture, update, write
-from pica.light_sampling.light_motions import LightMotions
 from pica.programs.library import programs
 from pica.rhi.device import Device
 
@@ -48,7 +47,6 @@ class StochasticLightDenoiser(Effect):
         graph: FrameGraph,
         samples: Texture,
         reprojection: Reprojection,
-        motions: LightMotions,
         picture: History,
     ) -> Texture:
         """The light of `samples`, filtered, both parts as frame/signals/light.py has them.
@@ -86,8 +84,6 @@ class StochasticLightDenoiser(Effect):
                 signal=write(filtered[0]),
                 lobes=write(lobes),
                 known=history.known,
-                lightMotions=motions.buffer,
-                lightsMove=motions.have_moved,
                 **history.swap(),
             )
             for number, (step, smooth) in enumerate(zip(_STEPS, self._passes, strict=True)):

@@ -1,0 +1,58 @@
+"""How many frames of a history count where lights and emissive meshes move."""
+
+import numpy as np
+import slangpy as spy
+
+from pica.frame.context import FrameContext
+from pica.gpu_scene.view import SceneView
+from pica.graph.graph import FrameGraph
+from pica.graph.resources import Block, History, write
+from pica.light_sampling.light_motions import LightMotions
+from pica.programs.library import programs
+from pica.rhi.device import Device
+
+_SECTIONS = 32
+"""Sections of emissive meshes that are followed, the first of those that move."""
+
+
+class HistoryLimits:
+    """Decides it in frames in which any moves; others cost nothing."""
+
+    def __init__(self, device: Device) -> None:
+        self._limit = programs(device).compute("light_sampling/limit_histories.slang")
+        self._sections = np.zeros(_SECTIONS, np.uint32)
+        self._buffer = device.structured("moving sections", self._sections)
+        self._count = 0
+        self._apply = False
+
+    def __call__(self, graph: FrameGraph, view: SceneView, motions: LightMotions, picture: History) -> Block:
+        """The block of filtering/history_limits.slang. `picture`: Antialiasing.history's."""
+
+        def follow(frame: FrameContext) -> None:
+            sections = view.moving_emitters()[:_SECTIONS] if frame.changed_lights else ()
+            self._count = len(sections)
+            self._apply = motions.moved or self._count > 0
+            if self._count:
+                self._sections[: self._count] = sections
+                frame.encoder.upload_buffer_data(self._buffer, 0, self._sections.view(np.uint8))
+
+        with graph.scope("light_sampling"):
+            frames = graph.texture("history limits", spy.Format.rg8_uint)
+            graph.record("follow emissive meshes", follow)
+            graph.add(
+                self._limit,
+                graph.grid,
+                when=lambda frame: self._apply,
+                previousPicture=picture.textures["picture"].previous,
+                pictureKnown=picture.known,
+                lightMotions=motions.buffer,
+                movingSections=self._buffer,
+                movingSectionCount=lambda frame: self._count,
+                limits=write(frames),
+            )
+            return graph.block(
+                "filtering/history_limits.slang",
+                "historyLimits",
+                frames=frames,
+                apply=lambda frame: int(self._apply),
+            )
