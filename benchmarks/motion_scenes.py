@@ -74,7 +74,7 @@ def stained_glass() -> Scene:
             _put(room, "pane", pane, out @ rotate("x", 90))
             _put(room, "bar", box((0.1 * width, height, 0.02), lead), out @ move(width / 2, 0, 0))
             _put(room, "ring", box((width, 0.08 * height, 0.02), lead), out @ move(0, height / 2, 0))
-    _put(room, "bulb", sphere(0.09, _matte(0.0, 0.0, 0.0, emission=(30.0, 24.0, 15.0))), move(-0.5, 0.8, 0))
+    _put(room, "bulb", sphere(0.09, _glowing(30, 24, 15)), move(-0.5, 0.8, 0))
     for column in range(4):
         for row in range(4):
             at = move(0.75 + 0.3 * column, 0.35 + 0.32 * row, -0.6) @ rotate("y", -25)
@@ -131,21 +131,21 @@ def metal() -> Scene:
 
 def mirrored_panel() -> Scene:
     """A wall of light, mirrored by six floors."""
-    panel = box((3.6, 1.0, 0.05), _matte(0.0, 0.0, 0.0, emission=(3.0, 2.0, 1.0)))
+    panel = box((3.6, 1.0, 0.05), _glowing(3, 2, 1))
     return _mirrored("mirrored panel", [(panel, (0.0, 1.0, -2.8))])
 
 
 def mirrored_tubes() -> Scene:
     """Six neon tubes of 2 centimetres, mirrored by six floors."""
     colors = (30.0, 3.0, 10.0), (3.0, 20.0, 30.0), (20.0, 20.0, 3.0)
-    tubes = [box((0.5, 0.02, 0.02), _matte(0.0, 0.0, 0.0, emission=color)) for color in colors]
+    tubes = [box((0.5, 0.02, 0.02), _glowing(*color)) for color in colors]
     return _mirrored("mirrored tubes", [(tubes[k % 3], (-2 + 0.8 * k, 0.5 + 0.2 * (k % 2), -2.5)) for k in range(6)])
 
 
 def mirrored_bulbs() -> Scene:
     """Twelve bulbs of 8 centimetres, mirrored by six floors."""
     colors = (60.0, 30.0, 10.0), (10.0, 40.0, 60.0), (50.0, 50.0, 13.0)
-    bulbs = [sphere(0.04, _matte(0.0, 0.0, 0.0, emission=color), 16) for color in colors]
+    bulbs = [sphere(0.04, _glowing(*color), 16) for color in colors]
     return _mirrored("mirrored bulbs", [(bulbs[k % 3], (-2.2 + 0.4 * k, 0.4 + 0.3 * (k % 3), -2.4)) for k in range(12)])
 
 
@@ -183,9 +183,33 @@ def yard() -> Scene:
     return _seen(scene, Camera.look_at((0, 1.7, 4.6), (0, 0.9, -1.2), vertical_fov=math.radians(55)))
 
 
+def stage() -> Scene:
+    """Two sticks and a bulb that glow turn over a polished floor, before a wall and past three balls: light moves."""
+    scene = Scene("stage", gradient_sky(zenith=(0.01, 0.01, 0.02), horizon=(0.02, 0.02, 0.03), nadir=(0.01, 0.01, 0.01)))
+    set_ = scene.add(Node("set"))
+    polished = Material("polished", base_color=(0.12, 0.12, 0.13, 1.0), metallic=0.0, roughness=0.2)
+    _put(set_, "floor", box((16, 0.2, 16), polished), move(0, -0.1, 0))
+    _put(set_, "wall", box((12, 5, 0.2), _matte(0.45, 0.42, 0.4)), move(0, 2.5, -3))
+    for number, material in enumerate((_matte(0.8, 0.8, 0.8), _metal(0.9, 0.2), _matte(0.8, 0.3, 0.2))):
+        _put(set_, f"ball {number}", sphere(0.4, material), move(-1.8 + 1.8 * number, 0.4, -0.6))
+    shining = {
+        "left stick": (box((0.05, 1.2, 0.05), _glowing(20, 4, 12)), move(-1.2, 1.3, -1.2), (0, 0, 1)),
+        "right stick": (box((0.05, 1.2, 0.05), _glowing(3, 14, 20)), move(1.3, 1.3, -0.6), (0, 0, -1)),
+        "bulb": (at(sphere(0.06, _glowing(120, 110, 90)), move(1.8, 1.6, 0.8)), move(0, 0, -0.8), (0, 1, 0)),
+    }
+    for name, (section, where, axis) in shining.items():
+        node = place(set_, name, mesh(name, [section]), where)
+        scene.animations = [*scene.animations, Animation(spin(node, axis, 12), name)]
+    return _seen(scene, Camera.look_at((0, 1.8, 5.2), (0, 1.1, -1), vertical_fov=math.radians(55)))
+
+
 def ball(scene: Scene, radius: float) -> Node:
     """A white ball in a scene."""
     return place(scene.add(Node("ball")), "sphere", mesh("ball", [sphere(radius, _matte(0.8, 0.8, 0.8))]))
+
+
+def _glowing(*emission: float) -> Material:
+    return _matte(0.0, 0.0, 0.0, emission=emission)
 
 
 def _mirrored(name: str, lamps: list[tuple[Section, tuple[float, float, float]]]) -> Scene:
