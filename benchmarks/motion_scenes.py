@@ -185,7 +185,8 @@ def yard() -> Scene:
 
 def stage() -> Scene:
     """Two sticks and a bulb that glow turn over a polished floor, before a wall and past three balls: light moves."""
-    scene = Scene("stage", gradient_sky(zenith=(0.01, 0.01, 0.02), horizon=(0.02, 0.02, 0.03), nadir=(0.01, 0.01, 0.01)))
+    sky = gradient_sky(zenith=(0.01, 0.01, 0.02), horizon=(0.02, 0.02, 0.03), nadir=(0.01, 0.01, 0.01))
+    scene = Scene("stage", sky)
     set_ = scene.add(Node("set"))
     polished = Material("polished", base_color=(0.12, 0.12, 0.13, 1.0), metallic=0.0, roughness=0.2)
     _put(set_, "floor", box((16, 0.2, 16), polished), move(0, -0.1, 0))
