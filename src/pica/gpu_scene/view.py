@@ -184,10 +184,7 @@ class SceneView:
 
     def moving_emitters(self) -> NDArray[np.int64]:
         """Records of emissive meshes whose instances have moved since the view's previous frame."""
-        starts = [records for records, _ in self.scene.records.emissive.starts()]
-        if not starts or not len(self.places.moved):
-            return np.zeros(0, np.int64)
-        records = np.concatenate(starts)
+        records = self.scene.records.emissive.records()
         return records[np.isin(self.records["instance"][records], self.places.moved)]
 
     def labels(self) -> NDArray[np.uint32]:

@@ -27,6 +27,8 @@ class EmissiveTriangles:
         self._powers = np.zeros(0)
         self.revision = 0
         """Counts the changes."""
+        self._records: tuple[int, NDArray[np.int64]] = 0, np.zeros(0, np.int64)
+        """As of which revision, and which."""
 
     def __bool__(self) -> bool:
         return bool(self._added)
@@ -44,6 +46,13 @@ class EmissiveTriangles:
     def has(self, key: int) -> bool:
         """Whether triangles were added under this key."""
         return key in self._added
+
+    def records(self) -> NDArray[np.int64]:
+        """(n,) records that have triangles."""
+        if self._records[0] != self.revision:
+            every = [records for records, _ in self.starts()]
+            self._records = self.revision, np.concatenate([np.zeros(0, np.int64), *every])
+        return self._records[1]
 
     def starts(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
         """Records and their first triangles, (n,) each."""
