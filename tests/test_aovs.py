@@ -134,15 +134,16 @@ def test_the_path_tracer_s_are_of_pixel_centres(device, fresh):
 
 
 def test_the_table_tells_shapes_backgrounds_and_frames(fresh):
-    camera = CAMERAS["perspective"]
-    whole = fresh.render(frames=3, camera=camera, aovs=list(AOVS))
+    camera, named = CAMERAS["perspective"], [name for name in AOVS if name != "alpha"]  # the background is opaque
+    whole = fresh.render(frames=3, camera=camera, aovs=named)
     fresh.reset()
-    singles = [fresh.render(frames=1, camera=camera, aovs=list(AOVS)) for _ in range(3)]
-    assert set(whole.aov_names) == set(AOVS)
+    singles = [fresh.render(frames=1, camera=camera, aovs=named) for _ in range(3)]
+    assert set(whole.aov_names) == set(named)
     nothing = whole.aov("instance") == whole.BACKGROUND
     assert 0.1 < nothing.mean() < 0.9
-    for name, info in AOVS.items():
-        assert whole.aov_info(name) is info
+    for name in named:
+        info = whole.aov_info(name)
+        assert info is AOVS[name]
         array = whole.aov(name)
         if info.channels is not None:
             assert array.shape[2:] == (() if info.channels == 1 else (info.channels,)), name

@@ -60,6 +60,7 @@ AOVS = _table(
     AovInfo(
         "environment", "what is seen of the surroundings themselves, linear Rec. 709", "nits", 3, None, on_request=True
     ),
+    AovInfo("alpha", "covered share of the picture's pixel, 0 to 1; if the background is transparent", "", 1, 0),
 )
 """All but debug AOVs and those of inserted effects, by name."""
 

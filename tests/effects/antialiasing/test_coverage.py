@@ -7,6 +7,7 @@ from PIL import Image
 import pica
 from pica.color import srgb_encode
 from pica.images import pictures
+from pica.images.aov_table import AOVS
 from pica.scene.material import AlphaMode, Material
 from pica.scene.orbit import orbited
 from pica.scenes.basic_meshes import sphere
@@ -35,6 +36,7 @@ def test_over_the_sky_it_is_the_picture_with_the_sky(device, ball, clear):
     alpha = clear.aov("alpha")
     assert alpha.shape == (32, 48) and alpha.dtype == np.float32
     assert alpha[16, 24] == 1 and alpha[0, 0] == 0 and len(np.unique(alpha)) > 20
+    assert clear.aov_info("alpha") is AOVS["alpha"]
     whole = pica.Renderer(ball, size=SIZE, settings=settings(), device=device).render(32, camera=CAMERA)
     assert "alpha" not in whole.aov_names
     np.testing.assert_allclose(clear.color + (1 - alpha[..., None]) * SKY, whole.color, atol=1e-5)
