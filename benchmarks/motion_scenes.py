@@ -1,5 +1,5 @@
 """Scenes that are hard in motion: a room lit through its door alone, mirroring metal, a thin ring before the sky, a
-yard with moving shadows."""
+yard with moving shadows, a stage with moving light."""
 
 import math
 from collections.abc import Iterable

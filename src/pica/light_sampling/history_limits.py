@@ -7,18 +7,21 @@ from pica.frame.context import FrameContext
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Block, History, write
-from pica.light_sampling.light_motions import LightMotions
+from pica.light_sampling.light_motions import FOLLOWED_LIGHTS, LightMotions
 from pica.programs.library import programs
 from pica.rhi.device import Device
 
 _SECTIONS = 32
 """Sections of emissive meshes that are followed, the first of those that move."""
+_EMITTER = 80
+"""Bytes of a MovingEmitter (moving_emitters.slang)."""
 
 
 class HistoryLimits:
     """Decides it in frames in which any moves; others cost nothing."""
 
     def __init__(self, device: Device) -> None:
+        self._list = programs(device).compute("light_sampling/list_emitters.slang")
         self._limit = programs(device).compute("light_sampling/limit_histories.slang")
         self._sections = np.zeros(_SECTIONS, np.uint32)
         self._buffer = device.structured("moving sections", self._sections)
@@ -38,16 +41,27 @@ class HistoryLimits:
 
         with graph.scope("light_sampling"):
             frames = graph.texture("history limits", spy.Format.rg8_uint)
+            emitters = graph.buffer("moving emitters", _EMITTER * (FOLLOWED_LIGHTS + _SECTIONS), struct_size=_EMITTER)
+            count = graph.buffer("number of moving emitters", 4, struct_size=4)
             graph.record("follow emissive meshes", follow)
+            graph.add(
+                self._list,
+                (1, 1, 1),
+                when=lambda frame: self._apply,
+                lightMotions=motions.buffer,
+                movingSections=self._buffer,
+                movingSectionCount=lambda frame: self._count,
+                emitters=write(emitters),
+                emitterCount=write(count),
+            )
             graph.add(
                 self._limit,
                 graph.grid,
                 when=lambda frame: self._apply,
                 previousPicture=picture.textures["picture"].previous,
                 pictureKnown=picture.known,
-                lightMotions=motions.buffer,
-                movingSections=self._buffer,
-                movingSectionCount=lambda frame: self._count,
+                emitters=emitters,
+                emitterCount=count,
                 limits=write(frames),
             )
             return graph.block(
