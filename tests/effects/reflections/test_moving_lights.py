@@ -5,7 +5,7 @@ import pytest
 
 import pica
 from pica.scene.camera import Camera
-from pica.scene.light import RectangleLight
+from pica.scene.light import RectangleLight, SphereLight
 from pica.scene.material import Material
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
@@ -37,9 +37,12 @@ def center(columns):
     return (columns * np.arange(len(columns))).sum() / columns.sum()
 
 
-def test_the_highlight_of_a_light_that_moves_leaves_no_trail(device):
-    """A strip over a polished floor, lit by light samples and reflection rays together."""
-    strip = shining(RectangleLight(radiance=40.0, width=0.2, height=2.0))
+@pytest.mark.parametrize(
+    "light", [RectangleLight(radiance=40.0, width=0.2, height=2.0), SphereLight(radiance=40.0, radius=0.2)], ids=["strip", "ball"]
+)
+def test_the_highlight_of_a_light_that_moves_leaves_no_trail(device, light):
+    """A strip or a ball over a polished floor, lit by light samples and reflection rays together."""
+    strip = shining(light)
     floor = Material(base_color=(0.02, 0.02, 0.02, 1), metallic=0.0, roughness=0.13)
     light, expected = columns_of_moved(device, strip, floor, rotate("y", 180), {"shadows.max_lights": "0"})
     assert center(light) == pytest.approx(center(expected), abs=0.9)
