@@ -38,7 +38,9 @@ def center(columns):
 
 
 @pytest.mark.parametrize(
-    "light", [RectangleLight(radiance=40.0, width=0.2, height=2.0), SphereLight(radiance=40.0, radius=0.2)], ids=["strip", "ball"]
+    "light",
+    [RectangleLight(radiance=40.0, width=0.2, height=2.0), SphereLight(radiance=40.0, radius=0.2)],
+    ids=["strip", "ball"],
 )
 def test_the_highlight_of_a_light_that_moves_leaves_no_trail(device, light):
     """A strip or a ball over a polished floor, lit by light samples and reflection rays together."""
