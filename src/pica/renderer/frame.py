@@ -7,6 +7,7 @@ from pica.denoising.denoiser import Denoiser
 from pica.filtering.reprojection import Reprojection
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import IndirectResult
+from pica.frame.signals.mirrors import MirrorImages
 from pica.frame.signals.shadows import ShadowTextures
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
@@ -52,8 +53,8 @@ class Signals:
     occlusion: Texture | None = None
     """Red: visibility of the surroundings. None if the effect is off."""
     indirect: IndirectResult | None = None
-    mirrored: Texture | None = None
-    """Where mirrors show something that moves (Reflections)."""
+    mirrored: MirrorImages | None = None
+    """Motion of what flat mirrors show (Reflections)."""
     parts: list[Texture] = field(default_factory=list)
     """Light towards the camera so far, a picture for each kind (frame/signals/light.py), without emission and
     surroundings."""

@@ -9,6 +9,7 @@ from pica.effects.antialiasing.temporal_resolve import TemporalResolve
 from pica.frame.aovs import alpha_of
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
+from pica.frame.signals.mirrors import MirrorImages
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, History, Lifetime, Texture, write
 from pica.rhi.device import Device
@@ -48,7 +49,7 @@ class Antialiasing(Effect):
         exposure: Buffer,
         glass: History | None,
         shadows: Texture | None,
-        mirrors: Texture | None,
+        mirrors: MirrorImages | None,
     ) -> tuple[Texture, Texture | None]:
         """The picture with this frame's `radiance`, and its alpha in r, None where the background is not transparent.
 

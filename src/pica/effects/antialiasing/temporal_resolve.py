@@ -6,6 +6,7 @@ from typing import Any
 import slangpy as spy
 
 from pica.filtering.convergence import AT_REST_AFTER_RELIT
+from pica.frame.signals.mirrors import MirrorImages
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Buffer, History, Texture, write
 from pica.rhi.device import Device
@@ -20,6 +21,7 @@ class TemporalResolve:
         self._linear = device.sampler(address_u=edge, address_v=edge)
         self._no_glass = device.texture("no glass", spy.Format.rgba32_uint, (1, 1))
         self._nothing_moves = device.texture("nothing moves", spy.Format.r8_uint, (1, 1))
+        self._no_shift = device.texture("no shift", spy.Format.rg32_float, (1, 1))
         self._pass = device.compute("effects/antialiasing/temporal_resolve.slang")
 
     def _glass_inputs(self, glass: History | None) -> dict[str, Any]:
@@ -48,14 +50,13 @@ class TemporalResolve:
         exposure: Buffer,
         glass: History | None,
         shadows: Texture | None = None,
-        mirrors: Texture | None = None,
+        mirrors: MirrorImages | None = None,
         restarts: Callable[[Any], bool] | None = None,
     ) -> Texture:
         """The picture with this frame's `samples` (render size).
 
-        `exposure`: of the previous frame. `glass`: Transparency's, if there is any. `shadows`, `mirrors`: where light
-        moves over surfaces at rest (ShadowTextures.followed, Reflections). `restarts`: whether accumulation restarts,
-        as a function of the frame.
+        `exposure`: of the previous frame. `glass`: Transparency's, if there is any. `shadows`: ShadowTextures.followed.
+        `mirrors`: of Reflections. `restarts`: whether accumulation restarts, as a function of the frame.
         """
         state = history.state
 
@@ -73,7 +74,8 @@ class TemporalResolve:
             exposure=exposure,
             **self._glass_inputs(glass),
             movingShadows=shadows or self._nothing_moves,
-            movingImages=mirrors or self._nothing_moves,
+            movingImages=mirrors.followed if mirrors else self._nothing_moves,
+            imageShift=mirrors.shift if mirrors else self._no_shift,
             hasShadows=int(shadows is not None),
             hasImages=int(mirrors is not None),
             isLight=int(self._is_light),

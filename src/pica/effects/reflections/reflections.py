@@ -22,6 +22,7 @@ from pica.frame.effect import Effect, Reference, ReferenceLayer
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import ENDLESS, IndirectResult
 from pica.frame.signals.light import SIGNAL
+from pica.frame.signals.mirrors import MirrorImages
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Lifetime, Texture, write
 from pica.light_sampling.light_sampler import LightSamples
@@ -95,9 +96,9 @@ class Reflections(Effect):
         surroundings: Texture | None,
         picture: Texture | None,
         mirrors: bool,
-    ) -> tuple[Texture, Texture | None]:
-        """The specular reflections of this frame's surfaces, as in frame/signals/light.py, and (width, height, r8_uint)
-        above 0 where mirrors show something that moves, or did a few frames ago; None without filters.
+    ) -> tuple[Texture, MirrorImages | None]:
+        """The specular reflections of this frame's surfaces, as in frame/signals/light.py, and the motion of what flat
+        mirrors show; None without filters, or if nothing mirrors sharply.
 
         `indirect`: indirect light at hits; None: none. `surroundings`: the texture of that function, filled;
         with it `picture`, the light of this frame towards the camera without reflections. `mirrors`: whether any
@@ -105,7 +106,6 @@ class Reflections(Effect):
         """
         with graph.scope(self.name):
             history = graph.history("history", {"history": _LIGHT}, layers=1)
-            followed = graph.history("followed", {"followed": spy.Format.r8_uint}) if self._filters else None
             # Screen-space rays read the reflections of the previous frame.
             lifetime = Lifetime.FRAME if self._screen is None else Lifetime.KEPT
             reflected = graph.texture("reflected", SIGNAL, lifetime=lifetime)
@@ -133,7 +133,7 @@ class Reflections(Effect):
                     light=write(ray_light),
                 )
             offer_ray_aovs(graph, single)
-            signal = self._rebuild(graph, history, followed, hit_position_and_pdf, ray_light, hit_motion, dense)
+            signal, images = self._rebuild(graph, history, hit_position_and_pdf, ray_light, hit_motion, dense)
             graph.add(
                 self._filter,
                 graph.grid,
@@ -143,19 +143,19 @@ class Reflections(Effect):
             if self._correction is not None:
                 self._correction(graph, reprojection, hit_position_and_pdf, single, reflected, dense)
             graph.offer("reflections", (reflected,), light_of)
-        return reflected, None if followed is None else followed["followed"]
+        return reflected, images
 
     def _rebuild(
         self,
         graph: FrameGraph,
         history: History,
-        followed: History | None,
         hit_position_and_pdf: Texture,
         light: Texture,
         hit_motion: Texture,
         dense: bool,
-    ) -> Texture:
-        """(width, height, rgba32_float) mirrored light over albedo from fewer rays, and its variance."""
+    ) -> tuple[Texture, MirrorImages | None]:
+        """(width, height, rgba32_float) mirrored light over albedo from fewer rays, and its variance; and the motion as
+        `__call__` gives it."""
         reconstructed = graph.texture("reconstructed", _LIGHT)
         distances = graph.texture("distances", spy.Format.rg32_float)
         motions = graph.texture("motions", spy.Format.rgba16_float)
@@ -173,8 +173,10 @@ class Reflections(Effect):
             **({} if self._by_mirror_rays else {"filtered": int(self._filters)}),
         )
         offer_reflection_aovs(graph, reconstructed, distances)
-        if followed is None:
-            return reconstructed
+        if not self._filters:
+            return reconstructed, None
+        followed = graph.history("followed", {"followed": spy.Format.r8_uint})
+        images = MirrorImages(followed["followed"], graph.texture("image shift", spy.Format.rg32_float))
         signal = graph.texture("signal", _LIGHT)
         past = {"reconstructed": reconstructed, "distances": distances, "motions": motions, "moves": self._moves}
         graph.add(
@@ -183,6 +185,7 @@ class Reflections(Effect):
             dense=int(dense),
             known=history.known,
             signal=write(signal),
+            imageShift=write(images.shift),
             **history.swap(),
             **followed.swap(),
             **past,
@@ -190,7 +193,7 @@ class Reflections(Effect):
         offer_history_aovs(graph, signal, history["history"])
         if graph.wants(*REPROJECTION_AOVS):
             self._show_past(graph, signal, history, past)
-        return signal
+        return signal, images if dense else None
 
     def _moves(self, frame: FrameContext) -> int:
         """Whether rays know how what they hit has moved."""
