@@ -16,8 +16,8 @@ SIZE, FRAMES = (128, 72), 16
 
 
 def after(device, scene, thing, places, camera, degrees=0):
-    """The picture while `thing` comes along `places` and the camera goes round the origin by so many degrees a frame, its
-    truth where they end, and where it is seen there."""
+    """The picture while `thing` comes along `places` and the camera goes round the origin by so many degrees a frame,
+    its truth where they end, and where it is seen there."""
     with pica.Renderer(scene, size=SIZE, device=device) as renderer:
         for frame, place in enumerate(places, start=1 - len(places)):
             thing.transform = move(*place)
@@ -32,7 +32,8 @@ def after(device, scene, thing, places, camera, degrees=0):
     ids=["half a pixel a frame", "two pixels a frame", "four, and the camera moves"],
 )
 def test_the_shadow_of_something_that_moves_leaves_neither_dots_nor_a_trail(device, step, degrees, bound):
-    """As long as nothing but noise and static edges was expected on surfaces, .0051, .0085 and .0055 of the floor was off."""
+    """As long as nothing but noise and static edges was expected on surfaces, .0051, .0085 and .0055 of the floor was
+    off."""
     ball = placed(sphere(0.3, lambert(0.8, 0.5, 0.1)))
     sun = shining(DirectionalLight(illuminance=5.0, angular_diameter=0.0093), aim((4, 6, 3), (0, 0, 0)))
     scene = scene_of(placed(plane(20, 20, lambert(0.5))), ball, sun, environment=uniform(0.3, 0.35, 0.5))
