@@ -6,7 +6,7 @@ import slangpy as spy
 from pica.frame.context import FrameContext
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Block, History, write
+from pica.graph.resources import Block, History, Texture, write
 from pica.light_sampling.light_motions import FOLLOWED_LIGHTS, LightMotions
 from pica.programs.library import programs
 from pica.rhi.device import Device
@@ -26,15 +26,18 @@ class HistoryLimits:
         self._sections = np.zeros(_SECTIONS, np.uint32)
         self._buffer = device.structured("moving sections", self._sections)
         self._count = 0
-        self._apply = False
+        self._lists = self._apply = False
 
-    def __call__(self, graph: FrameGraph, view: SceneView, motions: LightMotions, picture: History) -> Block:
-        """The block of filtering/history_limits.slang. `picture`: Antialiasing.history's."""
+    def __call__(
+        self, graph: FrameGraph, view: SceneView, motions: LightMotions, picture: History, rates: Texture | None
+    ) -> Block:
+        """The block of filtering/history_limits.slang. `picture`: Antialiasing.history's; `rates`: ShadowTextures'."""
 
         def follow(frame: FrameContext) -> None:
             sections = view.moving_emitters()[:_SECTIONS] if frame.changed_lights else ()
             self._count = len(sections)
-            self._apply = motions.moved or self._count > 0
+            self._lists = motions.moved or self._count > 0
+            self._apply = self._lists or (rates is not None and frame.changed_scene)
             if self._count:
                 self._sections[: self._count] = sections
                 frame.encoder.upload_buffer_data(self._buffer, 0, self._sections.view(np.uint8))
@@ -47,7 +50,7 @@ class HistoryLimits:
             graph.add(
                 self._list,
                 (1, 1, 1),
-                when=lambda frame: self._apply,
+                when=lambda frame: self._lists,
                 lightMotions=motions.buffer,
                 movingSections=self._buffer,
                 movingSectionCount=lambda frame: self._count,
@@ -60,8 +63,11 @@ class HistoryLimits:
                 when=lambda frame: self._apply,
                 previousPicture=picture.textures["picture"].previous,
                 pictureKnown=picture.known,
+                shadowRates=rates or graph.nothing(spy.Format.r8_unorm),
+                rated=int(rates is not None),
                 emitters=emitters,
                 emitterCount=count,
+                follows=lambda frame: int(self._lists),
                 limits=write(frames),
             )
             return graph.block(

@@ -88,11 +88,12 @@ def declare(
     graph.provide(reprojection=s.reprojection)
     yield "gbuffer"
     s.light = stages.light_sampler(graph, s.slots, stages.lights_hits)
-    graph.provide(historyLimits=stages.history_limits(graph, s.scene, s.light.motions, s.past))
     if stages.shadows is not None:
         s.shadows = stages.shadows(graph, s.scene, s.light)
         if s.shadows.maps is None:
             stages.light_sampler.count_visibility(graph, s.light, s.shadows.bits)
+    rates = s.shadows.rates if s.shadows else None
+    graph.provide(historyLimits=stages.history_limits(graph, s.scene, s.light.motions, s.past, rates))
     yield "shadows"
     if stages.ambient_occlusion is not None:
         s.occlusion = stages.ambient_occlusion(graph, s.gbuffer)

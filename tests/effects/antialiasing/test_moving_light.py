@@ -73,3 +73,17 @@ def test_something_that_glows_takes_its_light_along(device, roughness):
     (_, left), (bottom, _) = glowing.min(0), glowing.max(0)
     behind = np.s_[bottom - 6 : bottom + 4, left - 14 : left - 4]
     assert moving[behind].mean() < 1.2 * still[behind].mean()
+
+
+def test_the_shadow_in_the_light_of_a_panel_has_no_dots(device):
+    """A ball below a panel that glows: history and picture held what the ball hid some frames ago."""
+    ball = placed(sphere(0.3, lambert(0.8, 0.5, 0.1)))
+    panel = placed(box((1.2, 0.05, 0.5), lambert(0, emission=(8.0, 8.0, 8.0))), move(0, 2.0, -0.5))
+    scene = scene_of(placed(plane(20, 20, lambert(0.5))), ball, panel, environment=uniform(0.05, 0.05, 0.05))
+    camera = Camera.look_at((0, 1.7, 3.5), (0, 0.2, 0), vertical_fov=np.radians(45))
+    places = [(0.05 * (frame - FRAMES + 1), 0.35, 0) for frame in range(FRAMES)]
+    moving, still, instance = after(device, scene, ball, places, camera)
+    floor = instance == instance[-1, 0]
+    off = np.abs(moving - still).max(-1) > 0.15 * still[floor].mean()
+    print('ERR', off[floor].mean(), (np.abs(moving - still).max(-1) > 0.25 * still[floor].mean())[floor].mean())
+    assert off[floor].mean() < 0.1

@@ -72,6 +72,7 @@ class Shadows(Effect):
             if denoised:
                 slopes = graph.texture("slopes", spy.Format.r16_float, layers=denoised)
                 outputs["slopes"] = write(slopes)
+            rates = graph.texture("rates", spy.Format.r8_unorm)
             followed = graph.history("followed", {"followed": spy.Format.r8_uint})
             graph.add(
                 self._trace,
@@ -79,6 +80,7 @@ class Shadows(Effect):
                 known=followed.known,
                 lightSamples=light.samples,
                 weights=light.weights,
+                shadowRates=write(rates),
                 moves=lambda frame: int(frame.changed_scene),
                 **{"samples": samples, "slopes": slopes, **outputs, **followed.swap()},
             )
@@ -92,7 +94,7 @@ class Shadows(Effect):
                 offer_shadow_aovs(graph, {"samples": samples, **textures}, slots.svgf)
             for slot in range(len(slots.single_lights)):
                 self._offer_result(graph, slot, bits, filtered, slot < denoised)
-        return ShadowTextures(bits, filtered, samples, followed["followed"])
+        return ShadowTextures(bits, filtered, samples, followed["followed"], rates if slots.noisy else None)
 
     def _offer_result(self, graph: FrameGraph, slot: int, bits: Texture, filtered: Texture, is_filtered: bool) -> None:
         """(height, width) the fraction of a slot's light that arrives."""
