@@ -1,6 +1,6 @@
 """What users see at rest and in motion, against the path tracer: docs/measurements/motion.md.
 
-    PYTHONPATH=. python benchmarks/motion.py [SCENE ...] [--env FILE] [--parts camera,objects,flicker,ring]
+    PYTHONPATH=. python benchmarks/motion.py [SCENE ...] [--env FILE] [--parts camera,objects,both,flicker,ring]
         [--size 480x270] [--samples 1024] [--preset NAME] [--set GROUP.NAME=VALUE] [--references DIR] [--noise] [--json]
 
 SCENE is a name in pica.scenes or in motion_scenes.py: `door`, `metal`, `yard`, `stage`, or a file, below --env.
@@ -9,7 +9,7 @@ does not outweigh the room; of
 
 * camera: the 64th and the 2nd frame at rest, and the 24th of a camera that turns by a degree a frame: round what it
   looks at, or in closed rooms about itself. It comes to where the other two stand, all three have one reference;
-* objects: the 24th frame of an animation in steps of 1/30 s, the camera at rest;
+* objects: the 24th frame of an animation in steps of 1/30 s, the camera at rest; both: the camera goes on as above;
 * flicker: the mean absolute change from frame to frame at rest over the mean, both clipped like that, in the left half
   of the picture, while a small ball goes up and down in the right one: without it (`alone`), and with it;
 * ring: the fraction of sky pixels, more than two pixels from a thin ring, that are off by over 5 % of the picture's
@@ -130,8 +130,8 @@ def moving_camera(bench: Bench, name: str) -> dict[str, Any]:
     return {**found, "noise": noise(halves)}
 
 
-def moving_objects(bench: Bench, name: str) -> dict[str, Any]:
-    """After MOVING frames of the animation."""
+def moving_objects(bench: Bench, name: str, both: bool = False) -> dict[str, Any]:
+    """After MOVING frames of the animation. `both`: and of a camera that comes to the same place."""
     scene = bench.scene(name)
     camera = scene.default_camera(bench.size[0] / bench.size[1])
     play = sequence("objects", scene, camera, speed=STEP)
@@ -139,8 +139,14 @@ def moving_objects(bench: Bench, name: str) -> dict[str, Any]:
     halves = bench.reference(f"{Path(name).stem}-objects", scene, camera, bench.size)
     play(0)
     with pica.Renderer(scene, size=bench.size, settings=bench.settings, device=bench.device) as renderer:
-        found = errors(halves, played(renderer, play, range(MOVING)))
-    return {"scene": name, "moves": "objects", "moving": found, "noise": noise(halves)}
+        orbit = sequence("orbit", scene, camera, speed=DEGREES)
+
+        def move_both(frame: int) -> Camera:
+            play(frame)
+            return orbit(frame + 1 - MOVING)
+
+        found = errors(halves, played(renderer, move_both if both else play, range(MOVING)))
+    return {"scene": name, "moves": "both" if both else "objects", "moving": found, "noise": noise(halves)}
 
 
 def flicker(bench: Bench, name: str) -> dict[str, Any]:
@@ -237,6 +243,8 @@ def main() -> None:
     for name in given.scenes or OBJECT_SCENES if "objects" in parts else ():
         if bench.scene(name).animations:
             show(moving_objects(bench, name))
+    for name in given.scenes or OBJECT_SCENES if "both" in parts else ():
+        show(moving_objects(bench, name, both=True))
     for name in given.scenes or CAMERA_SCENES if "flicker" in parts else ():
         show(flicker(bench, name))
     if "ring" in parts:

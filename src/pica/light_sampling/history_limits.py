@@ -1,4 +1,4 @@
-"""How many frames of a history count where lights and emissive meshes move."""
+"""How many frames of a history count where what shines moves, or what hides its light."""
 
 import numpy as np
 import slangpy as spy
@@ -26,7 +26,7 @@ class HistoryLimits:
         self._sections = np.zeros(_SECTIONS, np.uint32)
         self._buffer = device.structured("moving sections", self._sections)
         self._count = 0
-        self._lists = self._apply = False
+        self._follows = self._apply = False
 
     def __call__(
         self, graph: FrameGraph, view: SceneView, motions: LightMotions, picture: History, rates: Texture | None
@@ -36,8 +36,8 @@ class HistoryLimits:
         def follow(frame: FrameContext) -> None:
             sections = view.moving_emitters()[:_SECTIONS] if frame.changed_lights else ()
             self._count = len(sections)
-            self._lists = motions.moved or self._count > 0
-            self._apply = self._lists or (rates is not None and frame.changed_scene)
+            self._follows = motions.moved or self._count > 0
+            self._apply = self._follows or (rates is not None and frame.changed_scene)
             if self._count:
                 self._sections[: self._count] = sections
                 frame.encoder.upload_buffer_data(self._buffer, 0, self._sections.view(np.uint8))
@@ -50,7 +50,7 @@ class HistoryLimits:
             graph.add(
                 self._list,
                 (1, 1, 1),
-                when=lambda frame: self._lists,
+                when=lambda frame: self._follows,
                 lightMotions=motions.buffer,
                 movingSections=self._buffer,
                 movingSectionCount=lambda frame: self._count,
@@ -64,10 +64,10 @@ class HistoryLimits:
                 previousPicture=picture.textures["picture"].previous,
                 pictureKnown=picture.known,
                 shadowRates=rates or graph.nothing(spy.Format.r8_unorm),
-                rated=int(rates is not None),
+                hasRates=int(rates is not None),
                 emitters=emitters,
                 emitterCount=count,
-                follows=lambda frame: int(self._lists),
+                hasEmitters=lambda frame: int(self._follows),
                 limits=write(frames),
             )
             return graph.block(

@@ -25,8 +25,8 @@ class ShadowTextures:
     """(width, height, r8_uint) above 0 where something that moves casts a sharp shadow, or did a few frames ago. None
     where no rays are traced."""
     rates: Texture | None = None
-    """(width, height, r8_unorm) how fast what moves passes before the samples of many lights (shadow_rays.slang). None
-    likewise, and without such samples."""
+    """(width, height, r8_unorm) how fast what hides samples of many lights moves (shadow_rays.slang). None likewise,
+    and without such samples."""
     maps: Mapping[str, Any] | None = None
     """The parameters of light_sampling/mapped_visibility.slang, where lights have shadow maps."""
 
