@@ -240,11 +240,10 @@ def main() -> None:
 
     for name in given.scenes or CAMERA_SCENES if "camera" in parts else ():
         show(moving_camera(bench, name))
-    for name in given.scenes or OBJECT_SCENES if "objects" in parts else ():
-        if bench.scene(name).animations:
-            show(moving_objects(bench, name))
-    for name in given.scenes or OBJECT_SCENES if "both" in parts else ():
-        show(moving_objects(bench, name, both=True))
+    for part in ("objects", "both"):
+        for name in given.scenes or OBJECT_SCENES if part in parts else ():
+            if bench.scene(name).animations:
+                show(moving_objects(bench, name, both=part == "both"))
     for name in given.scenes or CAMERA_SCENES if "flicker" in parts else ():
         show(flicker(bench, name))
     if "ring" in parts:

@@ -37,7 +37,7 @@ class HistoryLimits:
             sections = view.moving_emitters()[:_SECTIONS] if frame.changed_lights else ()
             self._count = len(sections)
             self._follows = motions.moved or self._count > 0
-            self._apply = self._follows or (rates is not None and frame.changed_scene)
+            self._apply = self._follows or (rates is not None and frame.changed_scene and bool(picture.known(frame)))
             if self._count:
                 self._sections[: self._count] = sections
                 frame.encoder.upload_buffer_data(self._buffer, 0, self._sections.view(np.uint8))

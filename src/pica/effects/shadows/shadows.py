@@ -77,11 +77,10 @@ class Shadows(Effect):
             graph.add(
                 self._trace,
                 graph.size,
-                known=followed.known,
                 lightSamples=light.samples,
                 weights=light.weights,
                 shadowRates=write(rates),
-                moves=lambda frame: int(frame.changed_scene),
+                moves=lambda frame: int(frame.changed_scene and followed.known(frame)),
                 **{"samples": samples, "slopes": slopes, **outputs, **followed.swap()},
             )
             graph.offer("shadows", (bits,), lambda values: visibility_layers(values, slots.count))
