@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import pica
+from benchmarks import motion_scenes
 from pica.quality.effects import MeasuredEffect
+from pica.quality.sequences import sequence
 from pica.scene.light import DirectionalLight, RectangleLight
 from pica.scene.material import Image, Material, Sampler, Texture
 from pica.scenes.basic_meshes import box, plane, sphere
@@ -115,6 +117,20 @@ def test_light_that_changes_is_followed(device, values, frames, late):
     after = [reflected(renderer.render(1)).mean() for _ in range(60)]
     share = (np.array(after) / reflected(before).mean() - 1) / 2
     assert share[frames - 1] > 0.8 and share[59] == pytest.approx(1, abs=late) and share.max() < 1.1
+
+
+def test_light_that_few_rays_find_has_no_patches_in_motion(device):
+    """A room that the sun lights through its door, the camera turning: pictures of other noise are nearly alike."""
+    size, light = (128, 72), []
+    scene = motion_scenes.door()
+    camera = sequence("orbit", scene, scene.default_camera(size[0] / size[1]), speed=1.0)
+    for seed in (1, 2):
+        renderer = pica.Renderer(scene, size=size, settings=pica.Settings(seed=seed), device=device)
+        for number in range(39):
+            renderer.render(1, camera=camera(number), aovs=())
+        light.append(reflected(renderer.render(1, camera=camera(39), aovs=["diffuse_indirect"])).mean(-1))
+    apart = np.abs(light[0] - light[1]) / (light[0] + light[1])
+    assert np.median(apart) < 0.028 and apart.mean() < 0.043
 
 
 @pytest.mark.parametrize(("values", "tolerance", "noise"), [(ON, 0.05, 0.25), (SURFELS, 0.1, 0.35)])

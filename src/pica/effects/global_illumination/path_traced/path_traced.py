@@ -22,6 +22,8 @@ from pica.tracing.ray_effect import ENDED_PATHS, ray_effect
 
 _FOLDER = "effects/global_illumination/path_traced"
 _LIGHT = spy.Format.rgba32_float
+_TILE = 8
+"""change_tiles.slang: TILE."""
 
 
 class PathTracedIndirect:
@@ -53,6 +55,7 @@ class PathTracedIndirect:
         self._trace = ray_effect(device, module, "IndirectRays", "surface", tracer, True, cache, parts=parts)
         self._gather = device.compute(f"{_FOLDER}/irradiance_gather.slang")
         self._widen = device.compute(f"{_FOLDER}/irradiance_atrous.slang")
+        self._compare = device.compute(f"{_FOLDER}/irradiance_change.slang")
         self._accumulate = device.compute(f"{_FOLDER}/irradiance_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/irradiance_filter.slang")
         self._resampling = PathResampling(device, tracer) if settings.mode == "restir" else None
@@ -128,14 +131,25 @@ class PathTracedIndirect:
         gathered = graph.texture("gathered", _LIGHT, graph.half_size)
         widened = graph.texture("widened", _LIGHT, graph.half_size)
         nearness = graph.texture("nearness", spy.Format.r32_float, graph.half_size)
+        tiles = -(-graph.size[0] // _TILE), -(-graph.size[1] // _TILE)
+        changes = graph.texture("changes", _LIGHT, tiles)
         signal = graph.texture("signal", _LIGHT)
         written = {"gathered": write(gathered), "nearness": write(nearness)}
         graph.add(self._gather, graph.half_grid, found=found, **half, **written)
         graph.add(self._widen, graph.half_grid, gathered=gathered, nearness=nearness, widened=write(widened), **half)
         graph.add(
+            self._compare,
+            (*tiles, 1),
+            gathered=widened,
+            changes=write(changes),
+            known=history.known,
+            previousHistory=history["history"].previous,
+        )
+        graph.add(
             self._accumulate,
             accumulate_grid(graph.size),
             gathered=widened,
+            changes=changes,
             signal=write(signal),
             known=history.known,
             **history.swap(),
