@@ -142,7 +142,7 @@ class PathTracedIndirect:
             (*tiles, 1),
             gathered=widened,
             changes=write(changes),
-            known=history.known,
+            known=lambda frame: int(history.state.precedes(frame)),
             previousHistory=history["history"].previous,
         )
         graph.add(
