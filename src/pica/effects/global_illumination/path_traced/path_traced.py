@@ -10,7 +10,7 @@ from pica.filtering.accumulation import accumulate_grid
 from pica.frame.gbuffer import GBuffer
 from pica.frame.signals.indirect import ENDLESS, IndirectCache, IndirectPictures
 from pica.graph.graph import FrameGraph
-from pica.graph.resources import Buffer, History, Texture, write
+from pica.graph.resources import Buffer, History, Texture, update, write
 from pica.light_map.gpu_light_map import GpuLightMap, light_map_cache
 from pica.light_map.light_map import LightMap
 from pica.light_sampling.light_sampler import LightSamples
@@ -24,6 +24,8 @@ _FOLDER = "effects/global_illumination/path_traced"
 _LIGHT = spy.Format.rgba32_float
 _TILE = 8
 """change_tiles.slang: TILE."""
+_EARLY = 16
+"""irradiance_gather.slang: EARLY."""
 
 
 class PathTracedIndirect:
@@ -135,7 +137,8 @@ class PathTracedIndirect:
         changes = graph.texture("changes", _LIGHT, tiles)
         signal = graph.texture("signal", _LIGHT)
         written = {"gathered": write(gathered), "nearness": write(nearness)}
-        graph.add(self._gather, graph.half_grid, found=found, **half, **written)
+        dominant = graph.buffer("dominant rays", data=np.zeros(_EARLY, np.uint32))
+        graph.add(self._gather, graph.half_grid, found=found, dominant=update(dominant), **half, **written)
         graph.add(self._widen, graph.half_grid, gathered=gathered, nearness=nearness, widened=write(widened), **half)
         graph.add(
             self._compare,
