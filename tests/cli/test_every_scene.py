@@ -36,7 +36,7 @@ SPREAD = [
     ("compare", "cornell", of_effect("shadows", "still")),
     ("compare", "cornell", of_effect("reflections", "light")),
     ("compare", "court", of_effect("ambient_occlusion", "still")),
-    ("compare", "landscape", of_effect("global_illumination", "light")),
+    ("compare", "cornell", of_effect("global_illumination", "light")),
     ("compare", "rooms", of_effect("ambient_occlusion", "light")),
     ("compare", "rooms", of_effect("shadows", "still")),
     ("compare", "sphere_grid", of_effect("reflections", "objects")),

@@ -274,6 +274,7 @@ def test_programs_as_large_as_the_scene_show_it_as_those_that_know_all(device, n
     np.testing.assert_allclose(small, large, rtol=1e-3, atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["hybrid", "path traced"])
 def test_glass_is_the_same_to_programs_that_know_of_coats(device, nothing_cached, monkeypatch, way):
     small, types = pictured(device, "transmission", way)

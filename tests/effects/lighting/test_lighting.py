@@ -252,8 +252,8 @@ def test_lights_beyond_the_slots_share_one_ray_and_bring_all_their_light(device,
     """Up to 29 slots, and one more for all other lights, the emissive triangles and the environment."""
     scene = stage(*many_lights(count), *lamp(), environment=uniform(0.3, 0.4, 0.5))
     values = {"shadows.max_lights": str(slots)}
-    hybrid = render(device, scene, 256, VIEW, SIZE, values)
-    reference = converged(device, scene, 2048, VIEW, SIZE, max_depth=2)
+    hybrid = render(device, scene, 160, VIEW, SIZE, values)
+    reference = converged(device, scene, 1024, VIEW, SIZE, max_depth=2)
     np.testing.assert_allclose(hybrid.color.mean((0, 1)), reference.mean((0, 1)), rtol=0.02)
     assert hybrid.aov("shadows").shape == (48, 64, slots + 1)
 
