@@ -293,3 +293,30 @@ def test_pixels_are_box_filtered(device):
     np.testing.assert_allclose(color[:, :4], 1, rtol=1e-6)
     assert color[:, 4].mean() == pytest.approx(0.5, abs=0.02)
     np.testing.assert_allclose(color[:, 5:], 0)
+
+
+@pytest.mark.parametrize("way", ["path traced", "hybrid"])
+def test_a_panel_close_to_a_floor_lights_it_beside_the_panel(device, way):
+    """Shadow rays begin off the floor: in the direction from the floor itself, at a grazing angle, they passed the
+    panel's plane before its point, and found it in their way."""
+    low, width, depth = 0.06, 1.6, 0.9
+    panel = placed(plane(width, depth, lambert(0, emission=(5.0, 5.0, 5.0))), move(0, low, 0) @ rotate("x", 180))
+    scene = scene_of(placed(plane(8, 8, lambert(0.5))), panel)
+    camera = Camera.look_at((1.3, 1.0, 0), (1.1, 0, 0), vertical_fov=math.radians(25))
+    if way == "hybrid":
+        values = {"global_illumination.mode": "off", "reflections.mode": "off"}
+        given = pica.Settings().with_values(values)
+        with pica.Renderer(scene, size=SIZE, settings=given, device=device) as renderer:
+            frame = renderer.render(64, camera=camera)
+    else:
+        with pica.PathTracer(scene, size=SIZE, max_depth=2, device=device) as tracer:
+            frame = tracer.render(256, camera=camera)
+    places = frame.aov("position")[::6, ::6].reshape(-1, 3)
+    x, z = ((np.arange(400) + 0.5) / 400 - 0.5) * width, ((np.arange(200) + 0.5) / 200 - 0.5) * depth
+    x, z = np.meshgrid(x, z)
+    squared = np.array([(x - place[0]) ** 2 + low**2 + (z - place[2]) ** 2 for place in places])
+    expected = 0.5 / np.pi * 5 * (low**2 / squared**2).mean((1, 2)) * width * depth
+    beside = places[:, 0] > 0.9
+    assert beside.sum() > 20
+    found = frame.color[::6, ::6].mean(-1).reshape(-1)
+    assert found[beside].mean() == pytest.approx(expected[beside].mean(), rel=0.05)
