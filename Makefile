@@ -5,8 +5,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-# Most of the time goes to compilers that use one core.
-PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4
+# Most of the time goes to compilers that use one core. Each process takes neighbouring tests, which share programs.
+PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist worksteal
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .PHONY: demo test test-fast test-slow test-gpu golden golden-diff fuzz docs lint setup setup-test lock clean
