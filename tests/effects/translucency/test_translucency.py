@@ -85,6 +85,20 @@ def test_light_that_moves_behind_is_followed_and_then_rests(device):
     assert abs(after - expected) < 0.1 * abs(before.color[seen].mean() - expected)
 
 
+def test_walks_that_wait_for_the_next_frame_move_along_with_their_object(device):
+    """Those left behind would begin outside of it, and bring no light."""
+    ball = placed(sphere(0.3, wax(scattering=(30.0, 30.0, 30.0)), 32))
+    with pica.Renderer(
+        scene_of(ball, environment=uniform(1, 1, 1)), size=SIZE, settings=each_path(), device=device
+    ) as renderer:
+        renderer.render(40, camera=FRONT)
+        for frame in range(24):
+            ball.transform = move(0.02 * (frame - 12), 0, 0) @ rotate("y", 5 * frame)
+            picture = renderer.render(1, camera=FRONT).color
+    middle = picture[12:20, 30:38]
+    assert middle.mean() == pytest.approx(1, rel=0.01)
+
+
 def test_a_sheet_is_lit_from_behind(device):
     """By a lamp there, in the colour of what passes; its front reflects the environment."""
     sheet = plane(1, 1, paper(base_color=(0.8, 0.1, 0.1, 1.0), diffuse_transmission=0.6,

@@ -30,6 +30,8 @@ from pica.tracing.ray_effect import RayEffect, ray_effect
 _FOLDER = "effects/translucency"
 _ESTIMATOR = 48
 """Bytes: multiscale_mean.slang."""
+_WALK = 48
+"""Bytes: PausedWalk in subsurface_path.slang."""
 
 
 def _look(material: Material) -> tuple[object, ...]:
@@ -148,7 +150,9 @@ class Translucency(Effect):
         paths.follow(graph, scene, self._settings.mode == "texture_space")
         self._light = light = paths.light(graph)
         drift = graph.history("drift", {"drift": spy.Format.r32_float}, (side, side)).textures["drift"]
+        paused = graph.buffer("paused walks", _WALK * side * side, struct_size=_WALK)
         of_texels = {
+            "paused": update(paused),
             "drift": write(drift),
             "previousDrift": drift.previous,
             "exposure": exposure,
