@@ -5,8 +5,9 @@ import pytest
 
 import pica
 from pica.scene.camera import Camera
+from pica.scene.coat import Coat
 from pica.scene.material import AlphaMode, Material
-from pica.scenes.basic_meshes import box, cylinder, plane
+from pica.scenes.basic_meshes import box, cylinder, plane, sphere
 from pica.scenes.placing import move, rotate
 from tests.building import placed, scene_of
 
@@ -41,6 +42,16 @@ def test_wires_as_thin_as_a_pixel_are_as_bright_as_the_walls_behind_them(device,
     colors = np.array([picture.color for picture in pictures])
     is_wire = np.array([picture.aov("instance") > WALLS for picture in pictures])
     assert colors[is_wire].mean() > (1 - lost) * colors[~is_wire].mean()
+
+
+@pytest.mark.parametrize("roughness", [0.1, 0.4])
+def test_lacquered_metal_is_as_bright_as_the_walls(device, roughness):
+    """A sharp coat has its pixels' own rays; passes that did not know coats left them without light, at a quarter."""
+    paint = white(metallic=1.0, roughness=roughness, coats=(Coat(),))
+    with pica.Renderer(furnace(placed(sphere(0.6, paint, 48), move(0, 1.2, 0))), size=SIZE, device=device) as renderer:
+        for picture in (renderer.render(1, camera=CAMERA), renderer.render(16, camera=CAMERA)):
+            ball = picture.aov("instance") > WALLS
+            assert picture.color[ball].mean() == pytest.approx(picture.color[~ball].mean(), rel=0.07)
 
 
 def test_layers_are_lit_from_all_sides_soon_and_while_they_move(device):

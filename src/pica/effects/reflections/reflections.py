@@ -60,7 +60,7 @@ class Reflections(Effect):
         self._adapts = settings.rays == "adaptive" and by_rays and not self._by_mirror_rays
         step = "reconstruct_radiance" if self._by_mirror_rays else "reconstruct"
         self._reconstruct = programs(device).compute(f"{_FOLDER}/{step}.slang")
-        self._accumulate = device.compute(f"{_FOLDER}/reflection_history.slang")
+        self._accumulate = programs(device).compute(f"{_FOLDER}/reflection_history.slang")
         self._filter = programs(device).compute(f"{_FOLDER}/reflection_filter.slang")
         self._correction = ConvergenceCorrection(device) if filters and not self._by_mirror_rays else None
         reference = f"{_FOLDER}/reflection_reference.slang"
