@@ -46,7 +46,7 @@ def test_wires_as_thin_as_a_pixel_are_as_bright_as_the_walls_behind_them(device,
 
 @pytest.mark.parametrize("roughness", [0.1, 0.4])
 def test_lacquered_metal_is_as_bright_as_the_walls(device, roughness):
-    """A sharp coat has its pixels' own rays; passes that did not know coats left them without light, at a quarter."""
+    """Passes with and without coats disagreed whether its pixels have rays of their own: .25 of the light was left."""
     paint = white(metallic=1.0, roughness=roughness, coats=(Coat(),))
     with pica.Renderer(furnace(placed(sphere(0.6, paint, 48), move(0, 1.2, 0))), size=SIZE, device=device) as renderer:
         for picture in (renderer.render(1, camera=CAMERA), renderer.render(16, camera=CAMERA)):

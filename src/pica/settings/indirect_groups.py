@@ -142,7 +142,7 @@ class TranslucencySettings(Group):
         0,
         range=(0, 64),
         unit="frames; 0: 1 on a graphics card, 2 on a processor",
-        text="In which each texel has one path.",
+        text="In which one path begins at each texel.",
         higher="less time",
         lower="less noise, faster after changes of light",
     )

@@ -11,7 +11,6 @@ from pica.frame.signals.indirect import IndirectResult
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture, update, write
 from pica.light_sampling.light_sampler import LightSamples
-from pica.programs.library import programs
 from pica.rhi.device import Device
 from pica.settings import ReflectionsSettings
 from pica.tracing.ray_buffers import Tracer
@@ -38,8 +37,7 @@ class TracedRays:
             device, module, "ReflectionRays", "surface", tracer, simplified=True, with_module=cache, parts=ENDED_PATHS
         )
         # A pass whose parameters differ between dispatches would be bound again each time.
-        gather = "effects/reflections/ray_traced/gather_lighting.slang"
-        self._gather = [programs(device).compute(gather) for _ in range(2)]
+        self._gather = [device.compute("effects/reflections/ray_traced/gather_lighting.slang") for _ in range(2)]
 
     def __call__(
         self,
