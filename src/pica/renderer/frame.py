@@ -98,7 +98,7 @@ def declare(
     if stages.ambient_occlusion is not None:
         s.occlusion = stages.ambient_occlusion(graph, s.gbuffer)
     yield "ambient_occlusion"
-    noisy = stages.stochastic_light.samples(graph) if s.slots.noisy else None
+    noisy = stages.stochastic_light.light(graph) if s.slots.noisy else None
     surroundings = stages.reflections.surroundings(graph) if stages.reflections else None
     direct = [stages.lighting(graph, s.scene, s.light, s.shadows, s.occlusion, noisy, surroundings)]
     if noisy is not None:

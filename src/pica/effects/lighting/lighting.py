@@ -5,7 +5,7 @@ import slangpy as spy
 from pica.effects.lighting.ltc_tables import LtcTables
 from pica.effects.lighting.prefiltered import PrefilteredEnvironment
 from pica.frame.effect import Effect
-from pica.frame.signals.light import BOTH_PARTS, diffuse_of, specular_of
+from pica.frame.signals.light import BOTH_PARTS, NoisyLight, diffuse_of, specular_of
 from pica.frame.signals.shadows import ShadowTextures
 from pica.gpu_scene.view import SceneView
 from pica.graph.graph import FrameGraph
@@ -34,12 +34,12 @@ class DirectLighting(Effect):
         light: LightSamples,
         shadows: ShadowTextures | None,
         occlusion: Texture | None,
-        noisy: Texture | None,
+        noisy: NoisyLight | None,
         mirrored: Texture | None,
     ) -> Texture:
         """The direct light of this frame, both parts as in frame/signals/light.py; `shadows` None: unshadowed.
 
-        `noisy`: output for the light of noisy slots (StochasticLightDenoiser.samples). None if there are none.
+        `noisy`: output for the light of noisy slots (StochasticLightDenoiser.light). None if there are none.
         `mirrored`: output for specular light of the prefiltered environment, likewise (Reflections.surroundings).
         `occlusion`: visibility of each pixel's surroundings, which dims the prefiltered environment, the only light
         here without shadows of its own.
@@ -65,7 +65,8 @@ class DirectLighting(Effect):
                 direct=write(direct),
                 mirroredSurroundings=write(mirrored) if mirrored else graph.nothing(spy.Format.rgba32_float),
                 keepsMirrored=int(mirrored is not None),
-                noisyLight=write(noisy) if noisy else graph.nothing(spy.Format.rgba32_float, layers=2),
+                noisyLight=write(noisy.samples) if noisy else graph.nothing(spy.Format.rgba32_float, layers=2),
+                noisyAlbedo=write(noisy.albedo) if noisy else graph.nothing(BOTH_PARTS),
             )
         return direct
 

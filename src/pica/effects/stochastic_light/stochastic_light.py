@@ -9,7 +9,7 @@ from pica.filtering.convergence import COMPLETE_FROM, NOISY_PICTURE, QUIET_FROM,
 from pica.filtering.reprojection import Reprojection
 from pica.frame.context import FrameContext
 from pica.frame.effect import Effect
-from pica.frame.signals.light import BOTH_PARTS
+from pica.frame.signals.light import BOTH_PARTS, NoisyLight
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import History, Texture, update, write
 from pica.programs.library import programs
@@ -32,24 +32,23 @@ class StochasticLightDenoiser(Effect):
         self._accumulate = programs(device).compute(f"{_FOLDER}/stochastic_light_history.slang")
         # A pass whose parameters differ between dispatches would be bound again each time.
         self._passes = [device.compute(f"{_FOLDER}/stochastic_light_filter.slang") for _ in _STEPS]
-        self._modulate = programs(device).compute(f"{_FOLDER}/stochastic_light_modulate.slang")
+        self._modulate = device.compute(f"{_FOLDER}/stochastic_light_modulate.slang")
         self._remembers = self._smooths = True
         self._unfiltered_from = QUIET_FROM
 
-    def samples(self, graph: FrameGraph) -> Texture:
-        """(width, height, 2, rgba32_float) for others to fill: reflected light over albedo, diffuse and specular;
-        alpha 1, or 0 where nothing is reflected."""
+    def light(self, graph: FrameGraph) -> NoisyLight:
+        """What this frame's lighting is to fill."""
         with graph.scope(self.name):
-            return graph.texture("samples", _LIGHT, layers=_PARTS)
+            return NoisyLight(graph.texture("samples", _LIGHT, layers=_PARTS), graph.texture("albedo", BOTH_PARTS))
 
     def __call__(
         self,
         graph: FrameGraph,
-        samples: Texture,
+        noisy: NoisyLight,
         reprojection: Reprojection,
         picture: History,
     ) -> Texture:
-        """The light of `samples`, filtered, both parts as frame/signals/light.py has them.
+        """This light, filtered, both parts as frame/signals/light.py has them.
 
         `picture`: Antialiasing.history's.
         """
@@ -61,13 +60,13 @@ class StochasticLightDenoiser(Effect):
             ]
             lobes = graph.texture("mirror lobes", spy.Format.rgba32_uint, scratch=True)
             width, height = graph.size
-            noisy = graph.buffer("noisy pixels", data=np.zeros(1, np.uint32))
+            noisy_pixels = graph.buffer("noisy pixels", data=np.zeros(1, np.uint32))
 
             def decide(frame: FrameContext) -> None:
                 unchanged = reprojection.unchanged
                 if unchanged == QUIET_FROM:
                     # This waits for the frame before, once.
-                    is_noisy = noisy.physical.to_numpy().view(np.uint32)[0] > NOISY_PICTURE * width * height
+                    is_noisy = noisy_pixels.physical.to_numpy().view(np.uint32)[0] > NOISY_PICTURE * width * height
                     self._unfiltered_from = UNFILTERED_FROM if is_noisy else QUIET_FROM
                 elif unchanged < QUIET_FROM:
                     self._unfiltered_from = QUIET_FROM
@@ -80,7 +79,7 @@ class StochasticLightDenoiser(Effect):
                 self._accumulate,
                 accumulate_grid(graph.size, _PARTS),
                 when=self._remembering,
-                samples=samples,
+                samples=noisy.samples,
                 signal=write(filtered[0]),
                 lobes=write(lobes),
                 known=history.known,
@@ -102,16 +101,17 @@ class StochasticLightDenoiser(Effect):
                 self._modulate,
                 graph.grid,
                 filtered=result,
-                samples=samples,
+                samples=noisy.samples,
+                albedo=noisy.albedo,
                 history=history["history"],
                 previousPicture=picture.textures["picture"].previous,
                 pictureKnown=picture.known,
                 smoothed=lambda frame: int(self._smooths),
-                noisy=update(noisy),
+                noisy=update(noisy_pixels),
                 counting=lambda frame: {QUIET_FROM - 2: 1, QUIET_FROM - 1: 2}.get(reprojection.unchanged, 0),
                 shared=write(shared),
             )
-            offer_stochastic_light_aovs(graph, samples, result, history["history"])
+            offer_stochastic_light_aovs(graph, noisy.samples, result, history["history"])
         return shared
 
     def _remembering(self, frame: FrameContext) -> bool:
