@@ -129,8 +129,14 @@ class Comparison:
         return read(results, np.float32).reshape(len(table), len(points), 2, 2).astype(np.float64)
 
 
+def apart(points: np.ndarray) -> np.ndarray:
+    """(points,) how far the whole light's specular part is from the sampled one: the logarithm of their quotient."""
+    whole, sampled = np.maximum(points[..., 1], 1e-9).T
+    return np.abs(np.log(whole / sampled))
+
+
 def main() -> None:
-    """Print bias and root mean square error, in percent of the mean, by light and roughness."""
+    """Print bias and root mean square error, in percent of the mean, by light and roughness; and `apart`."""
     compare = Comparison(Device())
     for metallic in (0.0, 1.0):
         for roughness in (0.1, 0.2, 0.4, 0.6, 0.8, 1.0):
@@ -144,6 +150,7 @@ def main() -> None:
                     f"{name:16s} metallic {metallic:.0f} roughness {roughness:.1f}:"
                     f" diffuse {bias[0]:6.2f} ({error[0]:4.1f}) specular {bias[1]:6.2f} ({error[1]:5.1f})"
                     f" total {total:6.2f}"
+                    f" apart {np.median(apart(result)):.2f}, {np.percentile(apart(result), 90):.2f}"
                 )
 
 

@@ -13,7 +13,7 @@ from pica.scenes.basic_meshes import plane, sphere
 from pica.scenes.placing import aim, move
 from tests.assets import ASSETS, needs_assets
 from tests.building import converged, lambert, placed, render, scene_of, settings, shining
-from tests.effects.lighting.area_light_table import LIGHTS, Comparison, floor_points
+from tests.effects.lighting.area_light_table import LIGHTS, Comparison, apart, floor_points
 
 SIZE = (64, 48)
 
@@ -45,6 +45,16 @@ def test_specular_light_of_every_shape(compare, roughness, metallic):
         tolerance, alike = (0.3, 0.93) if sunk else (0.1, 0.97)
         assert mean[WHOLE] == pytest.approx(mean[SAMPLED], rel=tolerance), name
         assert np.corrcoef(points.T)[0, 1] > alike, name
+
+
+@pytest.mark.parametrize("roughness", [0.3, 0.45, 0.66, 0.85])
+def test_rough_metal_is_as_bright_beside_highlights_as_in_them(compare, roughness):
+    """At each point by itself: most of a metal's surface lies where GGX's long tail is all of its light."""
+    for name, points in zip(
+        LIGHTS, compare(list(LIGHTS.values()), floor_points(256, roughness, 1.0), 1024), strict=True
+    ):
+        assert np.median(apart(points)) < 0.1, name
+        assert np.percentile(apart(points), 90) < 0.22, name
 
 
 @pytest.mark.parametrize("metallic", [0.0, 1.0])
