@@ -8,7 +8,7 @@ import pytest
 
 import pica
 from pica.scene.camera import Camera
-from pica.scene.light import PointLight
+from pica.scene.light import DirectionalLight, PointLight
 from pica.scene.material import Image, Material, Texture
 from pica.scene.model import Scene
 from pica.scenes.basic_meshes import box, plane, sphere
@@ -125,6 +125,21 @@ def still_life() -> Scene:
 
 
 VIEW = Camera.look_at((0.4, 0.9, 2.2), (0, 0.3, 0), vertical_fov=math.radians(35))
+
+
+def test_light_passes_both_walls_of_a_thin_box(device):
+    """A sun behind it. The inside of one wall and the outside of the other face the same way in one cell of the radiance
+    cache, and rays from the floor meet the outside."""
+    sun = shining(DirectionalLight(illuminance=4.0), rotate("y", 170) @ rotate("x", -30))
+    board = placed(box((1, 1, 0.02), paper(diffuse_transmission=0.5)), move(0, 0.6, 0))
+    scene = scene_of(placed(plane(10, 10, lambert(0.5))), board, sun)
+    view = Camera.look_at((0, 0.8, 3), (0, 0.6, 0), vertical_fov=math.radians(28))
+    cached = {"global_illumination.mode": "path_traced"}
+    found, expected = (
+        tracer(device, scene, count, view, (96, 54), values=cached).color[18:38, 34:62].mean()
+        for tracer, count in ((render, 40), (trace, 128))
+    )
+    assert found == pytest.approx(expected, rel=0.06)
 
 
 def test_the_picture_is_near_the_path_tracers(device):
