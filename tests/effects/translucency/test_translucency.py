@@ -128,8 +128,8 @@ VIEW = Camera.look_at((0.4, 0.9, 2.2), (0, 0.3, 0), vertical_fov=math.radians(35
 
 
 def test_light_passes_both_walls_of_a_thin_box(device):
-    """A sun behind it. The inside of one wall and the outside of the other face the same way in one cell of the radiance
-    cache, and rays from the floor meet the outside."""
+    """A sun behind it. The inside of one wall and the outside of the other face the same way in one cell of the
+    radiance cache, and rays from the floor meet the outside."""
     sun = shining(DirectionalLight(illuminance=4.0), rotate("y", 170) @ rotate("x", -30))
     board = placed(box((1, 1, 0.02), paper(diffuse_transmission=0.5)), move(0, 0.6, 0))
     scene = scene_of(placed(plane(10, 10, lambert(0.5))), board, sun)
