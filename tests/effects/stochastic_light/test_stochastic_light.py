@@ -1,14 +1,20 @@
 """Light of many lights, emissive triangles and the surroundings from one ray a pixel, and its filter."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 
 import pica
 from pica import quality
+from pica.scene.anisotropy import Anisotropy
 from pica.scene.camera import Camera
+from pica.scene.coat import Coat
 from pica.scene.environment import Environment
+from pica.scene.iridescence import Iridescence
 from pica.scene.light import PointLight, RectangleLight, SphereLight
 from pica.scene.material import Image, Material, Sampler, Texture
+from pica.scene.sheen import Sheen
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
 from tests.building import converged, edges, lambert, orthographic, placed, scene_of, settings, shining, sky
@@ -290,3 +296,26 @@ def test_light_through_a_window_is_smooth_at_rest(device):
     expected = converged(device, scene, 256, camera, SIZE).mean(-1)
     assert light.mean() == pytest.approx(expected.mean(), rel=0.03)
     assert np.median(np.abs(np.diff(light, axis=1))) < 0.05 * light.mean()  # .1 if it fades with time alone
+
+
+LOBES = {
+    "coats": {"coats": (Coat(),)},
+    "anisotropy": {"anisotropy": Anisotropy(strength=0.6)},
+    "sheen": {"sheen": Sheen(color=(0.5, 0.5, 0.6), roughness=0.4)},
+    "iridescence": {"iridescence": Iridescence()},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("names", [some for count in range(1, 5) for some in combinations(LOBES, count)], ids="-".join)
+def test_a_floor_under_a_sky_is_lit_beside_any_materials(device, names):
+    """Each combination is another program. A card's driver compiled some wrongly: the floor was black."""
+    things = [
+        placed(sphere(0.2, Material(roughness=0.4, metallic=0.0, **LOBES[name])), move(0.5 * number - 0.75, 0.2, 0))
+        for number, name in enumerate(names)
+    ]
+    floor = placed(plane(10, 10, lambert(0.5)))
+    scene = scene_of(floor, *things, environment=Environment(np.full((2, 4, 3), 0.7, np.float32)))
+    with pica.Renderer(scene, size=SIZE, settings=settings(), device=device) as renderer:
+        lit = renderer.render(4, camera=VIEW).aov("diffuse_direct")[-8:].mean()
+    assert lit == pytest.approx(0.35, rel=0.05)
