@@ -75,7 +75,7 @@ def test_small_suns_in_rough_metal_are_no_rare_find(device):
 
 @pytest.mark.parametrize("roughness", [0.05, 0.2, 0.4])
 def test_metal_whose_normals_mirror_what_is_below_it_is_bright(device, roughness):
-    """Without bending them: 0, .21 and .75 path traced, and 1 in the frame, which left out samples below the surface."""
+    """Without bending them: 0, .21 and .75 path traced; in the frame 1, as samples below the surface were left out."""
     tilted = np.float32([0, np.sin(np.radians(15)), np.cos(np.radians(15))])  # from 20 degrees above: mirrors -10
     material = metal(roughness, 1, 1, 1)
     material.normal_texture = Texture.from_array(np.tile((tilted + 1) / 2, (4, 4, 1)), encoding="linear")
