@@ -10,6 +10,7 @@ uint packCoarse(float3 n) { return packDirection(n) | 0xc0000000; }
 float3 unpackCoarse(uint bits) { return unpackDirection(bits); }
 uint packHalves(float2 v) { return packHalf2(v); }
 float2 unpackHalves(uint bits) { return unpackHalf2(bits); }
+float4 through16(float4 v) { return unpackFloat16x4(packFloat16x4(v)); }
 float3 through21(float3 v) { return unpackFloat21x3(packFloat21x3(v)); }
 """
 
@@ -48,3 +49,14 @@ def test_three_wide_floats_survive(load):
     np.testing.assert_array_equal(back[:2], ends[:2])
     np.testing.assert_allclose(back[2], ends[2], rtol=2.0**-15)
     assert back[3, 0] > 5e11 and back[3, 1] == 0
+
+
+def test_four_wide_floats_survive(load):
+    shader = load(SOURCE)
+    v = (10 ** np.random.default_rng(0).uniform(-6, 9, (100_000, 4))).astype(np.float32)
+    back = shader.through16(v, _result="numpy")
+    assert (np.abs(back - v) / v).max() <= 2.0**-11 + 2.0**-16
+    ends = np.float32([[0, 0, 0, 0], [1, 2, 4, 8], [1e30, 1e-30, 1, 0]])
+    back = shader.through16(ends, _result="numpy")
+    np.testing.assert_array_equal(back[:2], ends[:2])
+    assert back[2, 0] > 5e11 and back[2, 1] == 0

@@ -161,6 +161,11 @@ def light_of(packed: Array) -> Array:
     """Linear colours (height, width, 3): as unpackFloat21x3 in shaders/packing.slang, of its first two words."""
     low, high = packed[..., 0], packed[..., 1]
     codes = np.stack([low & 0x1FFFFF, (low >> 21 | high << 11) & 0x1FFFFF, high >> 10 & 0x1FFFFF], axis=-1)
+    return float21(codes)
+
+
+def float21(codes: Array) -> Array:
+    """Numbers of these bits: as unpackFloat21 in shaders/packing.slang."""
     values = ((codes << 8) + np.uint32((127 - 25) << 23)).view(np.float32)
     return np.where(codes > 0, values, np.float32(0))
 

@@ -52,6 +52,14 @@ def glossy_room():
     )
 
 
+def striped_floor(alpha):
+    """A metal floor before boxes that shine and a board as wide as the picture."""
+    shapes = ((0.6, 1.0, 0.3), (-0.6, 0.5, -0.6), (3.0, 0.4, 0.3)), ((0.2, 0.8, 0.2), (0.5, 0.4, -0.3), (0.4, 2.0, 2.0))
+    boxes = [placed(box(size, lambert(0, emission=light)), move(*place)) for size, place, light in shapes]
+    board = placed(box((40, 30, 0.1), lambert(0, emission=(0.3, 0.4, 0.5))), move(0, 0, -4))
+    return scene_of(placed(plane(12, 12, metal(alpha**0.5))), *boxes, board), VIEW
+
+
 POLISHED = Material(base_color=(0.05, 0.05, 0.06, 1), metallic=0.0, roughness=0.15, ior=2.0)
 """Mirrors sharply, and little: area lights are shared by rays and light samples."""
 

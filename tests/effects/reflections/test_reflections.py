@@ -18,7 +18,7 @@ from pica.scene.orbit import orbited, pivot
 from pica.scenes.basic_meshes import box, plane, sphere
 from pica.scenes.placing import move, rotate
 from tests.building import converged, held, lambert, left_in, placed, scene_of, settings, shining, sky, trace, uniform
-from tests.effects.reflections.scenes import SCENES, VIEW, metal, under_clouds
+from tests.effects.reflections.scenes import SCENES, VIEW, metal, striped_floor, under_clouds
 
 SIZE = (64, 48)
 UNFILTERED = {
@@ -119,6 +119,26 @@ def test_glossy_metal_on_a_floor_mirrors_the_floor_below_it(device):
             frame = renderer.render(1, camera=CONTACT)
             means.append(frames[:, (frame.aov("instance") > 1) & (frame.aov("position")[..., 1] < 0.25)].mean())
     assert means[0] < 1.45 * means[1]
+
+
+def test_a_polished_floor_is_dark_before_what_hides_a_lamp(device):
+    """Rays of pixels nearer to the camera meet the lamp above the wall: the dark rows had 1 % of its light."""
+    wall = placed(box((6, 0.25, 0.3), lambert(0)), move(0, 0.125, -0.6))
+    lamp = placed(box((6, 2, 0.1), lambert(0, emission=(20.0, 18.0, 15.0))), move(0, 1.4, -4))
+    camera = Camera.look_at((0, 1.0, 3.0), (0, 0.2, -0.6), vertical_fov=np.radians(30))
+    scene = scene_of(placed(plane(12, 12, metal(0.14))), wall, lamp)
+    renderer = pica.Renderer(scene, size=SIZE, settings=settings({"reflections.mode": "ray_traced"}), device=device)
+    measured = MeasuredEffect(renderer, "reflections")
+    frames = []
+    for _ in range(16):
+        renderer.advance(camera, jittered=False, capture=measured.offers)
+        frames.append(np.nan_to_num(measured.result()["reflections"]).mean((1, 2)))
+    rows, truth = np.mean(frames[8:], 0), np.nan_to_num(measured.reference(512)["reflections"]).mean((1, 2))
+    below = len(rows) // 2 + 3
+    hidden = below + np.flatnonzero(truth[below:] < 0.01 * truth.max())
+    mirrored = below + np.flatnonzero(truth[below:] > 0.9 * truth.max())
+    assert rows[hidden].mean() < 0.004 * truth.max()
+    assert rows[mirrored].mean() == pytest.approx(truth[mirrored].mean(), rel=0.09)
 
 
 def rebuilt_frames(device, scene, camera, size, count, values):
@@ -347,14 +367,6 @@ def test_an_environment_that_is_off_is_not_mirrored(device):
     assert frame.color[frame.aov("instance") > 0].max() == 0
 
 
-def striped_floor(alpha):
-    """A metal floor before boxes that shine and a board as wide as the picture."""
-    shapes = ((0.6, 1.0, 0.3), (-0.6, 0.5, -0.6), (3.0, 0.4, 0.3)), ((0.2, 0.8, 0.2), (0.5, 0.4, -0.3), (0.4, 2.0, 2.0))
-    boxes = [placed(box(size, lambert(0, emission=light)), move(*place)) for size, place, light in shapes]
-    board = placed(box((40, 30, 0.1), lambert(0, emission=(0.3, 0.4, 0.5))), move(0, 0, -4))
-    return scene_of(placed(plane(12, 12, metal(alpha**0.5))), *boxes, board), VIEW
-
-
 @pytest.mark.parametrize(("alpha", "bias", "error"), [(0.05, 0.03, 0.07), (0.15, 0.1, 0.112)])
 def test_mirror_rays_draw_a_glossy_floor(device, alpha, bias, error):
     """RTG 19, 19.3.2.2: a lobe from rays of perfect mirrors, in one frame. Of a wide one much is beyond the edge."""
@@ -374,4 +386,4 @@ def test_mirror_rays_draw_a_glossy_floor(device, alpha, bias, error):
         there = truth.max(-1) > 0
         errors[way] = np.abs(found - truth)[there].mean() / truth[there].mean()
     assert found[there].mean() == pytest.approx(truth[there].mean(), rel=bias)
-    assert errors["mirror_rays"] < min(error, errors["ratio_estimator"])
+    assert errors["mirror_rays"] < min(error, 1.05 * errors["ratio_estimator"])

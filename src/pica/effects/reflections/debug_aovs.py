@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pica.frame.aovs import light_of
+from pica.frame.aovs import float21, light_of
 from pica.frame.effect import rgb
 from pica.graph.graph import FrameGraph
 from pica.graph.resources import Texture
@@ -19,12 +19,18 @@ _NO_EMISSION = 0xFFFFFFFF
 REPROJECTION_AOVS = tuple(f"{_OF}.{name}" for name in ("of_surface", "of_image", "image_share", "kernel"))
 
 
+def _reflected_of(packed: Array) -> Array:
+    """Linear colours (height, width, 3): as packReflected in reflected.slang."""
+    codes = np.stack([packed[..., 0] & 0xFFFF, packed[..., 0] >> 16, packed[..., 1] & 0xFFFF], axis=-1)
+    return float21(codes << 5)
+
+
 def offer_ray_aovs(graph: FrameGraph, light: Texture) -> None:
     """Offer raw: radiance of single rays, (height, width, 3) of their texture (ray_grid.slang)."""
 
     def radiance(light: Array) -> Array:
         emitted = np.where(light[..., :2] == _NO_EMISSION, np.uint32(0), light[..., :2])
-        return light_of(emitted) + light_of(light[..., 2:])
+        return light_of(emitted) + _reflected_of(light[..., 2:])
 
     graph.offer(f"{_OF}.raw", (light,), radiance)
 
