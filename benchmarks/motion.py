@@ -3,7 +3,8 @@
     PYTHONPATH=. python benchmarks/motion.py [SCENE ...] [--env FILE] [--parts camera,objects,both,flicker,ring]
         [--size 480x270] [--samples 1024] [--preset NAME] [--set GROUP.NAME=VALUE] [--references DIR] [--noise] [--json]
 
-SCENE is a name in pica.scenes or in motion_scenes.py: `door`, `metal`, `yard`, `stage`, or a file, below --env.
+SCENE is a name in pica.scenes or in motion_scenes.py: `door`, `metal`, `yard`, `stage`, `textured_room`, or a file,
+below --env.
 FLIP, and the mean luminance over the reference's, both clipped at display white as FLIP has them, so that a lamp's edge
 does not outweigh the room; of
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import pica
+from benchmarks.textured_room import textured_room as textured_room
 from pica.scene.animation import Animation
 from pica.scene.camera import Camera
 from pica.scene.light import DirectionalLight, RectangleLight

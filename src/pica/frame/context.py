@@ -17,6 +17,9 @@ from pica.scene.camera import Camera
 
 Size = tuple[int, int]
 """(width, height) in pixels."""
+_TEXTURE_SHARE = 0.5
+"""Of the width of an output pixel, over which rays average textures; jittered frames average the rest. That is the mip
+bias of log2(render size / output size) - 1 that AMD's FidelityFX Super Resolution 2 asks for."""
 
 
 @dataclass
@@ -121,8 +124,8 @@ class FrameSequence:
         self._in_flight: deque[int] = deque()
         self.host_seconds = 0.0
         """Time to record and submit the newest frame."""
-        self.block.bind(seed=seed)
-        self.half_block.bind(seed=seed)
+        for block in (self.block, self.half_block):
+            block.bind(seed=seed, textureScale=_TEXTURE_SHARE / upscale)
         self.resize(output_size)
 
     def resize(self, output_size: Size) -> None:

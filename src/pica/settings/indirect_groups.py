@@ -50,6 +50,11 @@ class ReflectionsSettings(Group):
         " direct light brings what surfaces mirror of them, without noise, and dims it as a whole where they are hidden"
         " in part.",
     )
+    simplified_materials: bool = switch(
+        False,
+        "Surfaces that rays meet have no normal maps, and textures of at most 32x32 texels (RTG 19, 19.3.2.1). Mirrors"
+        " then show them blurred and flat.",
+    )
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ class RadianceCache:
 
     def __init__(self, device: Device, tracer: Tracer | None) -> None:
         module = f"{_FOLDER}/cache_update.slang"
-        self._update = ray_effect(device, module, "CacheUpdate", "surface", tracer, simplified=True)
+        self._update = ray_effect(device, module, "CacheUpdate", "surface", tracer)
         self._resolve = device.compute(f"{_FOLDER}/cache_resolve.slang")
         self._entries = CacheEntries(device)
         self._occupancy = [device.buffer("cache occupancy", size=4, struct_size=4) for _ in range(2)]

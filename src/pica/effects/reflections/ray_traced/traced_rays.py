@@ -34,7 +34,14 @@ class TracedRays:
         """Maximum numbers of bounces, by their names in shaders."""
         module = "effects/reflections/ray_traced/reflection_rays.slang"
         self._trace = ray_effect(
-            device, module, "ReflectionRays", "surface", tracer, simplified=True, with_module=cache, parts=ENDED_PATHS
+            device,
+            module,
+            "ReflectionRays",
+            "surface",
+            tracer,
+            simplified=settings.simplified_materials,
+            with_module=cache,
+            parts=ENDED_PATHS,
         )
         # A pass whose parameters differ between dispatches would be bound again each time.
         self._gather = [device.compute("effects/reflections/ray_traced/gather_lighting.slang") for _ in range(2)]

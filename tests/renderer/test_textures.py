@@ -1,0 +1,101 @@
+"""Textures in pictures: over how much of them rays average."""
+
+import numpy as np
+import pytest
+
+import pica
+from pica.scene.camera import Camera
+from pica.scene.light import RectangleLight, SpotLight
+from pica.scene.material import Image, Material, Texture
+from pica.scenes.basic_meshes import box, plane
+from pica.scenes.placing import aim, move, rotate
+from tests.building import bumps, converged, lambert, placed, scene_of, shining
+
+SIZE = (96, 54)
+FIELDS, WAVES = np.s_[15:39, 19:43], np.s_[15:38, 53:77]
+"""Where the mirror shows the boards of `mirrored`."""
+
+
+def fields(colors: np.ndarray, texels: int) -> Material:
+    """Squares of (rows, columns, 3) colours, 0 to 1, so many texels wide."""
+    pixels = np.full((*(texels * np.array(colors.shape[:2])), 4), 255, np.uint8)
+    pixels[..., :3] = np.kron(255 * colors, np.ones((texels, texels, 1)))
+    return lambert(1.0, base_color_texture=Texture(Image(pixels, "fields")))
+
+
+def frame(device, scene, camera, frames: int, values=None) -> np.ndarray:
+    """(height, width, 3) of the default settings."""
+    settings = pica.Settings().with_values(values or {})
+    with pica.Renderer(scene, size=SIZE, settings=settings, device=device) as renderer:
+        return renderer.render(frames, camera=camera).color[..., :3]
+
+
+def test_a_textured_wall_sends_the_colour_of_its_lit_part(device):
+    """A spot lights the red part of a wall that is green besides: cones as wide as the diffuse lobe saw the mean."""
+    colors = np.full((4, 4, 3), (0.05, 0.8, 0.05))
+    colors[1:3, 1:3] = 0.8, 0.05, 0.05
+    wall = placed(plane(4, 4, fields(colors, 16)), move(0, 2, -2) @ rotate("x", 90))
+    spot = SpotLight(intensity=200.0, inner_cone_angle=0.1, outer_cone_angle=0.12)
+    scene = scene_of(placed(plane(8, 8, lambert(0.6))), wall)
+    scene.add(shining(spot)).transform = aim((0, 2, 4), (0, 2, -2))
+    camera = Camera.look_at((0, 1.5, 3), (0, 0, 0), vertical_fov=np.radians(45))
+    floor = np.s_[20:]
+    found = frame(device, scene, camera, 16)[floor].mean((0, 1))
+    expected = converged(device, scene, 256, camera, SIZE)[floor].mean((0, 1))
+    assert expected[0] > 5 * expected[1]
+    assert found[0] == pytest.approx(expected[0], rel=0.05)
+    assert found[1] < 0.08 * found[0]
+
+
+def mirrored() -> tuple[pica.Scene, Camera]:
+    """A mirror, and behind the camera boards with fields and with waves of a normal map, in slanting light."""
+    colors = np.random.default_rng(0).uniform(0, 1, (48, 48, 3))
+    mirror = Material(base_color=(1, 1, 1, 1), metallic=1.0, roughness=0.0)
+    wavy = lambert(0.8, normal_texture=bumps(256))
+    upright = rotate("x", -90)
+    scene = scene_of(
+        placed(plane(6, 3, mirror), move(0, 1, -2) @ rotate("x", 90)),
+        placed(plane(1.6, 1.6, fields(colors, 8)), move(-1, 1, 1.2) @ upright),
+        placed(plane(1.6, 1.6, wavy), move(1, 1, 1.2) @ upright),
+        shining(RectangleLight(radiance=30.0, width=0.5, height=0.5), aim((0, 3.4, 0), (0, 1, 1.2))),
+    )
+    return scene, Camera.look_at((0, 1, 0.4), (0, 1, -2), vertical_fov=np.radians(32))
+
+
+def contrast(picture: np.ndarray) -> float:
+    """The colours' standard deviation over their mean."""
+    return float((picture.std((0, 1)) / picture.mean((0, 1))).mean())
+
+
+def test_mirrors_show_textures_and_normal_maps(device):
+    """They showed simplified materials: 32x32 texels at most, and no normal maps."""
+    scene, camera = mirrored()
+    found, expected = frame(device, scene, camera, 32), converged(device, scene, 256, camera, SIZE)
+    simplified = frame(device, scene, camera, 32, {"reflections.simplified_materials": "true"})
+    for board, least in ((FIELDS, 0.9), (WAVES, 0.8)):
+        assert contrast(found[board]) > least * contrast(expected[board])
+    assert contrast(simplified[WAVES]) < 0.75 * contrast(expected[WAVES])
+
+
+def test_still_pictures_are_as_sharp_as_their_textures(device):
+    """Jittered frames average over a pixel, so textures need not be averaged over one before."""
+    colors = np.random.default_rng(0).uniform(0, 1, (64, 64, 3))
+    board = placed(box((2, 2, 0.1), fields(colors, 4)))
+    scene = scene_of(board, shining(RectangleLight(radiance=9.0, width=2, height=2), aim((0, 1, 4), (0, 0, 0))))
+    camera = Camera.look_at((0.5, 0.7, 2.6), (0, 0, 0), vertical_fov=np.radians(30))
+    found, expected = frame(device, scene, camera, 32), converged(device, scene, 256, camera, SIZE)
+    inside = np.s_[10:44, 26:70]
+    assert contrast(found[inside]) > 0.92 * contrast(expected[inside])
+
+
+def test_first_frames_of_mirrors_have_no_dots(device):
+    """While the cache is unknown, paths behind a mirror scatter, and a few found the lamp in it."""
+    mirror = Material(base_color=(0.95, 0.95, 0.95, 1), metallic=1.0, roughness=0.0)
+    scene = scene_of(
+        placed(plane(6, 6, lambert(0.5))),
+        placed(box((3, 2.4, 0.05), mirror), move(0, 1.2, -1)),
+        shining(RectangleLight(radiance=20.0, width=1, height=1), move(0.5, 3, 0.5) @ rotate("x", -90)),
+    )
+    camera = Camera.look_at((0.9, 1.5, 1.4), (-0.3, 0.6, -1), vertical_fov=0.9)
+    found = frame(device, scene, camera, 4).mean(-1)
+    assert found.max() < 2 * np.percentile(found, 99)
