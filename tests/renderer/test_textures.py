@@ -99,3 +99,19 @@ def test_first_frames_of_mirrors_have_no_dots(device):
     camera = Camera.look_at((0.9, 1.5, 1.4), (-0.3, 0.6, -1), vertical_fov=0.9)
     found = frame(device, scene, camera, 4).mean(-1)
     assert found.max() < 2 * np.percentile(found, 99)
+
+
+def test_indirect_light_shows_normal_maps(device):
+    """All light comes from a spot on a far wall: filters over neighbours with other normals left half of the waves."""
+    wavy = lambert(0.7, normal_texture=bumps(64))
+    scene = scene_of(
+        placed(box((0.8, 0.5, 0.8), wavy), move(0, 0.25, 0)),
+        placed(box((4, 3, 0.1), lambert(0.8)), move(0, 1.5, -2)),
+        shining(SpotLight(intensity=200.0, outer_cone_angle=0.25), aim((0, 3, 3), (0, 2.2, -2))),
+    )
+    camera = Camera.look_at((0, 1.2, 1.0), (0, 0.45, 0), vertical_fov=np.radians(40))
+    found, expected = frame(device, scene, camera, 16), converged(device, scene, 2048, camera, SIZE)
+    with pica.Renderer(scene, size=SIZE, device=device) as renderer:
+        top = renderer.render(1, camera=camera).aov("normal")[..., 1] > 0.6
+    slope, _ = np.polyfit(expected[top].mean(-1), found[top].mean(-1), 1)
+    assert slope == pytest.approx(1, abs=0.2)

@@ -24,7 +24,7 @@ def offer_ray_aovs(graph: FrameGraph, path_light: Texture) -> None:
 
 
 def offer_filter_aovs(
-    graph: FrameGraph, gathered: Texture, nearness: Texture, signal: Texture, history: Texture
+    graph: FrameGraph, gathered: Texture, gradients: Texture, signal: Texture, history: Texture
 ) -> None:
     """Offer results of the filters.
 
@@ -32,7 +32,7 @@ def offer_filter_aovs(
     size: accumulated: temporal filter; variance: of that; history: its length in frames.
     """
     graph.offer(f"{_OF}.gathered", (gathered,), rgb)
-    graph.offer(f"{_OF}.nearness", (nearness,), lambda values: values)
+    graph.offer(f"{_OF}.nearness", (gradients,), lambda values: values[..., 3].astype(np.float32))
     graph.offer(f"{_OF}.accumulated", (signal,), rgb)
     graph.offer(f"{_OF}.variance", (signal,), lambda values: values[..., 3])
     graph.offer(f"{_OF}.history", (history,), lambda layers: history_length(layers[0]))

@@ -27,6 +27,7 @@ class PathResampling:
         graph: FrameGraph,
         gbuffer: GBuffer,
         path_light: Texture,
+        directions: Texture,
         packed_hits: Texture,
     ) -> None:
         """Replace the light of the candidate paths (indirect_rays.slang) by that of the resampled ones."""
@@ -40,4 +41,4 @@ class PathResampling:
 
         fresh = {"packedHits": packed_hits, "known": known}
         graph.add(self._in_time, graph.half_size, **shared, **reservoirs.swap(), **fresh)
-        graph.add(self._of_neighbours, graph.half_size, **shared, **reservoirs.textures)
+        graph.add(self._of_neighbours, graph.half_size, directions=update(directions), **shared, **reservoirs.textures)

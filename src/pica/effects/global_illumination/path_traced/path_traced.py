@@ -22,6 +22,7 @@ from pica.tracing.ray_effect import ENDED_PATHS, ray_effect
 
 _FOLDER = "effects/global_illumination/path_traced"
 _LIGHT = spy.Format.rgba32_float
+_GRADIENT = spy.Format.rgba16_float
 _TILE = 8
 """change_tiles.slang: TILE."""
 _EARLY = 16
@@ -79,16 +80,16 @@ class PathTracedIndirect:
         if self.radiance_cache is not None:
             self.radiance_cache(graph, light, exposure)
         history = graph.history("indirect light", {"history": spy.Format.rgba32_uint}, layers=1)
-        found = self._found(graph, gbuffer, light, history)
-        signal, nearness = graph.nothing(_LIGHT), graph.nothing(spy.Format.r32_float)
+        found, directions = self._found(graph, gbuffer, light, history)
+        signal, gradients = graph.nothing(_LIGHT), graph.nothing(_GRADIENT)
         if self.is_smooth:
-            signal, nearness = self._smooth(graph, gbuffer, found, history)
+            signal, gradients = self._smooth(graph, gbuffer, found, directions, history)
         graph.add(
             self._filter,
             graph.grid,
             found=found,
             signal=signal,
-            nearness=nearness,
+            gradients=gradients,
             smooth=int(self.is_smooth),
             **pictures.arguments(),
         )
@@ -100,10 +101,11 @@ class PathTracedIndirect:
         gbuffer: GBuffer,
         light: LightSamples,
         history: History,
-    ) -> Texture:
-        """Of half size, as indirect_rays.slang has it: the light that a path for 2x2 pixels brings."""
+    ) -> tuple[Texture, Texture]:
+        """Of half size, as indirect_rays.slang has them: the light of a path for 2x2 pixels, and its direction."""
         state, resamples = history.state, self._resampling is not None
         found = graph.texture("found", _LIGHT, graph.half_size)
+        directions = graph.texture("directions", spy.Format.r32_uint, graph.half_size)
         met = graph.texture("met", spy.Format.rg32_uint, graph.half_size if resamples else (1, 1))
         asks = self._asks_picture
         graph.add(
@@ -116,30 +118,41 @@ class PathTracedIndirect:
             **light.at_hits(regularized=self.is_smooth),
             resampled=int(resamples),
             found=write(found),
+            directions=write(directions),
             met=write(met),
             **(self.cache.values if self.cache else {}),
         )
         if self._resampling is not None:
-            self._resampling(graph, gbuffer, found, met)
+            self._resampling(graph, gbuffer, found, directions, met)
         offer_ray_aovs(graph, found)
         graph.offer(
             "rays.indirect_rays", (found,), lambda values: int(np.count_nonzero(values[..., 3])), on_request=True
         )
-        return found
+        return found, directions
 
-    def _smooth(self, graph: FrameGraph, gbuffer: GBuffer, found: Texture, history: History) -> tuple[Texture, Texture]:
-        """Over neighbours' rays and earlier frames: the signal, and how near what lights the surface is."""
+    def _smooth(
+        self, graph: FrameGraph, gbuffer: GBuffer, found: Texture, directions: Texture, history: History
+    ) -> tuple[Texture, Texture]:
+        """Over neighbours' rays and earlier frames: the signal, and its gradients (irradiance_gradient.slang)."""
         half = gbuffer.half_blocks(graph)
         gathered = graph.texture("gathered", _LIGHT, graph.half_size)
         widened = graph.texture("widened", _LIGHT, graph.half_size)
-        nearness = graph.texture("nearness", spy.Format.r32_float, graph.half_size)
+        gradients = graph.texture("gradients", _GRADIENT, graph.half_size)
         tiles = -(-graph.size[0] // _TILE), -(-graph.size[1] // _TILE)
         changes = graph.texture("changes", _LIGHT, tiles)
         signal = graph.texture("signal", _LIGHT)
-        written = {"gathered": write(gathered), "nearness": write(nearness)}
+        written = {"gathered": write(gathered), "gradients": write(gradients)}
         dominant = graph.buffer("dominant rays", data=np.zeros(_EARLY, np.uint32))
-        graph.add(self._gather, graph.half_grid, found=found, dominant=update(dominant), **half, **written)
-        graph.add(self._widen, graph.half_grid, gathered=gathered, nearness=nearness, widened=write(widened), **half)
+        graph.add(
+            self._gather,
+            graph.half_grid,
+            found=found,
+            directions=directions,
+            dominant=update(dominant),
+            **half,
+            **written,
+        )
+        graph.add(self._widen, graph.half_grid, gathered=gathered, gradients=gradients, widened=write(widened), **half)
         graph.add(
             self._compare,
             (*tiles, 1),
@@ -152,10 +165,11 @@ class PathTracedIndirect:
             self._accumulate,
             accumulate_grid(graph.size),
             gathered=widened,
+            gradients=gradients,
             changes=changes,
             signal=write(signal),
             known=history.known,
             **history.swap(),
         )
-        offer_filter_aovs(graph, gathered, nearness, signal, history["history"])
-        return signal, nearness
+        offer_filter_aovs(graph, gathered, gradients, signal, history["history"])
+        return signal, gradients
