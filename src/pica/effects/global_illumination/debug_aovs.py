@@ -32,10 +32,15 @@ def offer_filter_aovs(
     size: accumulated: temporal filter; variance: of that; history: its length in frames.
     """
     graph.offer(f"{_OF}.gathered", (gathered,), rgb)
-    graph.offer(f"{_OF}.nearness", (gradients,), lambda values: values[..., 3].astype(np.float32))
+    graph.offer(f"{_OF}.nearness", (gradients,), _nearness)
     graph.offer(f"{_OF}.accumulated", (signal,), rgb)
     graph.offer(f"{_OF}.variance", (signal,), lambda values: values[..., 3])
     graph.offer(f"{_OF}.history", (history,), lambda layers: history_length(layers[0]))
+
+
+def _nearness(gradients: Array) -> Array:
+    """As irradiance_gradient.slang packs it."""
+    return (gradients[..., 1] & np.uint32(0xFFFF0000)).view(np.float32)
 
 
 def offer_irradiance_aovs(graph: FrameGraph, arriving: Texture) -> None:
@@ -60,7 +65,7 @@ def offer_surfel_aovs(graph: FrameGraph, nearest: Texture, cells: Texture) -> No
     graph.offer(f"{_OF}.discs", (nearest,), lambda values: values[..., 0])
     graph.offer(f"{_OF}.age", (nearest,), lambda values: values[..., 1].astype(np.float32))
     graph.offer(f"{_OF}.samples", (nearest,), lambda values: values[..., 2].astype(np.float32))
-    graph.offer(f"{_OF}.rays", (nearest,), lambda values: values[..., 3].astype(np.float32))
+    graph.offer(f"{_OF}.rays", (nearest,), _nearness)
     graph.offer(f"{_OF}.cells", (cells,), _cell_colors)
 
 

@@ -22,7 +22,7 @@ from pica.tracing.ray_effect import ENDED_PATHS, ray_effect
 
 _FOLDER = "effects/global_illumination/path_traced"
 _LIGHT = spy.Format.rgba32_float
-_GRADIENT = spy.Format.rgba16_float
+_GRADIENT = spy.Format.rg32_uint
 _TILE = 8
 """change_tiles.slang: TILE."""
 _EARLY = 16
