@@ -65,7 +65,7 @@ def offer_surfel_aovs(graph: FrameGraph, nearest: Texture, cells: Texture) -> No
     graph.offer(f"{_OF}.discs", (nearest,), lambda values: values[..., 0])
     graph.offer(f"{_OF}.age", (nearest,), lambda values: values[..., 1].astype(np.float32))
     graph.offer(f"{_OF}.samples", (nearest,), lambda values: values[..., 2].astype(np.float32))
-    graph.offer(f"{_OF}.rays", (nearest,), _nearness)
+    graph.offer(f"{_OF}.rays", (nearest,), lambda values: values[..., 3].astype(np.float32))
     graph.offer(f"{_OF}.cells", (cells,), _cell_colors)
 
 
