@@ -240,6 +240,43 @@ def test_compressed_textures_without_mipmaps_get_them_as_pixels(device):
     np.testing.assert_allclose(mean, image.pixels.mean((0, 1)) / 255, atol=0.02)
 
 
+TWO_SURFACES, TWO_COLORS = ((0, 60, 255), (0, 240, 0)), ((230, 230, 230), (20, 20, 20))
+"""Texels of a bright metal beside a dark dielectric: of metallic_roughness_texture and base_color_texture."""
+
+
+def two_columns(left, right) -> Image:
+    """Two by two texels."""
+    pixels = np.full((2, 2, 4), 255, np.uint8)
+    pixels[:, 0, :3], pixels[:, 1, :3] = left, right
+    return Image(pixels, "two columns", encoding="linear")
+
+
+def far_surface(device, material: Material) -> tuple[float, float]:
+    """Metalness and roughness of a wall whose textures are all within a pixel."""
+    wall = placed(plane(2, 2, material), rotate("x", 90))
+    section = wall.mesh.sections[0]
+    section.uv0 = 100 * section.uv0
+    frame = render(device, scene_of(wall), 1, FRONT, (8, 8))
+    return frame.aov("metallic")[4, 4], frame.aov("roughness")[4, 4]
+
+
+def test_coarse_levels_of_metalness_count_by_the_base_colour(device):
+    """A plain mean makes half of a bright metal beside a dark dielectric diffuse."""
+    surface, color = Texture(two_columns(*TWO_SURFACES)), Texture(two_columns(*TWO_COLORS))
+    metallic, roughness = far_surface(device, Material(base_color_texture=color, metallic_roughness_texture=surface))
+    assert metallic == pytest.approx(230 / 250, abs=0.01)
+    metal, dielectric = 230 / 255, 0.04
+    assert roughness == pytest.approx((60 * metal + 240 * dielectric) / (metal + dielectric) / 255, abs=0.01)
+
+
+def test_textures_that_do_not_lie_on_the_base_colour_have_plain_means(device):
+    surface, color = Texture(two_columns(*TWO_SURFACES)), two_columns(*TWO_COLORS)
+    elsewhere = Texture(color, transform=(2, 0, 0, 0, 2, 0))
+    for base_color in (None, elsewhere):
+        found = far_surface(device, Material(base_color_texture=base_color, metallic_roughness_texture=surface))
+        assert found == pytest.approx((0.5, 150 / 255), abs=0.01)
+
+
 @pytest.mark.parametrize(("form", "dark"), [("BC6H", 0.0), ("BC6HS", -3.0)])
 def test_floats_shine_by_their_values_and_reflect_at_most_all(device, form, dark):
     """Emission above 1 is in the picture, negative values are not; as a base colour they are 8-bit pixels."""

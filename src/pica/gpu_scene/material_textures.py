@@ -1,16 +1,24 @@
 """Textures of materials on the GPU, with mip levels; compressed ones stay so."""
 
+import math
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from weakref import WeakValueDictionary, finalize
 
 import numpy as np
 import slangpy as spy
 
 from pica.rhi.device import Device
+from pica.rhi.passes import ComputePass
 from pica.scene.material import Image, Sampler, Wrap
 
 _PIXELS = {False: spy.Format.rgba8_unorm, True: spy.Format.rgba8_unorm_srgb}
+_WITH_MADE_LEVELS = {
+    form: spy.TextureUsage.shader_resource | spy.TextureUsage.render_target | writes
+    for form, writes in ((_PIXELS[False], spy.TextureUsage.unordered_access), (_PIXELS[True], spy.TextureUsage.none))
+}
+"""Usage of textures whose coarser levels the device makes."""
 _BC7 = {False: spy.Format.bc7_unorm, True: spy.Format.bc7_unorm_srgb}
 """By whether red, green and blue are encoded as sRGB."""
 _FLOATS = {"BC6H": spy.Format.bc6h_ufloat, "BC6HS": spy.Format.bc6h_sfloat}
@@ -31,6 +39,13 @@ class ImageOnGpu:
     """The image's pixels or blocks at that time."""
     texture: spy.Texture
     view: spy.TextureView
+    base_color: "ImageOnGpu | None" = None
+    """What its coarser levels are weighted by."""
+
+    @property
+    def has_made_levels(self) -> bool:
+        """Whether its coarser levels are means of the finest, and not of a file."""
+        return self.form in _PIXELS.values()
 
 
 class MaterialTextures:
@@ -38,22 +53,25 @@ class MaterialTextures:
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._textures: WeakValueDictionary[tuple[int, int, spy.Format], ImageOnGpu] = WeakValueDictionary()
-        """By the identities of image and content, which they keep alive, and the format."""
+        self._textures: WeakValueDictionary[tuple[int, int, spy.Format, int], ImageOnGpu] = WeakValueDictionary()
+        """By the identities of image, content and base colour, which they keep alive, and the format."""
         self._samplers: dict[Sampler, spy.Sampler] = {}
 
-    def of(self, image: Image, srgb: bool, radiance: bool = False) -> ImageOnGpu:
-        """The texture of an image; uploaded if there is none. `radiance`: its values may be above 1."""
+    def of(self, image: Image, srgb: bool, radiance: bool = False, base_color: ImageOnGpu | None = None) -> ImageOnGpu:
+        """The texture of an image; uploaded if there is none. `radiance`: its values may be above 1. `base_color`: of a
+        texture of roughness and metalness that is read at the same coordinates, see weighted_level.slang."""
         content, form = _content(image), self._form(image, srgb, radiance)
-        texture = self._textures.get((id(image), id(content), form))
+        key = id(image), id(content), form, id(base_color)
+        texture = self._textures.get(key)
         if texture is None:
-            texture = self._upload(image, form, content)
-            self._textures[id(image), id(content), form] = texture
+            texture = self._textures[key] = self._upload(image, form, content)
+            if base_color is not None and texture.has_made_levels:
+                self._weigh(texture, base_color)
         return texture
 
     def outdate(self, texture: ImageOnGpu) -> None:
         """Its image has changed, perhaps by writes into the same pixels: the next user uploads them."""
-        key = id(texture.image), id(texture.content), texture.form
+        key = id(texture.image), id(texture.content), texture.form, id(texture.base_color)
         if self._textures.get(key) is texture:
             del self._textures[key]
 
@@ -72,7 +90,7 @@ class MaterialTextures:
             levels, usage = blocks.levels, spy.TextureUsage.shader_resource
             texture = self._texture(image, form, len(levels), usage)
         else:
-            levels, usage = (image.pixels,), spy.TextureUsage.shader_resource | spy.TextureUsage.render_target
+            levels, usage = (image.pixels,), _WITH_MADE_LEVELS[form]
             texture = self._texture(image, form, max(image.size).bit_length(), usage)
         for level, texels in enumerate(levels):
             # SlangPy refuses read-only arrays.
@@ -85,6 +103,24 @@ class MaterialTextures:
         release = partial(self._device.count_memory, -texture.memory_usage.device)
         finalize(made, self._device.lock.defer, release).atexit = False
         return made
+
+    def _weigh(self, texture: ImageOnGpu, base_color: ImageOnGpu) -> None:
+        """Make the coarser levels anew."""
+        texture.base_color = base_color
+        size, widest = texture.image.size, max(base_color.image.size)
+        views = [texture.texture.create_view(mip=level, mip_count=1) for level in range(texture.texture.mip_count)]
+        wrap = spy.TextureAddressingMode.wrap
+        values = {
+            "baseColor": base_color.texture,
+            "smooth": self._device.sampler(address_u=wrap, address_v=wrap),
+        }
+        make = self._device.shared(_weighted_level)
+        with self._device.record() as recording:
+            for level, (finer, coarser) in enumerate(pairwise(views), start=1):
+                width, height = (max(length >> level, 1) for length in size)
+                values["baseColorLevel"] = max(math.log2(widest / max(size)) + level - 1, 0)
+                values["size"] = spy.uint2(width, height)
+                make(recording, (width, height, 1), finer=finer, level=coarser, **values)
 
     def _samples(self, form: spy.Format) -> bool:
         return bool(self._device.handle.get_format_support(form) & spy.FormatSupport.shader_sample)
@@ -115,6 +151,10 @@ class MaterialTextures:
                 address_v=_WRAP[sampler.wrap_v],
             )
         return self._samplers[sampler]
+
+
+def _weighted_level(device: Device) -> ComputePass:
+    return device.compute("gpu_scene/weighted_level.slang")
 
 
 def _content(image: Image) -> object:

@@ -56,6 +56,7 @@ _SLOTS = (
 _SRGB = {"base_color", "emissive", "specular_color", "sheen_color", "diffuse_transmission_color"}
 _RADIANCE = {"emissive"}
 """Textures whose values may be above 1."""
+_NORMALS = {"normal", "coat_normal"}
 COAT = np.dtype(
     [
         ("transmittance", "f4", 3),
@@ -106,7 +107,7 @@ MATERIAL = np.dtype(
     ],
     align=True,
 )
-_MASK, _BLEND, _DOUBLE_SIDED, _UNLIT, _THIN_WALLED, _EVEN_EMISSION = 1, 2, 4, 8, 16, 32
+_MASK, _BLEND, _DOUBLE_SIDED, _UNLIT, _THIN_WALLED, _EVEN_EMISSION, _MEAN_NORMALS = 1, 2, 4, 8, 16, 32, 64
 
 
 @dataclass
@@ -335,6 +336,8 @@ class MaterialTable:
         self.know(features_of(material))
         packed["parameters"] = programs(self._device).material_types[source].packed(material.name, material.parameters)
         packed["type"] = self.type_number(material.type)
+        base_color: ImageOnGpu | None = None
+        normals_are_means = True
         for number, slot in enumerate(_SLOTS):
             texture: Texture | None = getattr(material, f"{slot}_texture")
             if texture is None:
@@ -342,14 +345,30 @@ class MaterialTable:
             width, height = texture.image.size
             packed["textured"] |= 1 << number
             entry = packed[f"{slot}_texture"]
-            images.append(self._textures.of(texture.image, is_srgb(texture.image, slot), slot in _RADIANCE))
+            weighted_by = base_color if _is_weighted(material, texture) else None
+            srgb = is_srgb(texture.image, slot)
+            images.append(self._textures.of(texture.image, srgb, slot in _RADIANCE, weighted_by))
             texture.image.follow(self._changes)
+            if slot == "base_color":
+                base_color = images[-1]
+            if slot in _NORMALS:
+                normals_are_means &= images[-1].has_made_levels
             entry["texture"] = images[-1].view.descriptor_handle_ro.value
             entry["sampler"] = self._textures.sampler(texture.sampler).descriptor_handle.value
             entry["transform"] = np.reshape(texture.transform, (2, 3))
             entry["uv_set"] = texture.uv_set
             entry["texels"] = width * height
+        packed["flags"] |= _MEAN_NORMALS * normals_are_means
         return packed
+
+
+def _is_weighted(material: Material, texture: Texture) -> bool:
+    """Whether a texture has the roughness and metalness of a material (and perhaps its occlusion), and lies on its base
+    colour, which then weights its coarser mip levels."""
+    surface, color = material.metallic_roughness_texture, material.base_color_texture
+    if surface is None or color is None or texture.image is not surface.image or texture.image is color.image:
+        return False
+    return surface.uv_set == color.uv_set and np.array_equal(surface.transform, color.transform)
 
 
 def _kind(material: Material) -> tuple[object, ...]:
