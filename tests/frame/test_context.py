@@ -60,7 +60,9 @@ def test_shaders_project_as_numpy_does(device, camera):
     constants = camera_constants(camera, SIZE)
     cameras, still = {"camera": constants, "previousCamera": constants}, spy.float2(0)
     sizes = {"size": spy.uint2(*SIZE), "outputSize": spy.uint2(*SIZE)}
-    block.bind(**cameras, **sizes, jitter=still, previousJitter=still, index=0, seed=0, textureScale=1)
+    block.bind(
+        **cameras, **sizes, jitter=still, previousJitter=still, index=0, seed=0, textureScale=1, restingTextureScale=1
+    )
     seen, back = (device.structured(name, np.zeros((64, 3), np.float32)) for name in ("seen", "back"))
     depths = device.structured("depths", np.zeros(64, np.float32))
     run(

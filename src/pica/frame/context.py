@@ -1,5 +1,6 @@
 """One frame: its command encoder, its camera, its index, and the constants that shaders read."""
 
+import math
 import time
 from collections import deque
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ Size = tuple[int, int]
 _TEXTURE_SHARE = 0.5
 """Of the width of an output pixel, over which rays average textures; jittered frames average the rest. That is the mip
 bias of log2(render size / output size) - 1 that AMD's FidelityFX Super Resolution 2 asks for."""
+_RESTING_FRAMES = 16
+"""While nothing moves, the nth frame averages over 1/sqrt(n) of that, the distance of n samples of a pixel; up to this n."""
 
 
 @dataclass
@@ -121,6 +124,8 @@ class FrameSequence:
         """Constants of the newest two cameras, at full and at half size."""
         self._jitter = 0.0, 0.0
         self._index, self._first = 0, True
+        self._resting = 0
+        """Frames since the camera has moved, up to _RESTING_FRAMES."""
         self._in_flight: deque[int] = deque()
         self.host_seconds = 0.0
         """Time to record and submit the newest frame."""
@@ -173,8 +178,9 @@ class FrameSequence:
         previous = self._previous or camera
         jitter = (radical_inverse(2, self._index), radical_inverse(3, self._index)) if jittered else (0.0, 0.0)
         index, size = self._index, self.size
-        self._bind(camera, previous, jitter)
         moved = self._first or not same_view(previous, camera)
+        self._resting = 1 if moved or not jittered else min(self._resting + 1, _RESTING_FRAMES)
+        self._bind(camera, previous, jitter)
         context = FrameContext(
             device=self._device,
             recording=batch.recording,
@@ -205,6 +211,7 @@ class FrameSequence:
                 jitter=spy.float2(*jitter),
                 previousJitter=spy.float2(*before),
                 index=index,
+                restingTextureScale=_TEXTURE_SHARE / self._upscale / math.sqrt(self._resting),
             )
 
     def _constants_of(self, camera: Camera, step: int) -> dict[str, Any]:
