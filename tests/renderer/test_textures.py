@@ -165,8 +165,8 @@ def test_rays_of_wide_lobes_do_not_widen_narrow_ones(device):
 
 
 def test_mixed_texels_of_metal_and_dielectrics_keep_their_light(device):
-    """Means of metalness made a bright dielectric of dark paint and bright metal that a pixel has both of: 1.3 times the
-    light. In the first frame pixels have their mean alone, later ones most of the texels."""
+    """Means of metalness made a bright dielectric of dark paint and bright metal that a pixel has both of, which sent
+    1.3 times the light. In the first frame pixels have their mean alone, later ones most of the texels."""
     sun = shining(DirectionalLight(illuminance=4.0, angular_diameter=0.05), rotate("y", 30) @ rotate("x", -40))
     scene, camera = board_of(spotted((0.9, 0.7, 0.4), (0.15, 0.15, 0.15), 2), sun)
     expected = converged(device, scene, 512, camera, SIZE)[BOARD].mean()

@@ -22,7 +22,8 @@ _TEXTURE_SHARE = 0.5
 """Of the width of an output pixel, over which rays average textures; jittered frames average the rest. That is the mip
 bias of log2(render size / output size) - 1 that AMD's FidelityFX Super Resolution 2 asks for."""
 _RESTING_FRAMES = 16
-"""While nothing moves, the nth frame averages over 1/sqrt(n) of that, the distance of n samples of a pixel; up to this n."""
+"""While nothing moves, the nth frame averages over 1/sqrt(n) of that, as n samples of a pixel lie so far apart. This is
+the largest n."""
 
 
 @dataclass
