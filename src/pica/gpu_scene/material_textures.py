@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
+from typing import Any
 from weakref import WeakValueDictionary, finalize
 
 import numpy as np
@@ -110,7 +111,7 @@ class MaterialTextures:
         size, widest = texture.image.size, max(base_color.image.size)
         views = [texture.texture.create_view(mip=level, mip_count=1) for level in range(texture.texture.mip_count)]
         wrap = spy.TextureAddressingMode.wrap
-        values = {
+        values: dict[str, Any] = {
             "baseColor": base_color.texture,
             "smooth": self._device.sampler(address_u=wrap, address_v=wrap),
         }
