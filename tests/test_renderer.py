@@ -195,7 +195,7 @@ def test_a_moving_camera_starts_the_mean_anew(device):
     moved = renderer.render(1, camera=OTHER).color
     renderer.reset()
     for _ in range(20):
-        renderer.advance(OTHER)
+        renderer.advance(CAMERA)
     renderer._stages.antialiasing.restart()
     np.testing.assert_array_equal(renderer.render(1, camera=OTHER).color, moved)
 

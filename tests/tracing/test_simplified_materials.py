@@ -97,8 +97,8 @@ def probe(request, device):
 
 
 def noise(size: int, name: str) -> Texture:
-    """Random texels: of a coarse level each is the mean of many."""
-    pixels = np.random.default_rng(0).integers(0, 256, (size, size, 4)).astype(np.uint8)
+    """Random texels, by the name: of a coarse level each is the mean of many."""
+    pixels = np.random.default_rng(list(name.encode())).integers(0, 256, (size, size, 4)).astype(np.uint8)
     pixels[..., 3] = 255
     return Texture(Image(pixels, name), Sampler(linear=False))
 
