@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.textured_room import bricks, rust, scratched, screen, tiles
 from pica.scene.anisotropy import Anisotropy
 from pica.scene.camera import Camera
 from pica.scene.coat import Coat
@@ -37,8 +38,9 @@ _WALL = 0.1
 """Metres."""
 
 
-def random_scene(seed: int, glass: bool = False) -> Scene:
-    """`glass`: with transmissive, blended and scattering materials, whose caustics frames lack."""
+def random_scene(seed: int, glass: bool = False, textures: bool = False) -> Scene:
+    """`glass`: with transmissive, blended and scattering materials, whose caustics frames lack; `textures`: with the
+    materials of textured_room.py. Either makes another scene of a seed."""
     random = np.random.default_rng(seed)
     kind = str(random.choice((*ROOFED_PLACES, *OPEN_PLACES)))
     width, height = float(random.uniform(3, 8)), float(random.uniform(2.2, 4))
@@ -53,7 +55,7 @@ def random_scene(seed: int, glass: bool = False) -> Scene:
         scene.add(Node("sun", light=sun)).transform = turned
     for _ in range(random.integers(1, 4) if kind == "room" else random.integers(0, 3)):
         _light(scene, random, width, height, kind)
-    materials = {**OPAQUE, **TRANSPARENT} if glass else OPAQUE
+    materials = {**OPAQUE, **(TEXTURED if textures else {}), **(TRANSPARENT if glass else {})}
     for number in range(random.integers(6, 14)):
         _thing(scene, random, number, width, materials)
     eye = random.uniform(-0.25, 0.25) * width, random.uniform(0.5, 0.7) * height, 0.46 * width
@@ -212,6 +214,13 @@ OPAQUE: dict[str, Callable[[Random], Material]] = {
     "glowing": lambda random: _dielectric(random, emission=_color(random, 0.05, 1.5)),
 }
 """By name: makes a material."""
+TEXTURED: dict[str, Callable[[Random], Material]] = {
+    "bricks": bricks,
+    "tiles": lambda random: tiles(),
+    "scratched": scratched,
+    "rust": rust,
+    "screen": screen,
+}
 TRANSPARENT: dict[str, Callable[[Random], Material]] = {
     "glass": lambda random: Material(metallic=0.0, roughness=0.0, transmission=1.0, thin_walled=False),
     "frosted": lambda random: _dielectric(random, base_color=(1.0,) * 4, transmission=1.0, thin_walled=False),

@@ -1,7 +1,7 @@
 """Random scenes, hybrid frames against the path tracer: what no scene of the repository shows.
 
-    PYTHONPATH=. python benchmarks/random_scenes.py FIRST COUNT [--glass] [--size 240x135] [--samples 512]
-        [--sheets DIR] [--json]
+    PYTHONPATH=. python benchmarks/random_scenes.py FIRST COUNT [--glass] [--textures] [--size 240x135]
+        [--samples 512] [--sheets DIR] [--json]
 
 Scenes of `random_scene.py` by seed. A row has FLIP, and the mean luminance over the reference's, clipped at display
 white, of the 64th and 2nd frame at rest and of the 24th of a camera that turns by a degree a frame; the noise of the
@@ -27,6 +27,7 @@ from pica.quality.picture_errors import compare
 from pica.quality.playback import last_frame
 from pica.quality.sequences import sequence
 from pica.rhi.device import Device, open_device
+from pica.scene.model import Scene
 
 Pixels = NDArray[np.float32]
 
@@ -37,9 +38,8 @@ DARK = 0.05
 """Of the picture's mean, added to what errors of nodes are relative to."""
 
 
-def measured(device: Device, seed: int, glass: bool, size: Size, samples: int, sheets: Path | None) -> dict[str, Any]:
-    """The row of a seed."""
-    scene = random_scene(seed, glass)
+def measured(device: Device, scene: Scene, seed: int, size: Size, samples: int, sheets: Path | None) -> dict[str, Any]:
+    """The row of a scene, which `seed` names."""
     camera = scene.default_camera(size[0] / size[1])
     halves = []
     for noise in range(2):
@@ -105,6 +105,7 @@ def main() -> None:
     parser.add_argument("first", type=int)
     parser.add_argument("count", type=int)
     parser.add_argument("--glass", action="store_true")
+    parser.add_argument("--textures", action="store_true")
     parser.add_argument("--size", default="240x135")
     parser.add_argument("--samples", type=int, default=512)
     parser.add_argument("--sheets", type=Path, metavar="DIR")
@@ -116,7 +117,8 @@ def main() -> None:
         print(f"{device.name}, {given.size}, {given.samples} samples: FLIP, mean over the reference's")
         print(f"{'scene':12} 64 still       2 still        moving         noise    nodes most off at rest")
     for seed in range(given.first, given.first + given.count):
-        found = measured(device, seed, given.glass, (width, height), given.samples, given.sheets)
+        scene = random_scene(seed, given.glass, given.textures)
+        found = measured(device, scene, seed, (width, height), given.samples, given.sheets)
         print(json.dumps(found) if given.json else _row(found), flush=True)
 
 

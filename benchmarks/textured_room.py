@@ -25,21 +25,21 @@ _ROW, _COLUMN = np.mgrid[0:_TEXELS, 0:_TEXELS]
 def textured_room() -> Scene:
     """The materials' textures are all made here, so that no file is needed."""
     random = np.random.default_rng(5)
-    bricks, tiles, metal, rust = _bricks(random), _tiles(), _scratched(random), _rust(random)
+    brick, tile, metal, rusty = bricks(random), tiles(), scratched(random), rust(random)
     white = Material(base_color=(0.8, 0.8, 0.8, 1.0), metallic=0.0, roughness=0.9)
     scene, aside, middle = Scene("textured room"), _WIDTH / 2, _HEIGHT / 2
-    _put(scene, "floor", box((_WIDTH, _WALL, _WIDTH), tiles), move(0, -_WALL / 2, 0))
+    _put(scene, "floor", box((_WIDTH, _WALL, _WIDTH), tile), move(0, -_WALL / 2, 0))
     _put(scene, "ceiling", box((_WIDTH, _WALL, _WIDTH), white), move(0, _HEIGHT + _WALL / 2, 0))
     for name, z in (("back", -aside), ("front", aside)):
-        _put(scene, name, box((_WIDTH, _HEIGHT, _WALL), bricks), move(0, middle, z))
-    for name, x, material in (("left", -aside, bricks), ("right", aside, _painted(random))):
+        _put(scene, name, box((_WIDTH, _HEIGHT, _WALL), brick), move(0, middle, z))
+    for name, x, material in (("left", -aside, brick), ("right", aside, _painted(random))):
         _put(scene, name, box((_WALL, _HEIGHT, _WIDTH), material), move(x, middle, 0))
-    _put(scene, "screen", box((1.6, 0.9, 0.04), _screen(random)), move(-0.9, 1.3, 0.1 - aside))
+    _put(scene, "screen", box((1.6, 0.9, 0.04), screen(random)), move(-0.9, 1.3, 0.1 - aside))
     _put(scene, "sheet", box((1.2, 1.6, 0.04), metal), move(1.2, 0.85, -1.4) @ rotate("y", -20))
     _put(scene, "ball", sphere(0.4, metal, 64), move(0.1, 0.4, -0.3))
-    _put(scene, "rusty ball", sphere(0.35, rust, 64), move(-1.1, 0.35, -0.2))
-    _put(scene, "crate", box((0.7, 0.7, 0.7), rust, bevel=0.03), move(-1.6, 0.35, -1.4) @ rotate("y", 30))
-    _put(scene, "pillar", cylinder(0.18, _HEIGHT, bricks, segments=48), move(1.7, middle, -0.3))
+    _put(scene, "rusty ball", sphere(0.35, rusty, 64), move(-1.1, 0.35, -0.2))
+    _put(scene, "crate", box((0.7, 0.7, 0.7), rusty, bevel=0.03), move(-1.6, 0.35, -1.4) @ rotate("y", 30))
+    _put(scene, "pillar", cylinder(0.18, _HEIGHT, brick, segments=48), move(1.7, middle, -0.3))
     lamp = RectangleLight((1.0, 0.9, 0.8), 8.0, width=0.8, height=0.4)
     scene.add(Node("lamp", light=lamp)).transform = move(0.8, _HEIGHT - 0.02, -0.2) @ rotate("x", -90)
     spot = SpotLight(intensity=40.0, outer_cone_angle=0.45)
@@ -76,7 +76,8 @@ def _cloudy(random: np.random.Generator, width: float) -> Pixels:
     return noise / noise.std()
 
 
-def _bricks(random: np.random.Generator) -> Material:
+def bricks(random: np.random.Generator) -> Material:
+    """With mortar, which lies deeper."""
     course = _ROW // 64
     shifted = _COLUMN + course % 2 * 64
     mortar = (_ROW % 64 < 6) | (shifted % 128 < 6)
@@ -85,14 +86,16 @@ def _bricks(random: np.random.Generator) -> Material:
     return _material(color, np.where(mortar, 0.95, 0.6), 0.0, np.where(mortar, 0, 1) + 0.15 * _cloudy(random, 3))
 
 
-def _tiles() -> Material:
+def tiles() -> Material:
+    """A checkerboard, every second tile polished."""
     odd, joint = (_COLUMN // 64 + _ROW // 64) % 2 == 1, (_COLUMN % 64 < 2) | (_ROW % 64 < 2)
     color = np.where(odd[..., None], (0.8, 0.78, 0.7), (0.1, 0.12, 0.2))
     color[joint] = 0.3
     return _material(color, np.where(joint, 0.9, np.where(odd, 0.08, 0.35)), 0.0, np.where(joint, 0.0, 0.3))
 
 
-def _scratched(random: np.random.Generator) -> Material:
+def scratched(random: np.random.Generator) -> Material:
+    """Metal of roughness 0.12 and 0.27, with lines of 0.6."""
     roughness = 0.12 + 0.15 * (_cloudy(random, 8) > 0.6)
     for _ in range(160):
         x, y = random.uniform(0, _TEXELS, 2)
@@ -106,7 +109,8 @@ def _scratched(random: np.random.Generator) -> Material:
     return _material(color, roughness, 1.0, np.zeros_like(roughness))
 
 
-def _rust(random: np.random.Generator) -> Material:
+def rust(random: np.random.Generator) -> Material:
+    """Spots of metal, higher than the dielectric around."""
     bare = _cloudy(random, 20) > 0
     color = np.where(bare[..., None], (0.9, 0.7, 0.4), (0.15, 0.3, 0.25))
     return _material(color, np.where(bare, 0.3, 0.8), bare.astype(float), 0.5 * bare)
@@ -118,7 +122,7 @@ def _painted(random: np.random.Generator) -> Material:
     return _material(color, 0.9, 0.0, np.zeros((_TEXELS, _TEXELS)))
 
 
-def _screen(random: np.random.Generator) -> Material:
+def screen(random: np.random.Generator) -> Material:
     """Discs that shine in several colours."""
     pixels = np.zeros((128, 128, 3))
     for _ in range(20):

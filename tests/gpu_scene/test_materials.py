@@ -277,6 +277,14 @@ def test_textures_that_do_not_lie_on_the_base_colour_have_plain_means(device):
         assert found == pytest.approx((0.5, 150 / 255), abs=0.01)
 
 
+def test_roughness_in_srgb_has_plain_means(device):
+    """No device writes to textures of that encoding."""
+    surface, color = two_columns(*TWO_SURFACES), Texture(two_columns(*TWO_COLORS))
+    surface.encoding = "srgb"
+    metallic, _ = far_surface(device, Material(base_color_texture=color, metallic_roughness_texture=Texture(surface)))
+    assert metallic == pytest.approx(0.5, abs=0.01)
+
+
 @pytest.mark.parametrize(("form", "dark"), [("BC6H", 0.0), ("BC6HS", -3.0)])
 def test_floats_shine_by_their_values_and_reflect_at_most_all(device, form, dark):
     """Emission above 1 is in the picture, negative values are not; as a base colour they are 8-bit pixels."""

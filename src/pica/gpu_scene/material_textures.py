@@ -15,11 +15,8 @@ from pica.rhi.passes import ComputePass
 from pica.scene.material import Image, Sampler, Wrap
 
 _PIXELS = {False: spy.Format.rgba8_unorm, True: spy.Format.rgba8_unorm_srgb}
-_WITH_MADE_LEVELS = {
-    form: spy.TextureUsage.shader_resource | spy.TextureUsage.render_target | writes
-    for form, writes in ((_PIXELS[False], spy.TextureUsage.unordered_access), (_PIXELS[True], spy.TextureUsage.none))
-}
-"""Usage of textures whose coarser levels the device makes."""
+_WEIGHTED = _PIXELS[False]
+"""Of textures whose levels may be weighted by a base colour; devices write to no sRGB format."""
 _BC7 = {False: spy.Format.bc7_unorm, True: spy.Format.bc7_unorm_srgb}
 """By whether red, green and blue are encoded as sRGB."""
 _FLOATS = {"BC6H": spy.Format.bc6h_ufloat, "BC6HS": spy.Format.bc6h_sfloat}
@@ -62,11 +59,13 @@ class MaterialTextures:
         """The texture of an image; uploaded if there is none. `radiance`: its values may be above 1. `base_color`: of a
         texture of roughness and metalness that is read at the same coordinates, see weighted_level.slang."""
         content, form = _content(image), self._form(image, srgb, radiance)
+        if form != _WEIGHTED:
+            base_color = None
         key = id(image), id(content), form, id(base_color)
         texture = self._textures.get(key)
         if texture is None:
             texture = self._textures[key] = self._upload(image, form, content)
-            if base_color is not None and texture.has_made_levels:
+            if base_color is not None:
                 self._weigh(texture, base_color)
         return texture
 
@@ -91,7 +90,9 @@ class MaterialTextures:
             levels, usage = blocks.levels, spy.TextureUsage.shader_resource
             texture = self._texture(image, form, len(levels), usage)
         else:
-            levels, usage = (image.pixels,), _WITH_MADE_LEVELS[form]
+            levels, usage = (image.pixels,), spy.TextureUsage.shader_resource | spy.TextureUsage.render_target
+            if form == _WEIGHTED:
+                usage |= spy.TextureUsage.unordered_access
             texture = self._texture(image, form, max(image.size).bit_length(), usage)
         for level, texels in enumerate(levels):
             # SlangPy refuses read-only arrays.

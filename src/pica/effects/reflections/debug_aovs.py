@@ -49,8 +49,8 @@ def offer_reflection_aovs(graph: FrameGraph, reconstructed: Texture, distances: 
 def offer_history_aovs(graph: FrameGraph, signal: Texture, history: Texture) -> None:
     """Offer the history, if there is one.
 
-    accumulated: the temporal mean; history: the sum of its weights, that is the frames in it
-    times the specular albedo and the effective number of rays of each.
+    accumulated: the temporal mean; history: the sum of its weights, that is the frames in it, times the specular albedo
+    and the effective number of rays of each.
     """
     graph.offer(f"{_OF}.accumulated", (signal,), rgb)
     graph.offer(f"{_OF}.history", (history,), lambda layers: layers[0, ..., 3])
