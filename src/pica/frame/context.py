@@ -126,7 +126,7 @@ class FrameSequence:
         self._jitter = 0.0, 0.0
         self._index, self._first = 0, True
         self._resting = 0
-        """Frames since the camera has moved, up to _RESTING_FRAMES."""
+        """Frames since the camera or lights have changed, up to _RESTING_FRAMES."""
         self._in_flight: deque[int] = deque()
         self.host_seconds = 0.0
         """Time to record and submit the newest frame."""
@@ -167,6 +167,11 @@ class FrameSequence:
     def rewind(self) -> None:
         """Count from frame 0 again, but remember the camera before."""
         self._index, self._first = 0, True
+
+    def note_changed_lights(self) -> None:
+        """Lights have changed: the next frame averages over textures as if the camera had just moved, since histories of
+        pixels are short, and finer textures would flicker."""
+        self._resting = 0
 
     def skip_to(self, index: int) -> None:
         """Count from frame `index` on."""

@@ -75,6 +75,8 @@ class View:
         frame.changed |= frame.changed_scene
         frame.changed_lights = self.scene.lights_changed
         frame.since_relit = self._relighting.count(frame.changed_lights, frame.first)
+        if frame.changed_lights and not frame.first:
+            self.frames.note_changed_lights()
         return frame
 
     def plan_for(self, frame: FrameContext, select: Select, denoiser: Denoiser | None, last: bool) -> Plan:
