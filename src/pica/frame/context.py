@@ -169,8 +169,9 @@ class FrameSequence:
         self._index, self._first = 0, True
 
     def note_changed_lights(self) -> None:
-        """Lights have changed: the next frame averages over textures as if the camera had just moved, since histories of
-        pixels are short, and finer textures would flicker."""
+        """Lights have changed: the next frame averages over textures as if the camera had just moved.
+
+        Histories of pixels are short then, and finer textures would flicker."""
         self._resting = 0
 
     def skip_to(self, index: int) -> None:
